@@ -1,0 +1,44 @@
+//! The mathematics of coloc: decentralized cooperative localization with a cubature Kalman filter and
+//! split covariance intersection.
+//!
+//! # Principles
+//!
+//! * **Data in, data out.** No clock, no I/O, no randomness, no allocation, no `unsafe`: the crate is
+//!   `#![no_std]` without `alloc`, so the compiler proves the second half of that sentence.
+//! * **Same inputs, same bits.** Transcendental functions come from `libm`, never from the platform, and no
+//!   loop's length depends on anything but the data. A recording replays to the same bits on any machine.
+//! * **Measured time, not arrival time.** Whatever the order in which a set of measurements is delivered,
+//!   the belief is the same to the last bit ([`history`]).
+//! * **Never lie.** Total and independent covariances stay symmetric positive semidefinite; a singular
+//!   matrix (independent part zero) is a normal state, not an error.
+//!
+//! Equation numbers in brackets, such as \[30\], are those of T. R. Wanasinghe, G. K. I. Mann, R. G. Gosine,
+//! "Decentralized Cooperative Localization Approach for Autonomous Multirobot Systems", Journal of Robotics
+//! 2016, 2560573.
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod angle;
+pub mod belief;
+pub mod convert;
+pub mod covariance;
+pub mod estimator;
+pub mod fix;
+pub mod fusion;
+pub mod gate;
+pub mod history;
+pub mod input;
+pub mod motion;
+pub mod noise;
+pub mod pose;
+pub mod settings;
+pub mod stamp;
+
+pub use belief::Belief;
+pub use covariance::{Covariance2, Covariance3, NotACovariance};
+pub use estimator::{Estimate, Estimator, OdometryState, OutgoingPose, TickOutputs, step};
+pub use input::{NeighbourPose, OdometrySample, PositionFix, RobotId, Sighting, TickInputs};
+pub use motion::{Motion, propagate};
+pub use pose::Pose;
+pub use settings::Settings;
+pub use stamp::{Span, Stamp};

@@ -1,0 +1,67 @@
+//! How the estimator is to behave. `Default` is coloc's own choice; [`Settings::paper`] is the paper to the letter.
+
+use crate::stamp::Span;
+
+/// What the weight α of split covariance intersection minimises.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub enum Criterion {
+    /// tr P⁺
+    #[default]
+    Trace,
+    /// det P⁺
+    Determinant,
+}
+
+/// The weight at which the gate of a neighbour's pose is evaluated.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub enum GateWeight {
+    /// The weight of the update itself: the paper's; near the ends the bound is unbounded and outliers pass.
+    #[default]
+    Update,
+    /// α = ½: valid whatever the weight.
+    Half,
+}
+
+/// Algorithm 3: how a neighbour's pose is fused.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct FusionSettings {
+    /// What the weight minimises.
+    pub criterion: Criterion,
+    /// β ∈ (0, 1]: the weight used is `1 − β (1 − α*)`. 1 is the paper's greedy weight.
+    pub damping: f64,
+    /// Also move `P_i` into `P_d` when a pose was sent, not only when one was received.
+    pub reset_on_transmit: bool,
+    /// Accept if d² is at most this (χ² with three degrees of freedom); infinite accepts everything.
+    pub gate: f64,
+    /// Where the gate is evaluated.
+    pub gate_weight: GateWeight,
+}
+
+/// How the estimate goes on between and after odometry samples.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct OdometrySettings {
+    /// The sample period for which every [`crate::Motion`]'s noise Q is stated. Over `dt` the noise used is
+    /// `Q · reference_period / dt`: white noise, whatever way the time is cut; exactly Q where `dt` is the period.
+    pub reference_period: Span,
+    /// How long the last velocity is held beyond its stamp, its noise growing linearly with the time held.
+    pub hold: Span,
+    /// Growth of the held noise per reference period: Q · (1 + growth · held/reference_period).
+    pub hold_growth: f64,
+    /// Noise variances `[v_x, v_y, ω]` per reference period once the velocity is taken as zero.
+    pub outage_variance: [f64; 3],
+}
+
+/// All settings of one estimator.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Algorithm 3.
+    pub fusion: FusionSettings,
+    /// Accept a fix if d² is at most this (χ² with two degrees of freedom).
+    pub position_gate: f64,
+    /// Between the samples.
+    pub odometry: OdometrySettings,
+    /// A measurement older than the tick by more than this is rejected as too old.
+    pub history: Span,
+    /// A measurement stamped after the tick by more than this is rejected as from the future.
+    pub future_tolerance: Span,
+}
