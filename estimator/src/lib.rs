@@ -35,10 +35,14 @@ pub mod settings;
 pub mod stamp;
 
 pub use belief::Belief;
+pub use convert::{GlobalPose, to_global};
 pub use covariance::{Covariance2, Covariance3, NotACovariance};
 pub use estimator::{Estimate, Estimator, OdometryState, OutgoingPose, TickOutputs, step};
+pub use fix::FixUpdate;
+pub use fusion::{Fusion, fuse};
 pub use input::{NeighbourPose, OdometrySample, PositionFix, RobotId, Sighting, TickInputs};
 pub use motion::{Motion, propagate};
 pub use pose::Pose;
-pub use settings::Settings;
+pub use noise::OdometryNoise;
+pub use settings::{FusionSettings, OdometrySettings, Settings};
 pub use stamp::{Span, Stamp};

@@ -1,5 +1,6 @@
 //! How the estimator is to behave. `Default` is coloc's own choice; [`Settings::paper`] is the paper to the letter.
 
+use crate::gate::{CHI2_2_99, CHI2_3_99};
 use crate::stamp::Span;
 
 /// What the weight α of split covariance intersection minimises.
@@ -64,4 +65,56 @@ pub struct Settings {
     pub history: Span,
     /// A measurement stamped after the tick by more than this is rejected as from the future.
     pub future_tolerance: Span,
+}
+
+impl FusionSettings {
+    /// The paper to the letter: greedy weight, `P_i` moved on receipt only.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self { damping: 1.0, reset_on_transmit: false, ..Self::default() }
+    }
+}
+
+impl Default for FusionSettings {
+    fn default() -> Self {
+        Self {
+            criterion: Criterion::Trace,
+            damping: 0.2,
+            reset_on_transmit: true,
+            gate: CHI2_3_99,
+            gate_weight: GateWeight::Update,
+        }
+    }
+}
+
+/// 50 Hz; a velocity is held for ten samples, then taken as zero with what Table 2 gives for 1 m/s.
+impl Default for OdometrySettings {
+    fn default() -> Self {
+        Self {
+            reference_period: Span::from_millis(20),
+            hold: Span::from_millis(200),
+            hold_growth: 0.5,
+            outage_variance: [5.075, 5.075, 0.345],
+        }
+    }
+}
+
+impl Settings {
+    /// The paper to the letter ([`FusionSettings::paper`]).
+    #[must_use]
+    pub fn paper() -> Self {
+        Self { fusion: FusionSettings::paper(), ..Self::default() }
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            fusion: FusionSettings::default(),
+            position_gate: CHI2_2_99,
+            odometry: OdometrySettings::default(),
+            history: Span::from_millis(1000),
+            future_tolerance: Span::from_millis(100),
+        }
+    }
 }
