@@ -93,7 +93,9 @@ impl Covariance3 {
     #[must_use]
     pub fn to_row_major(&self) -> [f64; 9] {
         let m = &self.0;
-        [m.m11, m.m12, m.m13, m.m21, m.m22, m.m23, m.m31, m.m32, m.m33]
+        [
+            m.m11, m.m12, m.m13, m.m21, m.m22, m.m23, m.m31, m.m32, m.m33,
+        ]
     }
 }
 

@@ -42,7 +42,7 @@ pub use fix::FixUpdate;
 pub use fusion::{Fusion, fuse};
 pub use input::{NeighbourPose, OdometrySample, PositionFix, RobotId, Sighting, TickInputs};
 pub use motion::{Motion, propagate};
-pub use pose::Pose;
 pub use noise::OdometryNoise;
+pub use pose::Pose;
 pub use settings::{FusionSettings, OdometrySettings, Settings};
 pub use stamp::{Span, Stamp};

@@ -27,14 +27,20 @@ impl Motion {
     /// one that is not a positive finite number counts as zero.
     #[must_use]
     pub fn standstill(variance: [f64; 3]) -> Self {
-        Self::Holonomic { velocity: [0.0; 3], noise: Covariance3::clamped_diagonal(variance) }
+        Self::Holonomic {
+            velocity: [0.0; 3],
+            noise: Covariance3::clamped_diagonal(variance),
+        }
     }
 
     /// `[v_x, v_y, ω]` in the body frame \[m/s, m/s, rad/s\].
     #[must_use]
     pub fn velocity(&self) -> [f64; 3] {
         match *self {
-            Self::Nonholonomic { velocity: [v, omega], .. } => [v, 0.0, omega],
+            Self::Nonholonomic {
+                velocity: [v, omega],
+                ..
+            } => [v, 0.0, omega],
             Self::Holonomic { velocity, .. } => velocity,
         }
     }
@@ -43,8 +49,14 @@ impl Motion {
     #[must_use]
     pub fn with_noise_scaled(&self, factor: f64) -> Self {
         match *self {
-            Self::Nonholonomic { velocity, noise } => Self::Nonholonomic { velocity, noise: noise.scaled(factor) },
-            Self::Holonomic { velocity, noise } => Self::Holonomic { velocity, noise: noise.scaled(factor) },
+            Self::Nonholonomic { velocity, noise } => Self::Nonholonomic {
+                velocity,
+                noise: noise.scaled(factor),
+            },
+            Self::Holonomic { velocity, noise } => Self::Holonomic {
+                velocity,
+                noise: noise.scaled(factor),
+            },
         }
     }
 }

@@ -37,16 +37,29 @@ impl OdometryNoise {
     /// Table 2 of the paper: `σ_v² = 5.075 v²`, `σ_ω² = 0.345`, per sample of 50 Hz.
     #[must_use]
     pub fn paper() -> Self {
-        let proportional = Variance { a: 0.0, b: 5.075, c: 0.0 };
-        let constant = Variance { a: 0.345, b: 0.0, c: 0.0 };
-        Self { forward: proportional, sideways: proportional, turning: constant }
+        let proportional = Variance {
+            a: 0.0,
+            b: 5.075,
+            c: 0.0,
+        };
+        let constant = Variance {
+            a: 0.345,
+            b: 0.0,
+            c: 0.0,
+        };
+        Self {
+            forward: proportional,
+            sideways: proportional,
+            turning: constant,
+        }
     }
 
     /// A velocity `[v, ω]` \[m/s, rad/s\] of a robot without sideways velocity, with its noise.
     #[must_use]
     pub fn nonholonomic(&self, velocity: [f64; 2]) -> Motion {
         let [v, omega] = velocity;
-        let noise = Covariance2::clamped_diagonal([self.forward.at(v, omega), self.turning.at(v, omega)]);
+        let noise =
+            Covariance2::clamped_diagonal([self.forward.at(v, omega), self.turning.at(v, omega)]);
         Motion::Nonholonomic { velocity, noise }
     }
 
@@ -55,7 +68,14 @@ impl OdometryNoise {
     pub fn holonomic(&self, velocity: [f64; 3]) -> Motion {
         let [vx, vy, omega] = velocity;
         let speed = libm::hypot(vx, vy);
-        let variances = [self.forward.at(vx, omega), self.sideways.at(vy, omega), self.turning.at(speed, omega)];
-        Motion::Holonomic { velocity, noise: Covariance3::clamped_diagonal(variances) }
+        let variances = [
+            self.forward.at(vx, omega),
+            self.sideways.at(vy, omega),
+            self.turning.at(speed, omega),
+        ];
+        Motion::Holonomic {
+            velocity,
+            noise: Covariance3::clamped_diagonal(variances),
+        }
     }
 }

@@ -71,7 +71,11 @@ impl FusionSettings {
     /// The paper to the letter: greedy weight, `P_i` moved on receipt only.
     #[must_use]
     pub fn paper() -> Self {
-        Self { damping: 1.0, reset_on_transmit: false, ..Self::default() }
+        Self {
+            damping: 1.0,
+            reset_on_transmit: false,
+            ..Self::default()
+        }
     }
 }
 
@@ -103,7 +107,10 @@ impl Settings {
     /// The paper to the letter ([`FusionSettings::paper`]).
     #[must_use]
     pub fn paper() -> Self {
-        Self { fusion: FusionSettings::paper(), ..Self::default() }
+        Self {
+            fusion: FusionSettings::paper(),
+            ..Self::default()
+        }
     }
 }
 
