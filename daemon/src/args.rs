@@ -1,0 +1,22 @@
+//! The command line of `colocd`.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+/// Tells a wheeled robot where it is: cooperative localization over shared memory.
+#[derive(Debug, Parser)]
+#[command(name = "colocd", version, arg_required_else_help = true)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Read a configuration, say what it means, open nothing.
+    Check {
+        /// The robot's configuration.
+        config: PathBuf,
+    },
+}

@@ -1,0 +1,371 @@
+//! The sections of `robot.toml`, each with its defaults. `daemon/robot.toml` shows them all with comments.
+
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+/// `[robot]`: who this robot is.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Robot {
+    /// Part of its service names: `coloc/<name>/estimate`.
+    pub name: String,
+    /// Its number in the team.
+    pub id: u16,
+}
+
+/// `[[team]]`: a robot of the team.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Member {
+    /// As in that robot's own `[robot]`.
+    pub name: String,
+    /// As in that robot's own `[robot]`.
+    pub id: u16,
+}
+
+/// `[clock]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Clock {
+    /// The clock of every stamp; robots that talk to one another must share one.
+    pub source: ClockSource,
+    /// A jump of the kernel's frame stamps against `source` between two ticks beyond this is a clock step \[s\].
+    pub step_s: f64,
+}
+
+/// Clocks that stamps can be of.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ClockSource {
+    /// `CLOCK_REALTIME`: shared by machines that run NTP or PTP; leaps.
+    #[default]
+    Realtime,
+    /// `CLOCK_TAI`: the same without leap seconds.
+    Tai,
+    /// `CLOCK_MONOTONIC`: never steps; for robots on one machine.
+    Monotonic,
+}
+
+/// `[tick]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Tick {
+    /// Ticks per second.
+    pub rate_hz: f64,
+    /// What starts a tick.
+    pub trigger: Trigger,
+}
+
+/// What starts a tick.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Trigger {
+    /// Absolute deadlines on `CLOCK_MONOTONIC`; frames wait for the next one.
+    #[default]
+    Timer,
+    /// A frame's arrival; the timer is the fallback when frames stop.
+    Encoder,
+}
+
+/// `[shm]`
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Shm {
+    /// Directory for the middleware's files; every program that is to meet names the same.
+    pub root: PathBuf,
+    /// First letters of every file in `/dev/shm`.
+    pub prefix: String,
+}
+
+/// `[motion]`: noise of an odometry sample, `σ² = a + b v² + c ω²`, and what happens without one.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Motion {
+    /// Of the forward velocity \[m²/s²\].
+    pub forward: Variance,
+    /// Of the sideways velocity \[m²/s²\]; robots without sideways velocity do not use it.
+    pub sideways: Variance,
+    /// Of the turning rate \[rad²/s²\].
+    pub turning: Variance,
+    /// The sample period for which these variances are stated \[s\]; other intervals are scaled as white noise.
+    pub reference_period_s: f64,
+    /// How long the last velocity is held when samples stop \[s\].
+    pub hold_s: f64,
+    /// Growth of the noise per reference period held.
+    pub hold_growth: f64,
+    /// Standard deviations `[v_x, v_y, ω]` per reference period after that, the velocity being taken as zero.
+    pub outage_sigma: [f64; 3],
+}
+
+/// Coefficients of `σ² = a + b v² + c ω²`.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Variance {
+    /// At standstill.
+    pub a: f64,
+    /// Per (m/s)².
+    pub b: f64,
+    /// Per (rad/s)².
+    pub c: f64,
+}
+
+/// `[initial]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Initial {
+    /// `[x, y, φ]` in the common frame \[m, m, rad\].
+    pub pose: [f64; 3],
+    /// Standard deviations of `pose` \[m, m, rad\].
+    pub sigma: [f64; 3],
+    /// Go on from the last belief that was saved, inflated by the time since, where there is one.
+    pub resume: bool,
+    /// A saved belief older than this is not used \[s\].
+    pub resume_max_age_s: f64,
+}
+
+/// `[fusion]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Fusion {
+    /// The published algorithm to the letter: overrides `damping` (1), `reset_on_transmit` (false) and `gate_weight`.
+    pub paper: bool,
+    /// What the weight minimises.
+    pub criterion: Criterion,
+    /// β ∈ (0, 1]; 1 is the greedy weight.
+    pub damping: f64,
+    /// What was sent is no longer independent.
+    pub reset_on_transmit: bool,
+    /// Largest normalised innovation squared of a neighbour's pose (χ², 3 degrees of freedom; 99 %).
+    pub neighbour_gate: f64,
+    /// The weight at which that gate is evaluated.
+    pub gate_weight: GateWeight,
+    /// Largest normalised innovation squared of a fix (χ², 2 degrees of freedom; 99 %).
+    pub position_gate: f64,
+}
+
+/// What the weight of split covariance intersection minimises.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Criterion {
+    /// tr P⁺
+    #[default]
+    Trace,
+    /// det P⁺
+    Determinant,
+}
+
+/// Where the gate of a neighbour's pose is evaluated.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GateWeight {
+    /// At the weight of the update.
+    #[default]
+    Update,
+    /// At ½, which is valid whatever the weight.
+    Half,
+}
+
+/// `[history]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct History {
+    /// A measurement older than this is rejected \[s\].
+    pub length_s: f64,
+    /// A measurement further ahead than this is rejected \[s\].
+    pub future_tolerance_s: f64,
+    /// Measurements that fit; reserved at start.
+    pub capacity: usize,
+}
+
+/// `[health]`: a sensor is stale when its newest sample is older than this at a tick \[s\].
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Health {
+    /// Wheels.
+    pub odometry_stale_s: f64,
+    /// Own sightings.
+    pub relative_pose_stale_s: f64,
+    /// Satellite fixes.
+    pub position_stale_s: f64,
+    /// Poses from neighbours.
+    pub neighbours_stale_s: f64,
+}
+
+/// `[realtime]`
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Realtime {
+    /// Scheduling class of the tick's thread.
+    pub scheduler: Scheduler,
+    /// Of `fifo` and `rr`.
+    pub priority: u8,
+    /// Processors that the tick's thread may run on; empty is any.
+    pub cpus: Vec<usize>,
+    /// Keep all memory resident (`mlockall`).
+    pub lock_memory: bool,
+    /// Stack of the tick's thread, touched before the first tick \[KiB\].
+    pub prefault_stack_kib: usize,
+    /// Exit when any of these is refused, rather than going on with a warning.
+    pub required: bool,
+}
+
+/// Scheduling classes.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scheduler {
+    /// `SCHED_FIFO`
+    #[default]
+    Fifo,
+    /// `SCHED_RR`
+    Rr,
+    /// `SCHED_OTHER`: nothing is asked for.
+    Other,
+}
+
+/// `[telemetry]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Telemetry {
+    /// Least severe level that is logged.
+    pub log: LogLevel,
+    /// Logs go here; standard error if empty.
+    pub log_file: PathBuf,
+    /// Where the last belief is saved for `initial.resume`; `<shm.root>/<robot.name>.belief.toml` if empty.
+    pub state_file: PathBuf,
+    /// How often it is saved; 0 never.
+    pub state_hz: f64,
+    /// The watchdog speaks when no tick was seen for as many periods.
+    pub watchdog_ticks: u32,
+}
+
+/// Severities of a log line.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[allow(missing_docs)]
+pub enum LogLevel {
+    Error,
+    Warn,
+    #[default]
+    Info,
+    Debug,
+    Trace,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self {
+            source: ClockSource::Realtime,
+            step_s: 0.005,
+        }
+    }
+}
+
+impl Default for Tick {
+    fn default() -> Self {
+        Self {
+            rate_hz: 50.0,
+            trigger: Trigger::Timer,
+        }
+    }
+}
+
+impl Default for Shm {
+    fn default() -> Self {
+        Self {
+            root: PathBuf::from("/tmp/coloc"),
+            prefix: "coloc_".into(),
+        }
+    }
+}
+
+impl Default for Motion {
+    fn default() -> Self {
+        Self {
+            forward: Variance {
+                b: 5.075,
+                ..Variance::default()
+            },
+            sideways: Variance::default(),
+            turning: Variance {
+                a: 0.345,
+                ..Variance::default()
+            },
+            reference_period_s: 0.02,
+            hold_s: 0.2,
+            hold_growth: 0.5,
+            outage_sigma: [1.0, 0.0, 1.0],
+        }
+    }
+}
+
+impl Default for Initial {
+    fn default() -> Self {
+        Self {
+            pose: [0.0; 3],
+            sigma: [0.1, 0.1, 0.05],
+            resume: false,
+            resume_max_age_s: 60.0,
+        }
+    }
+}
+
+impl Default for Fusion {
+    fn default() -> Self {
+        Self {
+            paper: false,
+            criterion: Criterion::Trace,
+            damping: 0.2,
+            reset_on_transmit: true,
+            neighbour_gate: 11.344_866_730_144_373,
+            gate_weight: GateWeight::Update,
+            position_gate: 9.210_340_371_976_182,
+        }
+    }
+}
+
+impl Default for History {
+    fn default() -> Self {
+        Self {
+            length_s: 1.0,
+            future_tolerance_s: 0.05,
+            capacity: 1024,
+        }
+    }
+}
+
+impl Default for Health {
+    fn default() -> Self {
+        Self {
+            odometry_stale_s: 0.1,
+            relative_pose_stale_s: 1.0,
+            position_stale_s: 1.0,
+            neighbours_stale_s: 1.0,
+        }
+    }
+}
+
+impl Default for Realtime {
+    fn default() -> Self {
+        Self {
+            scheduler: Scheduler::Fifo,
+            priority: 80,
+            cpus: Vec::new(),
+            lock_memory: true,
+            prefault_stack_kib: 256,
+            required: false,
+        }
+    }
+}
+
+impl Default for Telemetry {
+    fn default() -> Self {
+        Self {
+            log: LogLevel::Info,
+            log_file: PathBuf::new(),
+            state_file: PathBuf::new(),
+            state_hz: 5.0,
+            watchdog_ticks: 10,
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! What `colocd check` says it understood: one line a subject.
+
+use std::fmt;
+
+use super::{Config, Scheduler};
+
+/// A configuration in a short readable form.
+#[derive(Copy, Clone, Debug)]
+pub struct Summary<'a>(pub &'a Config);
+
+impl fmt::Display for Summary<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let c = self.0;
+        writeln!(
+            f,
+            "robot     {} (number {}), {} in the team",
+            c.robot.name,
+            c.robot.id,
+            c.peers().count() + 1
+        )?;
+        writeln!(
+            f,
+            "clock     {:?}, a step is anything beyond {} ms",
+            c.clock.source,
+            c.clock.step_s * 1e3
+        )?;
+        writeln!(
+            f,
+            "tick      {} Hz, started by {:?}",
+            c.tick.rate_hz, c.tick.trigger
+        )?;
+        writeln!(
+            f,
+            "shm       {}, prefix {}",
+            c.shm.root.display(),
+            c.shm.prefix
+        )?;
+        self.estimator(f)?;
+        self.realtime(f)
+    }
+}
+
+impl Summary<'_> {
+    fn estimator(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let c = self.0;
+        let ([x, y, phi], [sx, sy, sphi]) = (c.initial.pose, c.initial.sigma);
+        writeln!(
+            f,
+            "initial   ({x} ± {sx} m, {y} ± {sy} m, {phi} ± {sphi} rad){}",
+            if c.initial.resume {
+                ", or the saved belief"
+            } else {
+                ""
+            }
+        )?;
+        let fusion = &c.fusion;
+        let method = if fusion.paper {
+            "the paper's".into()
+        } else {
+            format!(
+                "damping {}, reset on transmit {}",
+                fusion.damping, fusion.reset_on_transmit
+            )
+        };
+        writeln!(
+            f,
+            "fusion    {:?}, {method}, gates {:.4} and {:.4}",
+            fusion.criterion, fusion.neighbour_gate, fusion.position_gate
+        )?;
+        writeln!(
+            f,
+            "history   {} s, {} measurements",
+            c.history.length_s, c.history.capacity
+        )
+    }
+
+    fn realtime(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let r = &self.0.realtime;
+        let class = match r.scheduler {
+            Scheduler::Other => "ordinary scheduling".into(),
+            class => format!("{class:?} {}", r.priority),
+        };
+        let memory = if r.lock_memory {
+            "memory locked"
+        } else {
+            "memory not locked"
+        };
+        write!(
+            f,
+            "realtime  {class}, cpus {}, {memory}, {}",
+            cpus(&r.cpus),
+            if r.required {
+                "required"
+            } else {
+                "as far as granted"
+            }
+        )
+    }
+}
+
+fn cpus(cpus: &[usize]) -> String {
+    if cpus.is_empty() {
+        "any".into()
+    } else {
+        format!("{cpus:?}")
+    }
+}
