@@ -1,0 +1,58 @@
+//! The kinds of input that a daemon takes in.
+
+/// What can change a belief; indexes `health`, `accepted` and `rejected` of the payloads.
+///
+/// The numbers are part of the payloads' version: new ones are added at the end, with a new version.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Input {
+    /// Wheel encoders, over CAN.
+    Odometry = 0,
+    /// Sightings of other robots.
+    RelativePose = 1,
+    /// Satellite fixes.
+    Position = 2,
+    /// What neighbours say.
+    Neighbour = 3,
+}
+
+impl Input {
+    /// How many there are.
+    pub const COUNT: usize = 4;
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; Self::COUNT] = [
+        Self::Odometry,
+        Self::RelativePose,
+        Self::Position,
+        Self::Neighbour,
+    ];
+
+    /// As it is printed.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Odometry => "odometry",
+            Self::RelativePose => "relative_pose",
+            Self::Position => "position",
+            Self::Neighbour => "neighbour",
+        }
+    }
+}
+
+impl core::fmt::Display for Input {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Input;
+
+    #[test]
+    fn numbers_are_places_in_the_list() {
+        for (place, input) in Input::ALL.into_iter().enumerate() {
+            assert_eq!(input as usize, place);
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! The layout of a payload, written as a table and held to by the compiler.
+
+/// Asserts size and offset of every field of a `#[repr(C)]` type, and that no byte of it is padding.
+///
+/// `layout!(Type, size; field: offset, …)` takes the fields in order. Padding is uninitialised memory: it must not
+/// travel to another process.
+macro_rules! layout {
+    ($type:ty, $size:literal; $($field:ident: $offset:literal),+ $(,)?) => {
+        const _: () = {
+            assert!(size_of::<$type>() == $size);
+            assert!(align_of::<$type>() == 8);
+            $(assert!(core::mem::offset_of!($type, $field) == $offset);)+
+            const fn size_of_field<T, F>(_: fn(&T) -> &F) -> usize { size_of::<F>() }
+            let fields = 0 $(+ size_of_field::<$type, _>(|it| &it.$field))+;
+            assert!(fields == $size, "implicit padding");
+        };
+    };
+}
+
+pub(crate) use layout;

@@ -1,0 +1,50 @@
+//! What a robot believes.
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::Header;
+use crate::layout::layout;
+use crate::{Health, Input};
+
+/// `coloc/<robot>/estimate`: the belief of every tick; a late joiner gets the last one.
+#[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("coloc.Estimate.v1")]
+pub struct Estimate {
+    /// Stamp of the tick, session and sequence of the daemon.
+    pub header: Header,
+    /// Ticks since the daemon started.
+    pub tick: u64,
+    /// Kernel receive stamp of the newest encoder frame in this estimate [ns of the configured clock]; 0 if none yet.
+    pub frame_stamp_ns: i64,
+    /// From the wake-up of this tick to just before this message was sent [ns].
+    pub latency_ns: u64,
+    /// Wake-up lateness of this tick against its deadline [ns].
+    pub lateness_ns: u64,
+    /// `[x, y, φ]` in the common frame [m, m, rad].
+    pub pose: [f64; 3],
+    /// `[v_x, v_y, ω]` in the body frame [m/s, m/s, rad/s].
+    pub velocity: [f64; 3],
+    /// P, 3×3, full row-major.
+    pub total: [f64; 9],
+    /// `P_i`, 3×3, full row-major.
+    pub independent: [f64; 9],
+    /// [`Health`] by [`Input`], one byte each; read it with [`Self::health_of`].
+    pub health: [u8; Input::COUNT],
+    /// Team number of the robot.
+    pub robot: u16,
+    /// Zero.
+    pub reserved: [u8; 2],
+}
+
+layout!(Estimate, 256;
+    header: 0, tick: 24, frame_stamp_ns: 32, latency_ns: 40, lateness_ns: 48, pose: 56, velocity: 80,
+    total: 104, independent: 176, health: 248, robot: 252, reserved: 254,
+);
+
+impl Estimate {
+    /// How `input` was doing at this tick.
+    #[must_use]
+    pub fn health_of(&self, input: Input) -> Health {
+        Health::from_byte(self.health[input as usize])
+    }
+}

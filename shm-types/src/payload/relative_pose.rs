@@ -1,0 +1,24 @@
+//! A robot's sighting of another.
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::Header;
+use crate::layout::layout;
+
+/// `coloc/<robot>/relative_pose`: this robot's sighting of another.
+#[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("coloc.RelativePose.v1")]
+pub struct RelativePose {
+    /// Stamp, session and sequence of the laser driver.
+    pub header: Header,
+    /// Team number of the robot that was seen.
+    pub observed: u16,
+    /// Zero.
+    pub reserved: [u8; 6],
+    /// `[δx, δy, δφ]` of the observed robot in this robot's body frame [m, m, rad].
+    pub pose: [f64; 3],
+    /// R of `pose`, 3×3, full row-major.
+    pub covariance: [f64; 9],
+}
+
+layout!(RelativePose, 128; header: 0, observed: 24, reserved: 26, pose: 32, covariance: 56);
