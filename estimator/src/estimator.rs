@@ -1,134 +1,162 @@
 //! The pure step: `step(&mut Estimator, &TickInputs) -> TickOutputs`.
 
 use crate::belief::Belief;
-use crate::covariance::Covariance3;
-use crate::history::Slot;
-use crate::input::{RobotId, TickInputs};
-use crate::pose::Pose;
+use crate::history::{History, Measurement, Slot};
+use crate::input::TickInputs;
+use crate::outbox::Outbox;
+use crate::output::{Estimate, TickOutputs, Verdict};
 use crate::settings::Settings;
 use crate::stamp::Stamp;
 
-/// Where the velocity at the tick's stamp comes from.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
-pub enum OdometryState {
-    /// No sample yet, or none for longer than the hold time: taken as standing still, with outage noise.
-    #[default]
-    Stale,
-    /// The last velocity is held beyond its stamp.
-    Held,
-    /// A sample reaches up to the tick.
-    Fresh,
-}
-
-/// The belief at the tick.
-#[derive(Copy, Clone, Debug, Default, PartialEq)]
-pub struct Estimate {
-    /// The tick's stamp.
-    pub stamp: Stamp,
-    /// Pose and covariances at `stamp`.
-    pub belief: Belief,
-    /// `[v_x, v_y, ω]` in the body frame \[m/s, m/s, rad/s\].
-    pub velocity: [f64; 3],
-    /// How fresh `velocity` is.
-    pub odometry: OdometryState,
-}
-
-/// Algorithm 2's result: what to tell the robot that was seen.
-#[derive(Copy, Clone, Debug, Default, PartialEq)]
-pub struct OutgoingPose {
-    /// The robot that was seen.
-    pub to: RobotId,
-    /// The sighting's stamp.
-    pub stamp: Stamp,
-    /// y*
-    pub pose: Pose,
-    /// R*
-    pub total: Covariance3,
-    /// R*_i
-    pub independent: Covariance3,
-}
-
-/// What became of a measurement when it was first applied.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub enum Verdict {
-    /// Fused.
-    Accepted {
-        /// Normalised innovation squared (NIS).
-        d2: f64,
-    },
-    /// The χ² gate refused it; the belief did not change.
-    Gated {
-        /// Normalised innovation squared.
-        d2: f64,
-    },
-    /// Older than the history.
-    TooOld,
-    /// Stamped beyond the future tolerance.
-    FromFuture,
-    /// Same kind, sender, stamp and sequence as one that is in the history.
-    Duplicate,
-    /// The history's storage is full of newer entries.
-    NoRoom,
-}
-
-/// Which measurement a verdict is about.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Source {
-    /// The wheels.
-    Odometry,
-    /// Own sighting of that robot.
-    Sighting(RobotId),
-    /// Pose received from that robot.
-    Neighbour(RobotId),
-    /// Satellite fix.
-    Fix,
-}
-
-/// A measurement's verdict.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Report {
-    /// Whose measurement.
-    pub source: Source,
-    /// Its stamp.
-    pub stamp: Stamp,
-    /// What became of it.
-    pub verdict: Verdict,
-}
-
-/// Result of a tick. The slices live in the estimator until the next step.
-#[derive(Copy, Clone, Debug)]
-pub struct TickOutputs<'a> {
-    /// The belief at the tick's stamp.
-    pub estimate: Estimate,
-    /// Poses to send, in the order of their stamps, ties by robot.
-    pub outgoing: &'a [OutgoingPose],
-    /// One report for each measurement that got its verdict in this tick (odometry only when refused).
-    pub reports: &'a [Report],
-    /// Messages and reports that did not fit into the fixed lists: never silently lost.
-    pub overflowed: u32,
-}
-
-/// One robot's estimator. `S` is the history's storage: an array, a `Vec` or a borrowed slice of [`Slot`]s,
-/// at least 64 of them; it is filled once at start and never grows.
-#[derive(Debug)]
+/// One robot's estimator. `S` is the history's storage: an array, a `Vec` or a borrowed slice of [`Slot`]s; it is
+/// filled once at start and never grows. It should hold what is measured within [`Settings::history`]: a second at
+/// 50 Hz of odometry, 10 Hz of fixes and 10 Hz of exchange with four robots is 140; 512 leave room for bursts.
+#[derive(Clone, Debug)]
 pub struct Estimator<S> {
-    #[allow(dead_code)]
-    storage: S,
+    settings: Settings,
+    history: History<S>,
+    /// The latest tick's stamp.
+    now: Stamp,
+    outbox: Outbox,
 }
 
 impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
-    /// An estimator that believes `initial` at `stamp`.
+    /// An estimator that believes `initial` at `stamp`. Measurements must be later than `stamp`.
     #[must_use]
     pub fn new(settings: Settings, stamp: Stamp, initial: Belief, storage: S) -> Self {
-        let _ = (settings, stamp, initial);
-        Self { storage }
+        Self {
+            settings,
+            history: History::new(stamp, initial, storage),
+            now: stamp,
+            outbox: Outbox::new(),
+        }
+    }
+
+    /// How the estimator behaves.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The belief at any stamp from the history's beginning to the latest tick; `None` outside.
+    #[must_use]
+    pub fn belief_at(&self, stamp: Stamp) -> Option<Belief> {
+        let known = self.history.begins() <= stamp && stamp <= self.now;
+        known.then(|| self.history.belief_at(stamp, &self.settings.odometry))
+    }
+
+    /// Goes on after the clock was stepped: the moment that it used to call `old` it now calls `new`.
+    ///
+    /// The belief at `old` (usually the latest tick's stamp) and the velocity held then are kept; the history is
+    /// dropped, because its stamps, and those of messages on their way, are the old clock's. Without this call a
+    /// clock stepped back gets the history's first belief and no measurement is accepted before the clock has caught up;
+    /// after one stepped ahead the robot is taken to have been without odometry for that long.
+    pub fn rebase(&mut self, old: Stamp, new: Stamp) {
+        self.history.rebase(old, new, &self.settings);
+        self.now = new;
+    }
+
+    fn take_in(&mut self, inputs: &TickInputs<'_>) {
+        // Odometry first: should the storage run full, what is folded early has been driven by it.
+        inputs
+            .odometry
+            .iter()
+            .for_each(|&sample| self.admit(Measurement::Odometry(sample)));
+        inputs
+            .sightings
+            .iter()
+            .for_each(|&sighting| self.admit(Measurement::Sighting(sighting)));
+        inputs
+            .neighbours
+            .iter()
+            .for_each(|&neighbour| self.admit(Measurement::Neighbour(neighbour)));
+        inputs
+            .fixes
+            .iter()
+            .for_each(|&fix| self.admit(Measurement::Fix(fix)));
+    }
+
+    fn admit(&mut self, measurement: Measurement) {
+        if let Err(verdict) = self.try_admit(measurement) {
+            self.outbox
+                .report(measurement.source(), measurement.stamp(), verdict);
+        }
+    }
+
+    fn try_admit(&mut self, measurement: Measurement) -> Result<(), Verdict> {
+        self.check(&measurement)?;
+        if self.history.is_full() {
+            self.make_room(measurement.stamp())?;
+        }
+        let inserted = self.history.insert(measurement);
+        inserted.then_some(()).ok_or(Verdict::NoRoom)
+    }
+
+    fn check(&self, measurement: &Measurement) -> Result<(), Verdict> {
+        let stamp = measurement.stamp();
+        if stamp > self.now + self.settings.future_tolerance {
+            return Err(Verdict::FromFuture);
+        }
+        if stamp < self.now - self.settings.history || stamp <= self.history.begins() {
+            return Err(Verdict::TooOld);
+        }
+        if measurement
+            .as_odometry()
+            .is_some_and(|sample| sample.start >= sample.stamp)
+        {
+            return Err(Verdict::EmptyInterval);
+        }
+        if self.history.contains(measurement) {
+            return Err(Verdict::Duplicate);
+        }
+        Ok(())
+    }
+
+    fn make_room(&mut self, newcomer: Stamp) -> Result<(), Verdict> {
+        let made = self
+            .history
+            .make_room(newcomer, self.now, &self.settings, &mut self.outbox);
+        made.then_some(()).ok_or(Verdict::NoRoom)
+    }
+
+    fn bring_up_to_date(&mut self) {
+        self.history
+            .replay(self.now, &self.settings, &mut self.outbox);
+        self.history.fold_before(self.now - self.settings.history);
+    }
+
+    fn estimate(&self) -> Estimate {
+        let drive = self.history.drive_at(self.now, &self.settings.odometry);
+        Estimate {
+            stamp: self.now,
+            belief: self.history.belief_at(self.now, &self.settings.odometry),
+            velocity: drive.velocity(),
+            odometry: drive.state(),
+        }
     }
 }
 
 /// One tick: put every measurement in its place, re-apply what comes after it, say where the robot is at `inputs.stamp`.
 ///
-/// Pure: the outputs and the new state depend on the old state and the inputs alone.
-pub fn step<'a, S: AsRef<[Slot]> + AsMut<[Slot]>>(estimator: &'a mut Estimator<S>, inputs: &TickInputs<'_>) -> TickOutputs<'a> {
-    let _ = (estimator, inputs);
-    unimplemented!()
+/// Pure: the outputs and the new state depend on the old state and the inputs alone. Measurements stamped after the
+/// tick, within the tolerance, wait for theirs. A tick may repeat the last one's stamp, to add measurements to it.
+///
+/// A tick whose stamp goes back answers with the belief then, or, before the history's beginning, with the belief at
+/// the beginning; time never runs backwards. One far ahead extrapolates in a few legs however far it is; that
+/// extrapolation is not kept, so that a single wrong stamp does no lasting harm. See [`Estimator::rebase`].
+pub fn step<'a, S: AsRef<[Slot]> + AsMut<[Slot]>>(
+    estimator: &'a mut Estimator<S>,
+    inputs: &TickInputs<'_>,
+) -> TickOutputs<'a> {
+    estimator.outbox.clear();
+    estimator.now = inputs.stamp;
+    estimator.take_in(inputs);
+    estimator.bring_up_to_date();
+    TickOutputs {
+        estimate: estimator.estimate(),
+        outgoing: estimator.outbox.outgoing(),
+        reports: estimator.outbox.reports(),
+        overflowed: estimator.outbox.overflowed(),
+        folded_early: estimator.outbox.folded_early(),
+    }
 }

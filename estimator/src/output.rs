@@ -1,0 +1,116 @@
+//! What a tick hands back: where the robot is, what to tell the others, what became of each measurement.
+
+use crate::belief::Belief;
+use crate::covariance::Covariance3;
+use crate::input::RobotId;
+use crate::pose::Pose;
+use crate::stamp::Stamp;
+
+/// Where the velocity at the tick's stamp comes from.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub enum OdometryState {
+    /// No sample yet, or none for longer than the hold time: taken as standing still, with outage noise.
+    #[default]
+    Stale,
+    /// The last velocity is held beyond its stamp.
+    Held,
+    /// A sample reaches up to the tick.
+    Fresh,
+}
+
+/// The belief at the tick.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// The tick's stamp.
+    pub stamp: Stamp,
+    /// Pose and covariances at `stamp`.
+    pub belief: Belief,
+    /// `[v_x, v_y, ω]` in the body frame \[m/s, m/s, rad/s\].
+    pub velocity: [f64; 3],
+    /// How fresh `velocity` is.
+    pub odometry: OdometryState,
+}
+
+/// Algorithm 2's result: what to tell the robot that was seen.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct OutgoingPose {
+    /// The robot that was seen.
+    pub to: RobotId,
+    /// The sighting's stamp.
+    pub stamp: Stamp,
+    /// y*
+    pub pose: Pose,
+    /// R*
+    pub total: Covariance3,
+    /// R*_i
+    pub independent: Covariance3,
+}
+
+/// What became of a measurement: refused on arrival, or gated when it was first applied.
+///
+/// A later arrival with an earlier stamp may move the belief under a measurement and so turn its gate's answer
+/// around; the belief follows, the verdict is not given twice.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Verdict {
+    /// Fused.
+    Accepted {
+        /// Normalised innovation squared (NIS).
+        d2: f64,
+    },
+    /// The χ² gate refused it; the belief did not change.
+    Gated {
+        /// Normalised innovation squared.
+        d2: f64,
+    },
+    /// Older than the history.
+    TooOld,
+    /// Stamped beyond the future tolerance.
+    FromFuture,
+    /// Same kind, sender, stamp and sequence as one that is in the history.
+    Duplicate,
+    /// An odometry sample that does not end after its start.
+    EmptyInterval,
+    /// The history's storage is full of newer entries, or of entries that wait for a later tick.
+    NoRoom,
+}
+
+/// Which measurement a verdict is about.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Source {
+    /// The wheels.
+    Odometry,
+    /// Own sighting of that robot.
+    Sighting(RobotId),
+    /// Pose received from that robot.
+    Neighbour(RobotId),
+    /// Satellite fix.
+    Fix,
+}
+
+/// A measurement's verdict.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Report {
+    /// Whose measurement.
+    pub source: Source,
+    /// Its stamp.
+    pub stamp: Stamp,
+    /// What became of it.
+    pub verdict: Verdict,
+}
+
+/// Result of a tick. The slices live in the estimator until the next step.
+#[derive(Copy, Clone, Debug)]
+pub struct TickOutputs<'a> {
+    /// The belief at the tick's stamp.
+    pub estimate: Estimate,
+    /// Poses to send, each once; in the order of their stamps, ties by robot.
+    pub outgoing: &'a [OutgoingPose],
+    /// One report for each measurement that got its verdict in this tick: neighbours' poses and fixes always,
+    /// odometry and sightings only when refused (a sighting's outcome is its outgoing pose).
+    pub reports: &'a [Report],
+    /// Messages and reports that did not fit into the fixed lists: never silently lost.
+    pub overflowed: u32,
+    /// Entries folded into the base before their time because the storage was full: from there on late
+    /// measurements are refused earlier than the settings say. Not zero: give the estimator more slots.
+    pub folded_early: u32,
+}
