@@ -1,1 +1,26 @@
-//! coloc
+//! A fleet without robots: recorded and synthetic worlds, the sensors that would be on them, rival
+//! estimators, and the figures that tell which of them to believe.
+//!
+//! # Principles
+//!
+//! * **One seed.** Every random number is a pure function of (seed, run, robot, sensor, step)
+//!   ([`random::Noise`]): switching one option on or off leaves all other noise as it was, and results do not
+//!   depend on the number of threads.
+//! * **The product is what is measured.** The methods `split-ci` and `coloc` call the functions of
+//!   [`coloc_estimator`] itself; the rivals share everything with them but the fusion ([`method`]).
+//! * **Data is checked where it enters.** A recording's defects become errors that name file and line, or a
+//!   truth that is honestly absent; nothing beyond the reader meets a malformed number.
+#![forbid(unsafe_code)]
+
+pub mod dead_reckoning;
+pub mod mrclam;
+pub mod random;
+pub mod scenario;
+pub mod sensors;
+pub mod synthetic;
+pub mod world;
+
+pub use scenario::Scenario;
+pub use sensors::{Sensors, StepInputs};
+pub use synthetic::{Synthetic, SyntheticConfig};
+pub use world::World;

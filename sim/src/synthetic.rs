@@ -1,0 +1,271 @@
+//! A world made up from a seed: robots that drive to waypoints at random on an indoor floor.
+
+use coloc_estimator::Pose;
+use coloc_estimator::angle::wrap;
+use coloc_estimator::noise::OdometryNoise;
+
+use crate::random::{Noise, Purpose};
+use crate::world::World;
+
+/// What the world is like.
+#[derive(Clone, Debug)]
+pub struct SyntheticConfig {
+    /// How many robots.
+    pub robots: usize,
+    /// How long \[s\].
+    pub seconds: f64,
+    /// All randomness.
+    pub seed: u64,
+    /// Run number: same waypoints, other wheel slip.
+    pub run: u16,
+    /// Length and width of the floor, its centre at the origin \[m\].
+    pub floor_m: [f64; 2],
+    /// Fastest forward velocity \[m/s\].
+    pub top_speed_mps: f64,
+    /// Fastest turn \[rad/s\].
+    pub top_turn_radps: f64,
+    /// How far the wheels' motion is from what they report.
+    pub noise: OdometryNoise,
+}
+
+impl Default for SyntheticConfig {
+    fn default() -> Self {
+        Self {
+            robots: 5,
+            seconds: 1500.0,
+            seed: 1,
+            run: 0,
+            floor_m: [15.0, 8.0],
+            top_speed_mps: 0.1,
+            top_turn_radps: 0.5,
+            noise: OdometryNoise::paper(),
+        }
+    }
+}
+
+/// Step of the world.
+const DT_S: f64 = 0.02;
+/// How close to a wall a waypoint may be.
+const MARGIN_M: f64 = 0.5;
+/// How close counts as there.
+const ARRIVED_M: f64 = 0.15;
+/// Turning rate per radian of heading error.
+const TURN_GAIN_PER_S: f64 = 1.5;
+/// Fastest change of the forward velocity.
+const ACCELERATION_MPS2: f64 = 0.3;
+/// Fastest change of the turning rate.
+const TURN_ACCELERATION_RADPS2: f64 = 2.0;
+
+/// A synthetic world: odometry is what the robots mean to do, the truth is that plus the noise of Table 2.
+///
+/// So the noise in the truth is exactly what a filter with the same [`OdometryNoise`] assumes, as on robots
+/// that log their commands as odometry.
+#[derive(Clone, Debug)]
+pub struct Synthetic {
+    robots: Vec<Vec<(Pose, [f64; 2])>>,
+    steps: usize,
+}
+
+impl Synthetic {
+    /// Drives the robots through the world.
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Saturates, which is what is wanted.
+    pub fn new(config: &SyntheticConfig) -> Self {
+        let steps = (config.seconds / DT_S).round() as usize + 1;
+        let robots = (0..config.robots)
+            .map(|robot| Driver::new(config, robot).drive(steps))
+            .collect();
+        Self { robots, steps }
+    }
+}
+
+impl World for Synthetic {
+    fn dt_s(&self) -> f64 {
+        DT_S
+    }
+
+    fn steps(&self) -> usize {
+        self.steps
+    }
+
+    fn robots(&self) -> usize {
+        self.robots.len()
+    }
+
+    fn truth(&self, step: usize, robot: usize) -> Option<Pose> {
+        self.robots.get(robot)?.get(step).map(|(pose, _)| *pose)
+    }
+
+    fn odometry(&self, step: usize, robot: usize) -> [f64; 2] {
+        self.robots
+            .get(robot)
+            .and_then(|path| path.get(step))
+            .map(|(_, velocity)| *velocity)
+            .unwrap_or_default()
+    }
+}
+
+struct Driver<'a> {
+    config: &'a SyntheticConfig,
+    /// The same in every run.
+    waypoints: Noise,
+    slip: Noise,
+    robot: usize,
+    visited: usize,
+    waypoint: [f64; 2],
+    pose: Pose,
+    velocity: [f64; 2],
+}
+
+impl<'a> Driver<'a> {
+    fn new(config: &'a SyntheticConfig, robot: usize) -> Self {
+        let (waypoints, slip) = (
+            Noise::new(config.seed, 0),
+            Noise::new(config.seed, config.run),
+        );
+        let mut driver = Self {
+            config,
+            waypoints,
+            slip,
+            robot,
+            visited: 0,
+            waypoint: [0.0; 2],
+            pose: Pose::default(),
+            velocity: [0.0; 2],
+        };
+        let [x, y] = driver.next_waypoint();
+        driver.waypoint = driver.next_waypoint();
+        driver.pose = Pose::new(
+            x,
+            y,
+            libm::atan2(driver.waypoint[1] - y, driver.waypoint[0] - x),
+        );
+        driver
+    }
+
+    fn next_waypoint(&mut self) -> [f64; 2] {
+        let mut draws = self
+            .waypoints
+            .draws(Purpose::Waypoint, self.visited, self.robot, 0);
+        self.visited += 1;
+        self.config.floor_m.map(|length| {
+            let reach = (length / 2.0 - MARGIN_M).max(0.0);
+            draws.uniform(-reach, reach)
+        })
+    }
+
+    fn drive(mut self, steps: usize) -> Vec<(Pose, [f64; 2])> {
+        let step = |step| {
+            self.steer();
+            let here = (self.pose, self.velocity);
+            self.advance(step);
+            here
+        };
+        (0..steps).map(step).collect()
+    }
+
+    fn steer(&mut self) {
+        let [dx, dy] = [
+            self.waypoint[0] - self.pose.x,
+            self.waypoint[1] - self.pose.y,
+        ];
+        if libm::hypot(dx, dy) < ARRIVED_M {
+            self.waypoint = self.next_waypoint();
+        }
+        let error = wrap(libm::atan2(dy, dx) - self.pose.phi);
+        let top = self.config.top_turn_radps;
+        let wanted = [
+            self.config.top_speed_mps * libm::cos(error).max(0.0),
+            (TURN_GAIN_PER_S * error).clamp(-top, top),
+        ];
+        let changes = [ACCELERATION_MPS2 * DT_S, TURN_ACCELERATION_RADPS2 * DT_S];
+        for ((velocity, wanted), change) in self.velocity.iter_mut().zip(wanted).zip(changes) {
+            *velocity += (wanted - *velocity).clamp(-change, change);
+        }
+    }
+
+    fn advance(&mut self, step: usize) {
+        let [v, omega] = self.velocity;
+        let slip = self
+            .slip
+            .draws(Purpose::Odometry, step, self.robot, 0)
+            .normals::<2>();
+        let v_true = v + slip[0] * self.config.noise.forward.at(v, omega).sqrt();
+        let omega_true = omega + slip[1] * self.config.noise.turning.at(v, omega).sqrt();
+        let (sin, cos) = libm::sincos(self.pose.phi);
+        let Pose { x, y, phi } = self.pose;
+        self.pose = Pose::new(
+            x + DT_S * v_true * cos,
+            y + DT_S * v_true * sin,
+            phi + DT_S * omega_true,
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn minutes(count: f64, run: u16) -> Synthetic {
+        Synthetic::new(&SyntheticConfig {
+            seconds: 60.0 * count,
+            run,
+            ..SyntheticConfig::default()
+        })
+    }
+
+    #[test]
+    fn robots_stay_on_the_floor_and_drive() {
+        let world = minutes(10.0, 0);
+        for robot in 0..world.robots() {
+            let mut path_m = 0.0;
+            for step in 0..world.steps() {
+                let pose = world.truth(step, robot).expect("always known");
+                assert!(pose.x.abs() < 7.5 && pose.y.abs() < 4.0, "{pose:?}");
+                path_m += world.odometry(step, robot)[0] * world.dt_s();
+            }
+            assert!(
+                path_m > 30.0,
+                "robot {robot} drove {path_m} m in ten minutes"
+            );
+        }
+    }
+
+    #[test]
+    fn velocities_and_their_changes_are_bounded() {
+        let world = minutes(5.0, 0);
+        for step in 1..world.steps() {
+            let [before, now] = [world.odometry(step - 1, 2), world.odometry(step, 2)];
+            assert!(now[0] >= -1e-12 && now[0] <= 0.1 + 1e-12 && now[1].abs() <= 0.5 + 1e-12);
+            assert!(
+                (now[0] - before[0]).abs() <= 0.006 + 1e-12
+                    && (now[1] - before[1]).abs() <= 0.04 + 1e-12
+            );
+        }
+    }
+
+    #[test]
+    fn the_truth_differs_from_odometry_by_the_noise_of_table_2() {
+        let world = minutes(10.0, 0);
+        let mut sum = 0.0;
+        for step in 1..world.steps() {
+            let [a, b] = [
+                world.truth(step - 1, 0).unwrap(),
+                world.truth(step, 0).unwrap(),
+            ];
+            let slip = wrap(b.phi - a.phi) / world.dt_s() - world.odometry(step - 1, 0)[1];
+            sum += slip * slip;
+        }
+        #[allow(clippy::cast_precision_loss)]
+        let variance = sum / (world.steps() - 1) as f64;
+        assert!((variance / 0.345 - 1.0).abs() < 0.04, "{variance}");
+    }
+
+    #[test]
+    fn one_seed_one_world() {
+        let [a, b, c] = [minutes(1.0, 0), minutes(1.0, 0), minutes(1.0, 1)];
+        assert_eq!(a.truth(3000, 4), b.truth(3000, 4));
+        assert_ne!(a.truth(3000, 4), c.truth(3000, 4));
+        assert_eq!(a.truth(0, 4), c.truth(0, 4));
+    }
+}
