@@ -1,0 +1,30 @@
+//! CAN: frames, and where they come from.
+//!
+//! Whatever the source, a [`Bus`] is one descriptor to wait on and hands on [`Received`] frames with the kernel's stamp.
+
+mod backoff;
+mod bus;
+mod candump;
+mod error_frame;
+mod filter;
+mod frame;
+mod health;
+mod local;
+mod playback;
+mod sender;
+mod socket_bus;
+mod socketcan;
+mod spec;
+mod sys;
+
+pub use self::bus::{Bus, Drained, FRAMES_PER_CALL, OpenError, Received};
+pub use self::candump::{Log, LogError, LogFrame};
+pub use self::error_frame::{ControllerState, ErrorClass, ErrorCounters, ErrorFrame};
+pub use self::filter::Filter;
+pub use self::frame::{CLASSIC_SIZE, FD_SIZE, Frame, FrameError, Kind, raw_id};
+pub use self::health::{BusCounters, BusHealth, BusState};
+pub use self::sender::{SendCounters, Sender};
+pub use self::spec::{BusSpec, BusSpecError};
+pub use ::socketcan::errors::ControllerProblems;
+pub use ::socketcan::{ExtendedId, Id, StandardId};
+pub use rustix::io::Errno;

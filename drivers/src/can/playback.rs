@@ -1,0 +1,145 @@
+//! A recorded log played in real time: a timer takes the place of the interface.
+
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+
+use rustix::io::Errno;
+use rustix::time::{
+    ClockId, Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, Timespec, clock_gettime,
+    timerfd_create, timerfd_settime,
+};
+
+use super::bus::{Drained, FRAMES_PER_CALL, Received};
+use super::candump::{Log, LogFrame};
+use super::filter::Filter;
+use super::health::{BusHealth, BusState};
+use super::socket_bus::accept;
+
+/// Plays a log from the first call of `receive` on: waiting to be waited for costs no frames.
+///
+/// Stamps are the start's `CLOCK_REALTIME` plus the frame's offset in the log, so they keep the recorded spacing to the
+/// nanosecond. When that clock is stepped they follow, as the kernel's stamps would.
+#[derive(Debug)]
+pub(super) struct Playback {
+    log: Log,
+    next: usize,
+    timer: OwnedFd,
+    /// `CLOCK_MONOTONIC` and `CLOCK_REALTIME` when the log's first frame was due.
+    start: Option<Start>,
+}
+
+#[derive(Copy, Clone, Debug)]
+struct Start {
+    monotonic_ns: i64,
+    realtime_ns: i64,
+}
+
+/// A larger change of the distance between the two clocks than this is a step; smaller ones are slewing.
+const CLOCK_STEP_NS: u64 = 100_000_000;
+
+impl Playback {
+    pub(super) fn new(log: Log) -> Result<Self, Errno> {
+        let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;
+        let timer = timerfd_create(TimerfdClockId::Monotonic, flags)?;
+        let playback = Self {
+            log,
+            next: 0,
+            timer,
+            start: None,
+        };
+        playback.wake_at(1)?;
+        Ok(playback)
+    }
+
+    pub(super) fn receive(
+        &mut self,
+        number: u8,
+        filter: &Filter,
+        health: &mut BusHealth,
+        sink: &mut impl FnMut(&Received),
+    ) -> Drained {
+        let (monotonic_ns, realtime_ns) = (now_ns(ClockId::Monotonic), now_ns(ClockId::Realtime));
+        let start = self.anchor(monotonic_ns, realtime_ns);
+        let mut frames = 0;
+        while let Some((log, offset_ns)) = self.due(monotonic_ns - start.monotonic_ns) {
+            if frames == FRAMES_PER_CALL {
+                return Drained { frames, more: true };
+            }
+            self.next += 1;
+            frames += 1;
+            if accept(&log.frame, filter, health) {
+                sink(&Received {
+                    frame: log.frame,
+                    stamp_ns: start.realtime_ns + offset_ns,
+                    bus: number,
+                });
+            }
+        }
+        self.arm(start, health);
+        Drained {
+            frames,
+            more: false,
+        }
+    }
+
+    fn anchor(&mut self, monotonic_ns: i64, realtime_ns: i64) -> Start {
+        let start = self.start.get_or_insert(Start {
+            monotonic_ns,
+            realtime_ns,
+        });
+        let step_ns = (realtime_ns - start.realtime_ns) - (monotonic_ns - start.monotonic_ns);
+        if step_ns.unsigned_abs() > CLOCK_STEP_NS {
+            start.realtime_ns += step_ns;
+        }
+        *start
+    }
+
+    /// The next frame and its offset from the first, if it is due.
+    fn due(&self, elapsed_ns: i64) -> Option<(LogFrame, i64)> {
+        self.upcoming()
+            .filter(|&(_, offset_ns)| offset_ns <= elapsed_ns)
+    }
+
+    fn upcoming(&self) -> Option<(LogFrame, i64)> {
+        let frames = self.log.frames();
+        let (first, next) = (frames.first()?, frames.get(self.next)?);
+        Some((*next, next.stamp_ns.saturating_sub(first.stamp_ns)))
+    }
+
+    fn arm(&self, start: Start, health: &mut BusHealth) {
+        let due_ns = self
+            .upcoming()
+            .map(|(_, offset_ns)| start.monotonic_ns.saturating_add(offset_ns));
+        if due_ns.is_none() {
+            health.state = BusState::Ended;
+        }
+        // Zero disarms. The only errors are a bad descriptor or time, and both are our own.
+        let _ = self.wake_at(due_ns.unwrap_or(0));
+    }
+
+    fn wake_at(&self, monotonic_ns: i64) -> Result<(), Errno> {
+        let it_value = Timespec {
+            tv_sec: monotonic_ns / NS_PER_S,
+            tv_nsec: monotonic_ns % NS_PER_S,
+        };
+        let when = Itimerspec {
+            it_interval: Timespec::default(),
+            it_value,
+        };
+        timerfd_settime(&self.timer, TimerfdTimerFlags::ABSTIME, &when).map(drop)
+    }
+}
+
+const NS_PER_S: i64 = 1_000_000_000;
+
+fn now_ns(clock: ClockId) -> i64 {
+    let now = clock_gettime(clock);
+    now.tv_sec
+        .saturating_mul(NS_PER_S)
+        .saturating_add(now.tv_nsec)
+}
+
+impl AsFd for Playback {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.timer.as_fd()
+    }
+}

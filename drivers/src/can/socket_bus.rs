@@ -1,0 +1,212 @@
+//! A bus behind a datagram socket: drained without blocking, watched, and opened again when it is lost.
+
+use std::os::fd::{AsFd, BorrowedFd, IntoRawFd, OwnedFd};
+
+use rustix::event::epoll;
+use rustix::io::Errno;
+use rustix::net::sockopt;
+
+use super::backoff::Backoff;
+use super::bus::{Drained, FRAMES_PER_CALL, Received};
+use super::filter::Filter;
+use super::frame::{FD_SIZE, Frame, Kind};
+use super::health::{BusHealth, BusState};
+use super::sys;
+
+/// What a socket leads to, and how to open one.
+pub(super) trait Endpoint {
+    /// A new socket, bound, filtered and stamping. Must not allocate: it also runs on the real-time thread.
+    fn open(&self) -> Result<OwnedFd, Errno>;
+    /// How the place that `socket` leads to is doing: up, down or gone.
+    fn state(&self, socket: BorrowedFd<'_>) -> BusState;
+}
+
+/// A socket, or the place where one will be again.
+#[derive(Debug)]
+pub(super) struct SocketBus<E> {
+    endpoint: E,
+    /// Owners wait on this one: it stays the same when the socket behind it is replaced.
+    epoll: OwnedFd,
+    open: Option<Open>,
+    backoff: Backoff,
+    next_look_ns: i64,
+}
+
+#[derive(Debug)]
+struct Open {
+    socket: OwnedFd,
+    /// The kernel's name for this very socket: a descriptor number may come to mean another one.
+    cookie: u64,
+    dropped: u32,
+}
+
+/// How often a place that seems well is looked at.
+const LOOK_INTERVAL_NS: i64 = 100_000_000;
+
+impl<E: Endpoint> SocketBus<E> {
+    /// Opens it; a place that is not there yet is waited for.
+    pub(super) fn new(endpoint: E, health: &mut BusHealth) -> Result<Self, Errno> {
+        let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
+        let mut bus = Self {
+            endpoint,
+            epoll,
+            open: None,
+            backoff: Backoff::default(),
+            next_look_ns: 0,
+        };
+        match bus.open() {
+            Ok(state) => health.state = state,
+            Err(Errno::NODEV | Errno::NOENT) => health.state = BusState::Gone,
+            Err(error) => return Err(error),
+        }
+        Ok(bus)
+    }
+
+    fn open(&mut self) -> Result<BusState, Errno> {
+        let socket = self.endpoint.open()?;
+        let cookie = sockopt::socket_cookie(&socket)?;
+        epoll::add(
+            &self.epoll,
+            &socket,
+            epoll::EventData::new_u64(0),
+            epoll::EventFlags::IN,
+        )?;
+        let state = self.endpoint.state(socket.as_fd());
+        self.open = Some(Open {
+            socket,
+            cookie,
+            dropped: 0,
+        });
+        Ok(state)
+    }
+
+    /// Hands on what has arrived, at most [`FRAMES_PER_CALL`] datagrams.
+    pub(super) fn receive(
+        &mut self,
+        number: u8,
+        filter: &Filter,
+        health: &mut BusHealth,
+        sink: &mut impl FnMut(&Received),
+    ) -> Drained {
+        let mut frames = 0;
+        for _ in 0..FRAMES_PER_CALL {
+            match self.receive_one(health) {
+                Ok(Some((frame, stamp_ns))) => {
+                    if accept(&frame, filter, health) {
+                        sink(&Received {
+                            frame,
+                            stamp_ns,
+                            bus: number,
+                        });
+                        frames += 1;
+                    }
+                }
+                Ok(None) => {}
+                Err(Errno::INTR) => {}
+                Err(error) => {
+                    self.note_failure(error, health);
+                    return Drained {
+                        frames,
+                        more: false,
+                    };
+                }
+            }
+        }
+        Drained { frames, more: true }
+    }
+
+    /// One datagram; `None` if it is no frame.
+    fn receive_one(&mut self, health: &mut BusHealth) -> Result<Option<(Frame, i64)>, Errno> {
+        let open = self.open.as_mut().ok_or(Errno::AGAIN)?;
+        let mut buffer = [0; FD_SIZE];
+        let datagram = sys::receive(open.socket.as_fd(), &mut buffer)?;
+        if let Some(dropped) = datagram.dropped {
+            health.counters.receive_drops += u64::from(dropped.wrapping_sub(open.dropped));
+            open.dropped = dropped;
+        }
+        // A datagram always carries a stamp, also an empty one; only a socket that was shut down has none.
+        let stamp_ns = datagram.stamp_ns.ok_or(Errno::SHUTDOWN)?;
+        let bytes = buffer.get(..datagram.len).filter(|_| !datagram.truncated);
+        let frame = bytes.and_then(|bytes| Frame::from_raw(bytes).ok());
+        health.counters.malformed += u64::from(frame.is_none());
+        Ok(frame.map(|frame| (frame, stamp_ns)))
+    }
+
+    fn note_failure(&mut self, error: Errno, health: &mut BusHealth) {
+        match error {
+            Errno::AGAIN => {}
+            Errno::NETDOWN => health.state = BusState::Down,
+            Errno::NODEV | Errno::NXIO => self.lose(BusState::Gone, health),
+            Errno::BADF | Errno::NOTSOCK => self.abandon(health),
+            _ => self.lose(BusState::Closed, health),
+        }
+    }
+
+    fn lose(&mut self, state: BusState, health: &mut BusHealth) {
+        self.open = None;
+        health.state = state;
+    }
+
+    /// Somebody closed our descriptor, and its number may be theirs by now: closing it is not our business any more.
+    fn abandon(&mut self, health: &mut BusHealth) {
+        if let Some(open) = self.open.take() {
+            let _ = open.socket.into_raw_fd();
+        }
+        health.state = BusState::Closed;
+    }
+
+    /// Looks after the socket: notices that it is not ours any more or leads nowhere, and opens a new one when due.
+    pub(super) fn supervise(&mut self, now_ns: i64, health: &mut BusHealth) {
+        match &self.open {
+            Some(open) if sockopt::socket_cookie(&open.socket) != Ok(open.cookie) => {
+                self.abandon(health)
+            }
+            Some(_) => self.look(now_ns, health),
+            None if self.backoff.is_due(now_ns) => self.reopen(now_ns, health),
+            None => {}
+        }
+    }
+
+    fn look(&mut self, now_ns: i64, health: &mut BusHealth) {
+        let Some(open) = &self.open else { return };
+        if health.state != BusState::Down && now_ns < self.next_look_ns {
+            return;
+        }
+        self.next_look_ns = now_ns.saturating_add(LOOK_INTERVAL_NS);
+        match (self.endpoint.state(open.socket.as_fd()), health.state) {
+            (BusState::Gone, _) => self.lose(BusState::Gone, health),
+            (BusState::Down, _) => health.state = BusState::Down,
+            (_, BusState::Down) => health.state = BusState::Up,
+            // What the controller said of itself stands until it says otherwise.
+            _ => {}
+        }
+    }
+
+    fn reopen(&mut self, now_ns: i64, health: &mut BusHealth) {
+        health.counters.reopen_attempts += 1;
+        if let Ok(state) = self.open() {
+            self.backoff.reset();
+            health.counters.reopened += 1;
+            health.state = state;
+        } else {
+            self.backoff.failed(now_ns);
+        }
+    }
+}
+
+/// Accounts for a frame; whether it is to be handed on.
+pub(super) fn accept(frame: &Frame, filter: &Filter, health: &mut BusHealth) -> bool {
+    let wanted = filter.accepts(frame);
+    match (frame.kind(), frame.error()) {
+        (Kind::Error, Some(error)) => health.note_error(&error),
+        _ if wanted => health.note_frame(),
+        _ => health.counters.unwanted += 1,
+    }
+    wanted
+}
+
+impl<E> AsFd for SocketBus<E> {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.epoll.as_fd()
+    }
+}

@@ -1,0 +1,187 @@
+//! The few calls of the kernel's socket interface that no library offers without allocating.
+#![allow(
+    unsafe_code,
+    reason = "recvmsg with control messages and CAN socket options exist only as C calls"
+)]
+
+use std::ffi::c_int;
+use std::mem::MaybeUninit;
+use std::os::fd::{AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
+
+use rustix::io::Errno;
+
+/// One datagram as the kernel handed it over.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Datagram {
+    /// Bytes written to the buffer.
+    pub(super) len: usize,
+    /// It was longer than the buffer.
+    pub(super) truncated: bool,
+    /// When the kernel received it \[ns of `CLOCK_REALTIME`\].
+    pub(super) stamp_ns: Option<i64>,
+    /// Datagrams dropped since the socket was opened because its buffer was full; wraps.
+    pub(super) dropped: Option<u32>,
+}
+
+/// Room for a `timespec` and a drop count, each with its header; aligned as headers must be.
+#[repr(C, align(8))]
+struct Control([MaybeUninit<u8>; 128]);
+
+/// Takes one datagram off the socket, with the kernel's stamp and drop count; never blocks.
+pub(super) fn receive(socket: BorrowedFd<'_>, buffer: &mut [u8]) -> Result<Datagram, Errno> {
+    let mut control = Control([MaybeUninit::uninit(); 128]);
+    let mut io = libc::iovec {
+        iov_base: buffer.as_mut_ptr().cast(),
+        iov_len: buffer.len(),
+    };
+    // SAFETY: all-zero is a valid msghdr (null pointers, zero lengths).
+    let mut message: libc::msghdr = unsafe { std::mem::zeroed() };
+    message.msg_iov = &raw mut io;
+    message.msg_iovlen = 1;
+    message.msg_control = control.0.as_mut_ptr().cast();
+    message.msg_controllen = size_of::<Control>() as _;
+    // SAFETY: message points at buffer and control, which outlive the call, with their true lengths.
+    let len = unsafe { libc::recvmsg(socket.as_raw_fd(), &raw mut message, libc::MSG_DONTWAIT) };
+    let len = usize::try_from(len).map_err(|_| last_error())?;
+    let truncated = message.msg_flags & libc::MSG_TRUNC != 0;
+    let mut datagram = Datagram {
+        len,
+        truncated,
+        ..Datagram::default()
+    };
+    // SAFETY: message is as recvmsg left it, control still lives.
+    unsafe { read_control(&message, &mut datagram) };
+    Ok(datagram)
+}
+
+/// # Safety
+/// `message` must be as `recvmsg` left it, its control buffer alive.
+unsafe fn read_control(message: &libc::msghdr, datagram: &mut Datagram) {
+    // SAFETY: by this function's contract the headers lie within the control buffer and were written by the kernel,
+    // which puts a timespec behind SO_TIMESTAMPNS and a u32 behind SO_RXQ_OVFL; data may be unaligned.
+    unsafe {
+        let mut header = libc::CMSG_FIRSTHDR(message);
+        while let Some(head) = header.as_ref() {
+            let data = libc::CMSG_DATA(header);
+            match (head.cmsg_level, head.cmsg_type) {
+                (libc::SOL_SOCKET, libc::SCM_TIMESTAMPNS) => {
+                    datagram.stamp_ns =
+                        Some(nanoseconds(data.cast::<libc::timespec>().read_unaligned()));
+                }
+                (libc::SOL_SOCKET, libc::SO_RXQ_OVFL) => {
+                    datagram.dropped = Some(data.cast::<u32>().read_unaligned());
+                }
+                _ => {}
+            }
+            header = libc::CMSG_NXTHDR(message, header);
+        }
+    }
+}
+
+fn nanoseconds(time: libc::timespec) -> i64 {
+    time.tv_sec
+        .saturating_mul(1_000_000_000)
+        .saturating_add(time.tv_nsec)
+}
+
+/// A new non-blocking raw CAN socket, not bound to an interface yet.
+pub(super) fn can_socket() -> Result<OwnedFd, Errno> {
+    let kind = libc::SOCK_RAW | libc::SOCK_CLOEXEC | libc::SOCK_NONBLOCK;
+    // SAFETY: no pointers involved.
+    let fd = check(unsafe { libc::socket(libc::PF_CAN, kind, libc::CAN_RAW) })?;
+    // SAFETY: the kernel just gave us this descriptor; nobody else owns it.
+    Ok(unsafe { OwnedFd::from_raw_fd(fd) })
+}
+
+/// Binds a CAN socket to the interface with this index.
+pub(super) fn bind_can(socket: BorrowedFd<'_>, interface: u32) -> Result<(), Errno> {
+    let mut address = libc::sockaddr_can {
+        can_family: libc::AF_CAN as _,
+        ..Default::default()
+    };
+    address.can_ifindex = c_int::try_from(interface).map_err(|_| Errno::NODEV)?;
+    let size = size_of::<libc::sockaddr_can>() as libc::socklen_t;
+    // SAFETY: address is a sockaddr_can of the size given.
+    check(unsafe { libc::bind(socket.as_raw_fd(), (&raw const address).cast(), size) }).map(drop)
+}
+
+/// Values that a socket option may have: plain data without padding.
+pub(super) trait OptionValue: Copy {}
+impl OptionValue for c_int {}
+impl OptionValue for u32 {}
+impl OptionValue for libc::can_filter {}
+
+/// Sets an option whose value is an array of `T`.
+pub(super) fn set_option<T: OptionValue>(
+    socket: BorrowedFd<'_>,
+    level: c_int,
+    name: c_int,
+    value: &[T],
+) -> Result<(), Errno> {
+    let size = libc::socklen_t::try_from(size_of_val(value)).map_err(|_| Errno::INVAL)?;
+    // SAFETY: value is plain data of the size given; the kernel only reads it.
+    check(unsafe { libc::setsockopt(socket.as_raw_fd(), level, name, value.as_ptr().cast(), size) })
+        .map(drop)
+}
+
+/// Lets only those datagrams in that the classic BPF program accepts.
+pub(super) fn attach_filter(
+    socket: BorrowedFd<'_>,
+    program: &[libc::sock_filter],
+) -> Result<(), Errno> {
+    let len = u16::try_from(program.len()).map_err(|_| Errno::INVAL)?;
+    let program = libc::sock_fprog {
+        len,
+        filter: program.as_ptr().cast_mut(),
+    };
+    let size = size_of::<libc::sock_fprog>() as libc::socklen_t;
+    let option = (libc::SOL_SOCKET, libc::SO_ATTACH_FILTER);
+    // SAFETY: program points at len instructions, which the kernel copies and checks; it does not write to them.
+    check(unsafe {
+        libc::setsockopt(
+            socket.as_raw_fd(),
+            option.0,
+            option.1,
+            (&raw const program).cast(),
+            size,
+        )
+    })
+    .map(drop)
+}
+
+/// Whether the network interface is switched on; any CAN socket can ask.
+pub(super) fn interface_is_up(socket: BorrowedFd<'_>, name: &str) -> Result<bool, Errno> {
+    // SAFETY: all-zero is a valid ifreq.
+    let mut request: libc::ifreq = unsafe { std::mem::zeroed() };
+    for (to, from) in request
+        .ifr_name
+        .iter_mut()
+        .take(libc::IFNAMSIZ - 1)
+        .zip(name.bytes())
+    {
+        *to = from.cast_signed();
+    }
+    // SAFETY: request is an ifreq with a terminated name, as SIOCGIFFLAGS reads and writes.
+    check(unsafe {
+        libc::ioctl(
+            socket.as_raw_fd(),
+            libc::SIOCGIFFLAGS as _,
+            &raw mut request,
+        )
+    })?;
+    // SAFETY: SIOCGIFFLAGS has just written ifru_flags.
+    let flags = c_int::from(unsafe { request.ifr_ifru.ifru_flags });
+    Ok(flags & libc::IFF_UP != 0)
+}
+
+fn check(result: c_int) -> Result<c_int, Errno> {
+    if result < 0 {
+        Err(last_error())
+    } else {
+        Ok(result)
+    }
+}
+
+fn last_error() -> Errno {
+    Errno::from_io_error(&std::io::Error::last_os_error()).unwrap_or(Errno::IO)
+}
