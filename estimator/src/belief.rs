@@ -22,7 +22,11 @@ impl Belief {
     /// A belief that owes nothing to anybody: `P_i = P` (the initial state of Algorithm 4).
     #[must_use]
     pub fn independent(pose: Pose, covariance: Covariance3) -> Self {
-        Self { pose, total: covariance, independent: covariance }
+        Self {
+            pose,
+            total: covariance,
+            independent: covariance,
+        }
     }
 
     /// `P_d = P − P_i`, symmetric; rounding may leave eigenvalues a little below zero.

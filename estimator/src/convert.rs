@@ -1,6 +1,7 @@
 //! Algorithm 2: what a sighting of a neighbour says about it in the common frame \[18–29\].
 
 use crate::belief::Belief;
+use crate::compose::{Displacement, compose};
 use crate::covariance::Covariance3;
 use crate::pose::Pose;
 
@@ -18,6 +19,20 @@ pub struct GlobalPose {
 /// Algorithm 2: where the observer's `relative` sighting, with noise `covariance` (R), puts the robot it saw.
 #[must_use]
 pub fn to_global(observer: &Belief, relative: &Pose, covariance: &Covariance3) -> GlobalPose {
-    let _ = (observer, relative, covariance);
-    unimplemented!()
+    let Pose { x, y, phi } = *relative;
+    let sighting = Displacement {
+        mean: [x, y, phi],
+        noise: covariance.symmetric(),
+        dimension: 6.0,
+    };
+    let Belief {
+        pose,
+        total,
+        independent,
+    } = compose(observer, &sighting);
+    GlobalPose {
+        pose,
+        total,
+        independent,
+    }
 }

@@ -4,6 +4,8 @@ use core::fmt;
 
 use nalgebra::{Matrix2, Matrix3};
 
+use crate::symmetric::Symmetric3;
+
 /// Why a matrix is not a covariance.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum NotACovariance {
@@ -27,9 +29,8 @@ impl fmt::Display for NotACovariance {
 
 impl core::error::Error for NotACovariance {}
 
-/// What still counts as rounding, relative to the standard deviations of the two coordinates concerned.
-///
-/// Wide enough for decimal text and for what 32-bit senders round, narrow enough to catch a wrong sign.
+/// What still counts as rounding, relative to the standard deviations of the two coordinates concerned:
+/// whatever the units and however small or large, a correlation may be off by this much.
 const ROUNDING: f64 = 1e-9;
 
 /// Variances beyond this are refused, so that determinants of 3×3 matrices stay finite.
@@ -52,8 +53,8 @@ impl Covariance3 {
     /// # Errors
     /// What is wrong with the matrix, in the order of [`NotACovariance`].
     pub fn new(matrix: Matrix3<f64>) -> Result<Self, NotACovariance> {
-        let _ = (matrix, ROUNDING, LARGEST);
-        unimplemented!()
+        let symmetric = checked(&matrix)?;
+        Ok(Self::trusted(&symmetric))
     }
 
     /// [`Self::new`] of the nine entries, row by row.
@@ -75,6 +76,28 @@ impl Covariance3 {
     /// Uncorrelated coordinates; a variance that is not a positive finite number counts as zero.
     pub(crate) fn clamped_diagonal(variances: [f64; 3]) -> Self {
         Self(Matrix3::from_diagonal(&variances.map(clamped).into()))
+    }
+
+    /// What the algorithms computed: symmetric by its type, positive semidefinite by their construction.
+    #[inline]
+    pub(crate) fn trusted(s: &Symmetric3) -> Self {
+        Self(Matrix3::new(
+            s.xx, s.xy, s.xp, s.xy, s.yy, s.yp, s.xp, s.yp, s.pp,
+        ))
+    }
+
+    /// The six numbers to compute with.
+    #[inline]
+    pub(crate) fn symmetric(&self) -> Symmetric3 {
+        let m = &self.0;
+        Symmetric3 {
+            xx: m.m11,
+            xy: m.m21,
+            xp: m.m31,
+            yy: m.m22,
+            yp: m.m32,
+            pp: m.m33,
+        }
     }
 
     /// `factor · Σ`; a factor that is not a positive finite number counts as zero.
@@ -108,8 +131,10 @@ impl Covariance2 {
     /// # Errors
     /// What is wrong with the matrix, in the order of [`NotACovariance`].
     pub fn new(matrix: Matrix2<f64>) -> Result<Self, NotACovariance> {
-        let _ = matrix;
-        unimplemented!()
+        let mut embedded = Matrix3::zeros();
+        embedded.fixed_view_mut::<2, 2>(0, 0).copy_from(&matrix);
+        let s = checked(&embedded)?;
+        Ok(Self(Matrix2::new(s.xx, s.xy, s.xy, s.yy)))
     }
 
     /// [`Self::new`] of the four entries, row by row.
@@ -155,4 +180,145 @@ impl Covariance2 {
 
 fn clamped(a: f64) -> f64 {
     if a > 0.0 && a.is_finite() { a } else { 0.0 }
+}
+
+/// The checks of [`Covariance3::new`], in the order of [`NotACovariance`].
+fn checked(m: &Matrix3<f64>) -> Result<Symmetric3, NotACovariance> {
+    if !m.iter().all(|entry| entry.abs() <= LARGEST) {
+        return Err(NotACovariance::NotFinite);
+    }
+    let sigma = [m.m11, m.m22, m.m33].map(|variance| libm::sqrt(variance.max(0.0)));
+    let symmetric = Symmetric3 {
+        xx: m.m11,
+        xy: merged(m.m12, m.m21, sigma[0] * sigma[1])?,
+        xp: merged(m.m13, m.m31, sigma[0] * sigma[2])?,
+        yy: m.m22,
+        yp: merged(m.m23, m.m32, sigma[1] * sigma[2])?,
+        pp: m.m33,
+    };
+    if is_semidefinite(&symmetric, sigma) {
+        Ok(symmetric)
+    } else {
+        Err(NotACovariance::NotPositiveSemidefinite)
+    }
+}
+
+/// The mean of two entries across the diagonal; equal ones are returned as they are.
+fn merged(a: f64, b: f64, scale: f64) -> Result<f64, NotACovariance> {
+    if (a - b).abs() > ROUNDING * scale.max(f64::MIN_POSITIVE) {
+        return Err(NotACovariance::Asymmetric);
+    }
+    Ok(if a.to_bits() == b.to_bits() {
+        a
+    } else {
+        0.5 * (a + b)
+    })
+}
+
+/// Whether the correlation matrix, [`ROUNDING`] added to its diagonal, has positive pivots.
+fn is_semidefinite(s: &Symmetric3, sigma: [f64; 3]) -> bool {
+    if s.xx.min(s.yy).min(s.pp) < 0.0 {
+        return false;
+    }
+    let [xy, xp, yp] = [(s.xy, 0, 1), (s.xp, 0, 2), (s.yp, 1, 2)]
+        .map(|(c, i, j)| correlation(c, sigma[i] * sigma[j]));
+    let one = 1.0 + ROUNDING;
+    let d2 = one - xy * xy / one;
+    let l32 = (yp - xp * xy / one) / d2;
+    d2 > 0.0 && one - xp * xp / one - l32 * l32 * d2 > 0.0
+}
+
+/// A coordinate without variance is correlated with nothing; if an entry says so, the answer is infinite.
+fn correlation(covariance: f64, scale: f64) -> f64 {
+    if covariance == 0.0 {
+        0.0
+    } else {
+        covariance / scale
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: [f64; 9] = [4.0, 1.0, -0.2, 1.0, 9.0, 0.3, -0.2, 0.3, 0.1];
+
+    fn with(index: usize, value: f64) -> Result<Covariance3, NotACovariance> {
+        let mut entries = GOOD;
+        entries[index] = value;
+        Covariance3::from_row_major(entries)
+    }
+
+    #[test]
+    fn what_is_checked_is_kept_to_the_bit() {
+        assert_eq!(
+            Covariance3::from_row_major(GOOD).unwrap().to_row_major(),
+            GOOD
+        );
+        assert_eq!(
+            Covariance2::from_row_major([4.0, 1.0, 1.0, 9.0])
+                .unwrap()
+                .to_row_major(),
+            [4.0, 1.0, 1.0, 9.0]
+        );
+    }
+
+    #[test]
+    fn each_fault_has_its_name() {
+        assert_eq!(with(4, f64::NAN), Err(NotACovariance::NotFinite));
+        assert_eq!(with(1, f64::INFINITY), Err(NotACovariance::NotFinite));
+        assert_eq!(with(0, 1e61), Err(NotACovariance::NotFinite));
+        assert_eq!(with(1, 1.000_001), Err(NotACovariance::Asymmetric));
+        assert_eq!(with(8, -0.1), Err(NotACovariance::NotPositiveSemidefinite));
+        assert_eq!(with(0, 0.1), Err(NotACovariance::NotPositiveSemidefinite));
+        assert_eq!(
+            Covariance2::from_row_major([1.0, 1.1, 1.1, 1.0]),
+            Err(NotACovariance::NotPositiveSemidefinite)
+        );
+    }
+
+    #[test]
+    fn scale_does_not_matter() {
+        for scale in [1e-90, 1e-20, 1.0, 1e50] {
+            assert!(Covariance3::from_row_major(GOOD.map(|entry| entry * scale)).is_ok());
+            assert!(
+                Covariance3::from_row_major(
+                    [4.0, 7.0, 0.0, 7.0, 9.0, 0.0, 0.0, 0.0, 1.0].map(|e| e * scale)
+                )
+                .is_err()
+            );
+        }
+    }
+
+    #[test]
+    fn rounding_is_forgiven_and_removed() {
+        let rounded = with(1, 1.0 + 1e-12).unwrap();
+        assert_eq!(
+            rounded.matrix().m12.to_bits(),
+            rounded.matrix().m21.to_bits()
+        );
+        assert!(Covariance2::from_row_major([1.0, 1.0 + 1e-12, 1.0 + 1e-12, 1.0]).is_ok());
+    }
+
+    #[test]
+    fn singular_matrices_are_legal_but_nothing_correlates_with_certainty() {
+        assert_eq!(Covariance3::from_row_major([0.0; 9]), Ok(Covariance3::ZERO));
+        assert!(Covariance3::from_row_major([4.0, 2.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0]).is_ok());
+        let certain = [0.0, 0.1, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, 1.0];
+        assert_eq!(
+            Covariance3::from_row_major(certain),
+            Err(NotACovariance::NotPositiveSemidefinite)
+        );
+    }
+
+    #[test]
+    fn factors_that_are_none_count_as_zero() {
+        let one = Covariance3::diagonal([1.0; 3]).unwrap();
+        assert_eq!(one.scaled(0.25), Covariance3::diagonal([0.25; 3]).unwrap());
+        assert_eq!(one.scaled(f64::NAN), Covariance3::ZERO);
+        assert_eq!(
+            Covariance3::clamped_diagonal([1.0, -1.0, f64::INFINITY]).to_row_major()[..5],
+            [1.0, 0.0, 0.0, 0.0, 0.0]
+        );
+    }
 }

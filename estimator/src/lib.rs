@@ -17,12 +17,16 @@
 //! 2016, 2560573.
 #![no_std]
 #![forbid(unsafe_code)]
+#![cfg_attr(test, allow(clippy::float_cmp))] // Where tests compare floats exactly, they mean it.
 
 pub mod angle;
 pub mod belief;
+mod clip;
+mod compose;
 pub mod convert;
 pub mod covariance;
 pub mod estimator;
+mod factor;
 pub mod fix;
 pub mod fusion;
 pub mod gate;
@@ -36,6 +40,7 @@ pub mod output;
 pub mod pose;
 pub mod settings;
 pub mod stamp;
+mod symmetric;
 
 pub use belief::Belief;
 pub use convert::{GlobalPose, to_global};

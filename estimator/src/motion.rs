@@ -1,7 +1,9 @@
 //! Algorithm 1: propagation of the belief through the motion model \[8–17\].
 
 use crate::belief::Belief;
+use crate::compose::{Displacement, compose};
 use crate::covariance::{Covariance2, Covariance3};
+use crate::symmetric::Symmetric3;
 
 /// A velocity and the covariance of its noise, for the two kinds of drive \[1\].
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -61,9 +63,85 @@ impl Motion {
     }
 }
 
-/// Algorithm 1: the belief after `dt_s` seconds of `motion`.
+/// Algorithm 1: the belief after `dt_s` seconds of `motion`, \[11–17\]; `dt_s` is finite and not negative.
+///
+/// Where no time passes, nothing changes, to the last bit.
 #[must_use]
 pub fn propagate(belief: &Belief, motion: &Motion, dt_s: f64) -> Belief {
-    let _ = (belief, motion, dt_s);
-    unimplemented!()
+    if dt_s == 0.0 {
+        return *belief;
+    }
+    compose(belief, &motion.over(dt_s))
+}
+
+impl Motion {
+    /// `δt ū` with the covariance `δt² Q` of its noise.
+    #[inline]
+    fn over(&self, dt_s: f64) -> Displacement {
+        let (noise, dimension) = match self {
+            Self::Nonholonomic { noise, .. } => (without_sideways(noise), 5.0),
+            Self::Holonomic { noise, .. } => (noise.symmetric(), 6.0),
+        };
+        Displacement {
+            mean: self.velocity().map(|u| dt_s * u),
+            noise: noise * (dt_s * dt_s),
+            dimension,
+        }
+    }
+}
+
+/// Q of `[v, ω]` as that of `[v_x, v_y, ω]`.
+#[inline]
+fn without_sideways(noise: &Covariance2) -> Symmetric3 {
+    let q = noise.matrix();
+    Symmetric3 {
+        xx: q.m11,
+        xp: q.m21,
+        pp: q.m22,
+        ..Symmetric3::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::Pose;
+
+    const Q: [f64; 4] = [0.04, 0.002, 0.002, 0.01];
+
+    fn motion() -> Motion {
+        Motion::Nonholonomic {
+            velocity: [0.5, 0.2],
+            noise: Covariance2::from_row_major(Q).unwrap(),
+        }
+    }
+
+    #[test]
+    fn no_time_changes_nothing() {
+        let covariance =
+            Covariance3::from_row_major([0.1, 0.03, 0.0, 0.03, 0.1, 0.01, 0.0, 0.01, 0.3]).unwrap();
+        let belief = Belief::independent(Pose::new(1.0, 2.0, 3.0), covariance);
+        assert_eq!(propagate(&belief, &motion(), 0.0), belief);
+    }
+
+    #[test]
+    fn from_certainty_only_the_noise_remains() {
+        let moved = propagate(&Belief::default(), &motion(), 2.0);
+        assert_eq!(moved.pose, Pose::new(1.0, 0.0, 0.4));
+        assert_eq!(moved.total, moved.independent);
+        let expected =
+            Covariance3::from_row_major([0.16, 0.0, 0.008, 0.0, 0.0, 0.0, 0.008, 0.0, 0.04])
+                .unwrap();
+        assert!((moved.total.matrix() - expected.matrix()).abs().max() < 1e-17);
+    }
+
+    #[test]
+    fn standing_still_has_no_velocity_and_keeps_its_noise() {
+        let still = Motion::standstill([1.0, 2.0, -3.0]);
+        assert_eq!(still.velocity(), [0.0; 3]);
+        let Motion::Holonomic { noise, .. } = still.with_noise_scaled(0.5) else {
+            unreachable!()
+        };
+        assert_eq!(noise, Covariance3::diagonal([0.5, 1.0, 0.0]).unwrap());
+    }
 }

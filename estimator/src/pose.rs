@@ -23,7 +23,11 @@ impl Pose {
     /// The pose with its heading wrapped to (−π, π].
     #[must_use]
     pub fn new(x: f64, y: f64, phi: f64) -> Self {
-        Self { x, y, phi: wrap(phi) }
+        Self {
+            x,
+            y,
+            phi: wrap(phi),
+        }
     }
 
     /// `[x, y, φ]`.

@@ -84,11 +84,17 @@ mod tests {
 
     #[test]
     fn a_tick_is_exactly_its_seconds() {
-        assert_eq!(Span::from_millis(20).as_seconds().to_bits(), 0.02_f64.to_bits());
+        assert_eq!(
+            Span::from_millis(20).as_seconds().to_bits(),
+            0.02_f64.to_bits()
+        );
     }
 
     #[test]
     fn the_ends_of_the_clock_saturate() {
-        assert_eq!(Stamp::from_nanos(i64::MAX) - Stamp::from_nanos(i64::MIN), Span::from_nanos(i64::MAX));
+        assert_eq!(
+            Stamp::from_nanos(i64::MAX) - Stamp::from_nanos(i64::MIN),
+            Span::from_nanos(i64::MAX)
+        );
     }
 }

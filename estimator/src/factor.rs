@@ -1,0 +1,120 @@
+//! The square-root-free factor `A = L D Lᵀ` of a symmetric positive semidefinite 3×3 matrix.
+//!
+//! It is the lower Cholesky factor `S = L √D` of the cubature transform \[6\] with its columns' scale kept
+//! apart, and gives the inverse without a square root. A singular matrix is legal: a pivot that is no more than
+//! 1e-14 of its diagonal entry is rounding, and its column is zero.
+
+use crate::symmetric::Symmetric3;
+
+/// A pivot up to this part of its diagonal entry counts as zero.
+const RELATIVE: f64 = 1e-14;
+
+/// A pivot below this counts as zero: 1e-50 m is no distance, and its reciprocal must stay finite.
+const ABSOLUTE: f64 = 1e-100;
+
+/// `L` (unit lower triangular) and the diagonal of `D`, with its reciprocals.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Factor {
+    /// Below the diagonal of `L`: `[l21, l31, l32]`.
+    pub(crate) lower: [f64; 3],
+    /// `D`, entries ≥ 0.
+    pub(crate) pivots: [f64; 3],
+    /// `1/D`, zero where `D` is.
+    reciprocals: [f64; 3],
+}
+
+impl Factor {
+    /// Factors `a`, order x, y, φ.
+    #[inline]
+    pub(crate) fn new(a: &Symmetric3) -> Self {
+        let (d1, r1) = pivot(a.xx, a.xx);
+        let (l21, l31) = (a.xy * r1, a.xp * r1);
+        let (d2, r2) = pivot(a.yy - l21 * a.xy, a.yy);
+        let l32 = (a.yp - l31 * a.xy) * r2;
+        let (d3, r3) = pivot(a.pp - l31 * a.xp - l32 * l32 * d2, a.pp);
+        Self {
+            lower: [l21, l31, l32],
+            pivots: [d1, d2, d3],
+            reciprocals: [r1, r2, r3],
+        }
+    }
+
+    /// `√D`
+    #[inline]
+    pub(crate) fn scale(&self) -> [f64; 3] {
+        self.pivots.map(libm::sqrt)
+    }
+
+    /// `A⁻¹`; of a singular `A` a generalised inverse, `A A⁻ A = A`.
+    #[inline]
+    pub(crate) fn inverse(&self) -> Symmetric3 {
+        let [l21, l31, l32] = self.lower;
+        let [r1, r2, r3] = self.reciprocals;
+        let m31 = l21 * l32 - l31; // L⁻¹ has −l21, m31, −l32 below its diagonal.
+        let (r2m21, r3m31, r3m32) = (-r2 * l21, r3 * m31, -r3 * l32);
+        Symmetric3 {
+            xx: r1 - r2m21 * l21 + r3m31 * m31,
+            xy: r2m21 + r3m32 * m31,
+            xp: r3m31,
+            yy: r2 - r3m32 * l32,
+            yp: r3m32,
+            pp: r3,
+        }
+    }
+
+    /// Whether each coordinate of `a`, the matrix that was factored, keeps more than `part` of its variance once
+    /// those before it are known.
+    pub(crate) fn is_regular(&self, a: &Symmetric3, part: f64) -> bool {
+        let [d1, d2, d3] = self.pivots;
+        d1 > 0.0 && d2 > part * a.yy && d3 > part * a.pp
+    }
+}
+
+/// The pivot and its reciprocal, both zero if it is rounding of `diagonal`.
+#[inline]
+fn pivot(d: f64, diagonal: f64) -> (f64, f64) {
+    if d > RELATIVE * diagonal && d > ABSOLUTE {
+        (d, 1.0 / d)
+    } else {
+        (0.0, 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_regular_matrix_is_inverted() {
+        let a = Symmetric3 {
+            xx: 4.0,
+            xy: 1.0,
+            xp: -2.0,
+            yy: 3.0,
+            yp: 0.5,
+            pp: 5.0,
+        };
+        let product = a.times(&Factor::new(&a).inverse()).0;
+        for (i, row) in product.iter().enumerate() {
+            for (j, entry) in row.iter().enumerate() {
+                assert!((entry - if i == j { 1.0 } else { 0.0 }).abs() < 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn a_rank_one_matrix_has_one_column_and_a_generalised_inverse() {
+        let a = Symmetric3::outer(2.0, [1.0, -3.0, 0.5]);
+        let factor = Factor::new(&a);
+        assert_eq!(factor.pivots, [2.0, 0.0, 0.0]);
+        let gain = a.times(&factor.inverse());
+        assert_eq!(gain.congruence(&a), a); // (A A⁻) A (A A⁻)ᵀ
+    }
+
+    #[test]
+    fn zero_is_its_own_factor_and_inverse() {
+        let factor = Factor::new(&Symmetric3::default());
+        assert_eq!(factor.pivots, [0.0; 3]);
+        assert_eq!(factor.inverse(), Symmetric3::default());
+    }
+}

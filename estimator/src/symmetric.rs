@@ -1,0 +1,205 @@
+//! 3×3 matrices as six or nine numbers: what the algorithms compute with between two [`crate::Covariance3`].
+
+use core::ops::{Add, Mul, Sub};
+
+/// A symmetric 3×3 matrix over `[x, y, φ]`, its lower triangle; `p` stands for φ.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub(crate) struct Symmetric3 {
+    pub(crate) xx: f64,
+    pub(crate) xy: f64,
+    pub(crate) xp: f64,
+    pub(crate) yy: f64,
+    pub(crate) yp: f64,
+    pub(crate) pp: f64,
+}
+
+/// Any 3×3 matrix, row by row: gains and products of symmetric matrices.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Square3(pub(crate) [[f64; 3]; 3]);
+
+impl Symmetric3 {
+    /// `w · c cᵀ`
+    #[inline]
+    pub(crate) fn outer(w: f64, c: [f64; 3]) -> Self {
+        let [x, y, p] = c;
+        let (wx, wy) = (w * x, w * y);
+        Self {
+            xx: wx * x,
+            xy: wx * y,
+            xp: wx * p,
+            yy: wy * y,
+            yp: wy * p,
+            pp: w * p * p,
+        }
+    }
+
+    /// The three rows.
+    #[inline]
+    pub(crate) fn rows(&self) -> [[f64; 3]; 3] {
+        [
+            [self.xx, self.xy, self.xp],
+            [self.xy, self.yy, self.yp],
+            [self.xp, self.yp, self.pp],
+        ]
+    }
+
+    /// The matrix times a vector.
+    #[inline]
+    pub(crate) fn apply(&self, v: [f64; 3]) -> [f64; 3] {
+        self.rows().map(|row| dot(row, v))
+    }
+
+    /// `vᵀ A v`
+    #[inline]
+    pub(crate) fn quadratic(&self, v: [f64; 3]) -> f64 {
+        dot(v, self.apply(v))
+    }
+
+    /// `A B`
+    #[inline]
+    pub(crate) fn times(&self, b: &Self) -> Square3 {
+        Square3(self.rows().map(|row| b.apply(row)))
+    }
+}
+
+impl Square3 {
+    /// `G v`
+    #[inline]
+    pub(crate) fn apply(&self, v: [f64; 3]) -> [f64; 3] {
+        self.0.map(|row| dot(row, v))
+    }
+
+    /// `w G`
+    #[inline]
+    pub(crate) fn scaled(&self, w: f64) -> Self {
+        Self(self.0.map(|row| row.map(|entry| w * entry)))
+    }
+
+    /// `I − G`
+    #[inline]
+    pub(crate) fn complement(&self) -> Self {
+        let [[a, b, c], [d, e, f], [g, h, i]] = self.0;
+        Self([[1.0 - a, -b, -c], [-d, 1.0 - e, -f], [-g, -h, 1.0 - i]])
+    }
+
+    /// `G A Gᵀ`
+    #[inline]
+    pub(crate) fn congruence(&self, a: &Symmetric3) -> Symmetric3 {
+        let [x, y, p] = self.0;
+        let (ax, ay, ap) = (a.apply(x), a.apply(y), a.apply(p));
+        Symmetric3 {
+            xx: dot(ax, x),
+            xy: dot(ax, y),
+            xp: dot(ax, p),
+            yy: dot(ay, y),
+            yp: dot(ay, p),
+            pp: dot(ap, p),
+        }
+    }
+
+    /// `tr G A Gᵀ`
+    #[inline]
+    pub(crate) fn congruence_trace(&self, a: &Symmetric3) -> f64 {
+        let [x, y, p] = self.0;
+        a.quadratic(x) + a.quadratic(y) + a.quadratic(p)
+    }
+
+    /// `tr G F`
+    #[inline]
+    pub(crate) fn product_trace(&self, f: &Self) -> f64 {
+        let ([a, b, c], [x, y, z]) = (self.0, f.0);
+        dot(a, [x[0], y[0], z[0]]) + dot(b, [x[1], y[1], z[1]]) + dot(c, [x[2], y[2], z[2]])
+    }
+}
+
+impl Add for Symmetric3 {
+    type Output = Self;
+    #[inline]
+    fn add(self, b: Self) -> Self {
+        Self {
+            xx: self.xx + b.xx,
+            xy: self.xy + b.xy,
+            xp: self.xp + b.xp,
+            yy: self.yy + b.yy,
+            yp: self.yp + b.yp,
+            pp: self.pp + b.pp,
+        }
+    }
+}
+
+impl Sub for Symmetric3 {
+    type Output = Self;
+    #[inline]
+    fn sub(self, b: Self) -> Self {
+        self + b * -1.0
+    }
+}
+
+impl Mul<f64> for Symmetric3 {
+    type Output = Self;
+    #[inline]
+    fn mul(self, w: f64) -> Self {
+        Self {
+            xx: self.xx * w,
+            xy: self.xy * w,
+            xp: self.xp * w,
+            yy: self.yy * w,
+            yp: self.yp * w,
+            pp: self.pp * w,
+        }
+    }
+}
+
+#[inline]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const A: Symmetric3 = Symmetric3 {
+        xx: 4.0,
+        xy: 1.0,
+        xp: -2.0,
+        yy: 3.0,
+        yp: 0.5,
+        pp: 5.0,
+    };
+    const B: Symmetric3 = Symmetric3 {
+        xx: 2.0,
+        xy: -1.0,
+        xp: 0.5,
+        yy: 6.0,
+        yp: 1.5,
+        pp: 1.0,
+    };
+
+    #[test]
+    fn products_agree_with_the_library() {
+        let (a, b) = (matrix(&A.rows()), matrix(&B.rows()));
+        let g = A.times(&B);
+        assert_eq!(matrix(&g.0), a * b);
+        assert_eq!(
+            matrix(&g.congruence(&B).rows()),
+            a * b * b * (a * b).transpose()
+        );
+        assert_eq!(
+            g.congruence_trace(&B).to_bits(),
+            (a * b * b * b * a).trace().to_bits()
+        );
+        assert_eq!(
+            g.product_trace(&B.times(&A)).to_bits(),
+            (a * b * b * a).trace().to_bits()
+        );
+        assert_eq!(
+            matrix(&g.complement().0),
+            nalgebra::Matrix3::identity() - a * b
+        );
+    }
+
+    fn matrix(rows: &[[f64; 3]; 3]) -> nalgebra::Matrix3<f64> {
+        nalgebra::Matrix3::from_row_slice(rows.as_flattened())
+    }
+}
