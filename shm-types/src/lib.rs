@@ -24,13 +24,20 @@ mod channel;
 mod health;
 mod input;
 mod layout;
+mod matrix;
 mod payload;
 mod reject;
+mod replay;
+mod robot_name;
+mod validate;
 
-pub use channel::{Channel, Message};
+pub use channel::{Channel, Message, Quality};
 pub use health::{BusState, Health};
 pub use input::Input;
 pub use payload::{
     CanCounters, Estimate, Header, Latency, Neighbour, Position, RelativePose, Status,
 };
 pub use reject::Reject;
+pub use replay::Replay;
+pub use robot_name::{NotARobotName, RobotName};
+pub use validate::Limits;

@@ -28,12 +28,12 @@ pub enum Reject {
     /// Stamped before the history begins.
     #[error("its stamp is older than the history")]
     TooOld = 6,
-    /// This message of this sender was here before, or is of an earlier start of the sender.
-    #[error("it was received before")]
-    Replayed = 7,
     /// The receiver says that it has no usable fix.
     #[error("the receiver reports no usable fix")]
-    BadQuality = 8,
+    BadQuality = 7,
+    /// This message of this sender was here before, or is of an earlier start of the sender.
+    #[error("it was received before")]
+    Replayed = 8,
     /// The innovation is outside of the χ² gate.
     #[error("its innovation is outside of the gate")]
     Gated = 9,
@@ -54,8 +54,8 @@ impl Reject {
         Self::UnknownRobot,
         Self::FromFuture,
         Self::TooOld,
-        Self::Replayed,
         Self::BadQuality,
+        Self::Replayed,
         Self::Gated,
         Self::HistoryFull,
     ];
@@ -71,8 +71,8 @@ impl Reject {
             Self::UnknownRobot => "unknown_robot",
             Self::FromFuture => "from_future",
             Self::TooOld => "too_old",
-            Self::Replayed => "replayed",
             Self::BadQuality => "bad_quality",
+            Self::Replayed => "replayed",
             Self::Gated => "gated",
             Self::HistoryFull => "history_full",
         }

@@ -3,7 +3,8 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::Header;
 use crate::layout::layout;
-use crate::{Health, Input};
+use crate::matrix::Matrix;
+use crate::{Health, Input, Limits, Reject};
 
 /// `coloc/<robot>/estimate`: the belief of every tick; a late joiner gets the last one.
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
@@ -42,6 +43,19 @@ layout!(Estimate, 256;
 );
 
 impl Estimate {
+    /// Checks what a reader needs: finite, both covariances and their difference valid, of the team, of the time.
+    ///
+    /// # Errors
+    /// The first reason, in the order of [`Reject`].
+    pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
+        Limits::check_finite(&self.pose)?;
+        Limits::check_finite(&self.velocity)?;
+        let total = Matrix::<3>::from_row_major(self.total);
+        Matrix::check_split(&total, &Matrix::<3>::from_row_major(self.independent))?;
+        limits.check_member(self.robot)?;
+        limits.check_time(&self.header)
+    }
+
     /// How `input` was doing at this tick.
     #[must_use]
     pub fn health_of(&self, input: Input) -> Health {

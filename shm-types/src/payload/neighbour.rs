@@ -3,6 +3,8 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::Header;
 use crate::layout::layout;
+use crate::matrix::Matrix;
+use crate::{Limits, Reject};
 
 /// `coloc/<robot>/neighbour`: pose of this robot as a neighbour sees it.
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
@@ -24,3 +26,17 @@ pub struct Neighbour {
 }
 
 layout!(Neighbour, 200; header: 0, sender: 24, reserved: 26, pose: 32, total: 56, independent: 128);
+
+impl Neighbour {
+    /// Checks everything that can be known of this message alone. The angle may be any finite number.
+    ///
+    /// # Errors
+    /// The first reason, in the order of [`Reject`].
+    pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
+        Limits::check_finite(&self.pose)?;
+        let total = Matrix::<3>::from_row_major(self.total);
+        Matrix::check_split(&total, &Matrix::<3>::from_row_major(self.independent))?;
+        limits.check_other(self.sender)?;
+        limits.check_time(&self.header)
+    }
+}

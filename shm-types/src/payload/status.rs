@@ -3,7 +3,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::Header;
 use crate::layout::layout;
-use crate::{BusState, Health, Input, Reject};
+use crate::{BusState, Health, Input, Limits, Reject};
 
 /// `coloc/<robot>/status`: every counter since the start of the daemon, once a second.
 ///
@@ -46,6 +46,15 @@ layout!(Status, 552;
 );
 
 impl Status {
+    /// Checks that it is of the team and of the time; counters may be anything.
+    ///
+    /// # Errors
+    /// The first reason, in the order of [`Reject`].
+    pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
+        limits.check_member(self.robot)?;
+        limits.check_time(&self.header)
+    }
+
     /// How `input` is doing.
     #[must_use]
     pub fn health_of(&self, input: Input) -> Health {

@@ -1,0 +1,131 @@
+//! Whether a matrix from outside is a covariance.
+//!
+//! Every tolerance is relative to the standard deviations of the two coordinates concerned: 1 mm² next to 1 rad², or
+//! variances of 1e-12 and of 1e+6, are judged alike.
+use crate::Reject;
+
+/// What still counts as rounding. Wide enough for decimal text, narrow enough to catch a wrong sign.
+const ROUNDING: f64 = 1e-9;
+
+/// Entries beyond this count as infinite: products of three of them would be.
+const LARGEST: f64 = 1e60;
+
+/// An N×N matrix, row by row.
+#[derive(Copy, Clone, Debug)]
+pub(crate) struct Matrix<const N: usize>([[f64; N]; N]);
+
+impl Matrix<2> {
+    pub(crate) fn from_row_major([a, b, c, d]: [f64; 4]) -> Self {
+        Self([[a, b], [c, d]])
+    }
+}
+
+impl Matrix<3> {
+    pub(crate) fn from_row_major([a, b, c, d, e, f, g, h, i]: [f64; 9]) -> Self {
+        Self([[a, b, c], [d, e, f], [g, h, i]])
+    }
+}
+
+impl<const N: usize> Matrix<N> {
+    /// Finite, symmetric, positive semidefinite; the first that fails is the reason.
+    pub(crate) fn check_covariance(&self) -> Result<(), Reject> {
+        let deviations = self.deviations();
+        match () {
+            () if !all_finite(self.0.as_flattened()) => Err(Reject::NotFinite),
+            () if !self.is_symmetric(&deviations) => Err(Reject::Asymmetric),
+            () if !self.is_semidefinite(&deviations) => Err(Reject::NotPositiveSemidefinite),
+            () => Ok(()),
+        }
+    }
+
+    /// Both are covariances, and so is their difference.
+    pub(crate) fn check_split(total: &Self, independent: &Self) -> Result<(), Reject> {
+        Self::check_both(total, independent)?;
+        if total
+            .minus(independent)
+            .is_semidefinite(&total.deviations())
+        {
+            Ok(())
+        } else {
+            Err(Reject::DependentNotPositiveSemidefinite)
+        }
+    }
+
+    /// The earliest reason of the two, whichever matrix has it.
+    fn check_both(total: &Self, independent: &Self) -> Result<(), Reject> {
+        match (total.check_covariance(), independent.check_covariance()) {
+            (Err(one), Err(other)) => Err(one.min(other)),
+            (one, other) => one.and(other),
+        }
+    }
+
+    fn minus(&self, other: &Self) -> Self {
+        Self(core::array::from_fn(|i| {
+            core::array::from_fn(|j| self.0[i][j] - other.0[i][j])
+        }))
+    }
+
+    /// Square roots of the diagonal; a negative variance gives NaN, which no comparison accepts.
+    fn deviations(&self) -> [f64; N] {
+        core::array::from_fn(|i| self.0[i][i].sqrt())
+    }
+
+    fn is_symmetric(&self, deviations: &[f64; N]) -> bool {
+        pairs::<N>().all(|(i, j)| {
+            let difference = (self.0[i][j] - self.0[j][i]).abs();
+            // A negative variance is not an asymmetry: the next check has its own name for it.
+            let allowed = ROUNDING * deviations[i] * deviations[j];
+            difference == 0.0 || difference <= allowed || allowed.is_nan()
+        })
+    }
+
+    /// Whether no eigenvalue, in units of `deviations`, is below zero by more than rounding.
+    ///
+    /// That is whether the Cholesky factorization of S⁻¹ A S⁻¹ + ε I goes through, S = diag(`deviations`). A coordinate
+    /// without deviation must not vary at all, and takes no part.
+    fn is_semidefinite(&self, deviations: &[f64; N]) -> bool {
+        self.is_zero_where_certain(deviations) && self.scaled(deviations).is_definite()
+    }
+
+    fn is_zero_where_certain(&self, deviations: &[f64; N]) -> bool {
+        (0..N)
+            .filter(|i| deviations[*i] == 0.0)
+            .all(|i| (0..N).all(|j| self.0[i][j] == 0.0 && self.0[j][i] == 0.0))
+    }
+
+    fn scaled(&self, deviations: &[f64; N]) -> Self {
+        Self(core::array::from_fn(|i| {
+            core::array::from_fn(|j| {
+                let symmetric = f64::midpoint(self.0[i][j], self.0[j][i]);
+                let one = if i == j { ROUNDING } else { 0.0 };
+                match (deviations[i], deviations[j]) {
+                    (0.0, _) | (_, 0.0) => one,
+                    (a, b) => symmetric / a / b + one,
+                }
+            })
+        }))
+    }
+
+    /// Whether every pivot of the factorization is positive.
+    fn is_definite(mut self) -> bool {
+        (0..N).all(|k| {
+            let pivot = self.0[k][k];
+            for i in k + 1..N {
+                let factor = self.0[i][k] / pivot;
+                for j in k + 1..N {
+                    self.0[i][j] -= factor * self.0[k][j];
+                }
+            }
+            pivot > 0.0
+        })
+    }
+}
+
+/// Whether no number is NaN, infinite, or so large that it soon would be.
+pub(crate) fn all_finite(numbers: &[f64]) -> bool {
+    numbers.iter().all(|number| number.abs() <= LARGEST)
+}
+
+fn pairs<const N: usize>() -> impl Iterator<Item = (usize, usize)> {
+    (0..N).flat_map(|i| (i + 1..N).map(move |j| (i, j)))
+}
