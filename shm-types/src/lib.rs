@@ -5,8 +5,7 @@
 //! * **The bytes are the interface.** A payload is plain `#[repr(C)]` data of fixed size without padding; its layout is
 //!   asserted at compile time and its version stands in its type name, because shared memory opens without an error
 //!   when two programs agree on name, size and alignment only. A changed field is a new version.
-//! * **Nothing from outside is believed.** A received payload is raw: every bit pattern is possible. `validate`
-//!   checks it once, with one [`Reject`] per failure; what the rest of coloc computes on has passed it.
+//! * **Nothing from outside is believed.** A received payload is raw: every bit pattern is possible. validate//!   checks it once, with one [`Reject`] per failure; what the rest of coloc computes on has passed it.
 //! * **The hot path is send and receive.** Neither allocates, locks nor makes a system call. Everything else (opening,
 //!   joining, cleaning up) does all three, and happens before the real-time loop is armed.
 //! * **One table of service qualities.** Whoever opens a service first fixes its quality for everybody; so [`Channel`]
@@ -14,7 +13,7 @@
 //!
 //! # Invariants of the shared memory
 //!
-//! * A space is a root directory together with a prefix; everything coloc leaves on disk or in `/dev/shm` is inside
+//! * A [`Space`] is a root directory together with a prefix; everything coloc leaves on disk or in `/dev/shm` is inside
 //!   the one or begins with the other, so it can be removed without asking iceoryx2 what it was.
 //! * Every process in a space holds a shared lock on the root directory for as long as it has a port. Who can get the
 //!   lock exclusively is alone, and removes what the dead have left: at the start, and again when the last one goes.
@@ -29,6 +28,7 @@ mod payload;
 mod reject;
 mod replay;
 mod robot_name;
+mod space;
 mod validate;
 
 pub use channel::{Channel, Message, Quality};
@@ -40,4 +40,7 @@ pub use payload::{
 pub use reject::Reject;
 pub use replay::Replay;
 pub use robot_name::{NotARobotName, RobotName};
+pub use space::{
+    Claim, OpenError, PortError, Publisher, ReceiveError, SendError, Space, Subscriber,
+};
 pub use validate::Limits;

@@ -1,0 +1,145 @@
+//! What can go wrong with a space, in words that tell a person what to do.
+use std::path::PathBuf;
+
+use iceoryx2::node::NodeCreationFailure;
+
+/// A space could not be opened, or a robot not be claimed: the program cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// The prefix would not fit into file names.
+    #[error("shared-memory prefix `{prefix}`: use 1 to 16 of the characters a-z, A-Z, 0-9 and `_`")]
+    BadPrefix {
+        /// What was given.
+        prefix: String,
+    },
+    /// The path of the root directory does not fit into iceoryx2's paths.
+    #[error("shared-memory root {}: use an absolute path of at most {limit} bytes", .root.display())]
+    BadRoot {
+        /// What was given.
+        root: PathBuf,
+        /// Longest path [bytes].
+        limit: usize,
+    },
+    /// The operating system refused something.
+    #[error("cannot {action} {}: {source}", .path.display())]
+    System {
+        /// What was tried, as in "cannot …".
+        action: &'static str,
+        /// On which path.
+        path: PathBuf,
+        /// What it said.
+        source: std::io::Error,
+    },
+    /// The root directory belongs to somebody else, whose memory this process could not read.
+    #[error(
+        "shared-memory root {} belongs to user {owner}, this process runs as user {own}: \
+         run everything on the robot as the same user, or choose another root",
+        .root.display()
+    )]
+    WrongUser {
+        /// The root directory.
+        root: PathBuf,
+        /// Its owner's user number.
+        owner: u32,
+        /// The effective user number of this process.
+        own: u32,
+    },
+    /// The root directory is used for something else, which cleaning up would destroy.
+    #[error(
+        "shared-memory root {} contains `{entry}`, which is not of coloc: \
+         choose a directory that holds nothing else, it is emptied when the last process leaves",
+        .root.display()
+    )]
+    NotOurs {
+        /// The root directory.
+        root: PathBuf,
+        /// What is in it.
+        entry: String,
+    },
+    /// The name of the node is too long.
+    #[error("`{name}` cannot name a node: it is too long")]
+    BadNodeName {
+        /// What was given.
+        name: String,
+    },
+    /// iceoryx2 could not take part.
+    #[error(
+        "iceoryx2 cannot start in {} ({reason}): check that /dev/shm is mounted, writable and has room",
+        .root.display()
+    )]
+    Node {
+        /// The root directory.
+        root: PathBuf,
+        /// What it said.
+        reason: NodeCreationFailure,
+    },
+    /// Another process acts for this robot.
+    #[error("robot `{robot}` is already run by {}: stop it first, or give this robot another name", process(*.pid))]
+    AlreadyClaimed {
+        /// The robot's name.
+        robot: String,
+        /// Who came first, if it said so.
+        pid: Option<u32>,
+    },
+}
+
+fn process(pid: Option<u32>) -> String {
+    pid.map_or_else(|| "another process".into(), |pid| format!("process {pid}"))
+}
+
+/// A port could not be opened: the program cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum PortError {
+    /// The service exists with another payload.
+    #[error(
+        "{service} is in use with another version of its payload: \
+         update and restart every program that uses it, in any language"
+    )]
+    OtherType {
+        /// Name of the service.
+        service: String,
+    },
+    /// The service exists with other dimensions.
+    #[error(
+        "{service} was opened with another quality of service ({reason}): \
+         update and restart every program that uses it, in any language"
+    )]
+    OtherQuality {
+        /// Name of the service.
+        service: String,
+        /// Which dimension.
+        reason: String,
+    },
+    /// All places are taken.
+    #[error(
+        "{service} has no place for another {port} (limit {limit}): stop one of the programs that use it"
+    )]
+    Full {
+        /// Name of the service.
+        service: String,
+        /// Publisher or subscriber.
+        port: &'static str,
+        /// How many there may be.
+        limit: usize,
+    },
+    /// iceoryx2 failed otherwise.
+    #[error(
+        "cannot open {service} ({reason}): check that /dev/shm has room; if it persists, stop all programs of this space and start again"
+    )]
+    Transport {
+        /// Name of the service.
+        service: String,
+        /// What it said.
+        reason: String,
+    },
+}
+
+/// A message could not be sent, or not to everybody: the next one may be.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a message was not delivered to every subscriber: {0}")]
+pub struct SendError(pub(crate) iceoryx2::port::SendError);
+
+/// Messages of some publisher could not be read: the next ones may be.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("messages of a publisher could not be read: {0}")]
+pub struct ReceiveError(pub(crate) iceoryx2::port::ReceiveError);

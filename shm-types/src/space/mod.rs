@@ -1,0 +1,109 @@
+//! The shared-memory space: a root directory and a prefix, opened once by every process that takes part.
+mod claim;
+mod config;
+mod error;
+mod port;
+mod residence;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use iceoryx2::prelude::{LogLevel, NodeBuilder, SignalHandlingMode, ipc, set_log_level};
+
+pub use claim::Claim;
+pub use error::{OpenError, PortError, ReceiveError, SendError};
+pub use port::{Publisher, Subscriber};
+
+use crate::{Message, RobotName};
+use config::Place;
+use residence::Residence;
+
+pub(crate) type Node = iceoryx2::node::Node<ipc::Service>;
+
+/// A process's share in a shared-memory space.
+///
+/// Cloning is cheap and shares it; ports and claims keep it open. When the last process leaves, the space is empty:
+/// nothing remains in the root directory or in `/dev/shm`.
+#[derive(Clone, Debug)]
+pub struct Space {
+    tenancy: Arc<Tenancy>,
+}
+
+/// What is held while taking part. The order of the fields is the order of leaving: first the node, then the lock.
+#[derive(Debug)]
+struct Tenancy {
+    node: Node,
+    residence: Residence,
+}
+
+impl Space {
+    /// Takes part in the space at `root` and `prefix`, under `name` (shown by iceoryx2's tools).
+    ///
+    /// The directory is made if it does not exist, and belongs to the space alone. What killed processes have left in
+    /// it is removed if nobody else is alive. Installs no signal handlers, and silences iceoryx2 below errors.
+    ///
+    /// # Errors
+    /// Each [`OpenError`] says what to do about it.
+    pub fn open(root: &Path, prefix: &str, name: &str) -> Result<Self, OpenError> {
+        set_log_level(LogLevel::Error);
+        let place = Place::prepare(root, prefix)?;
+        let residence = Residence::enter(place)?;
+        let node = create_node(residence.place(), name)?;
+        Ok(Self {
+            tenancy: Arc::new(Tenancy { node, residence }),
+        })
+    }
+
+    /// A port that sends `robot`'s messages of type `M`.
+    ///
+    /// # Errors
+    /// Each [`PortError`] says what to do about it.
+    pub fn publisher<M: Message>(&self, robot: &RobotName) -> Result<Publisher<M>, PortError> {
+        Publisher::open(self, robot)
+    }
+
+    /// A port that receives `robot`'s messages of type `M`; of channels with a history, first the newest so far.
+    ///
+    /// # Errors
+    /// Each [`PortError`] says what to do about it.
+    pub fn subscriber<M: Message>(&self, robot: &RobotName) -> Result<Subscriber<M>, PortError> {
+        Subscriber::open(self, robot)
+    }
+
+    /// Makes this process the only one that may act for `robot`, until the claim is dropped or the process ends.
+    ///
+    /// # Errors
+    /// [`OpenError::AlreadyClaimed`] with the process that came first.
+    pub fn claim_robot(&self, robot: &RobotName) -> Result<Claim, OpenError> {
+        Claim::take(self, robot)
+    }
+
+    /// The prefix under which iceoryx2 knows this space, as programs in other languages must state it.
+    #[must_use]
+    pub fn full_prefix(&self) -> &str {
+        self.tenancy.residence.place().prefix()
+    }
+
+    pub(crate) fn node(&self) -> &Node {
+        &self.tenancy.node
+    }
+
+    pub(crate) fn root(&self) -> &Path {
+        self.tenancy.residence.place().root()
+    }
+}
+
+fn create_node(place: &Place, name: &str) -> Result<Node, OpenError> {
+    let name = name
+        .try_into()
+        .map_err(|_| OpenError::BadNodeName { name: name.into() })?;
+    NodeBuilder::new()
+        .name(&name)
+        .config(place.config())
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create()
+        .map_err(|reason| OpenError::Node {
+            root: place.root().into(),
+            reason,
+        })
+}

@@ -1,0 +1,227 @@
+//! The two ends of a channel.
+use std::fmt::Debug;
+use std::time::Duration;
+
+use iceoryx2::port::publisher::PublisherCreateError;
+use iceoryx2::port::subscriber::SubscriberCreateError;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::{BackpressureStrategy, ServiceName, ipc};
+use iceoryx2::service::builder::publish_subscribe::{
+    PublishSubscribeCreateError as CreateError, PublishSubscribeOpenError as ServiceOpenError,
+    PublishSubscribeOpenOrCreateError as ServiceError,
+};
+
+use super::error::{PortError, ReceiveError, SendError};
+use super::{Node, Space};
+use crate::{Message, RobotName};
+
+type Factory<M> =
+    iceoryx2::service::port_factory::publish_subscribe::PortFactory<ipc::Service, M, ()>;
+
+/// Processes that come and go leave a service in between states for a moment: so often, and so long, is waited.
+const ATTEMPTS: u32 = 40;
+const PAUSE: Duration = Duration::from_millis(25);
+
+/// Sends the messages of one robot and channel. It stays on the thread that opened it.
+#[derive(Debug)]
+pub struct Publisher<M: Message> {
+    port: iceoryx2::port::publisher::Publisher<ipc::Service, M, ()>,
+    // Dropped after the port: the space is left last.
+    _space: Space,
+}
+
+impl<M: Message> Publisher<M> {
+    pub(super) fn open(space: &Space, robot: &RobotName) -> Result<Self, PortError> {
+        let service = service_name::<M>(robot);
+        let factory = open_service::<M>(space.node(), &service)?;
+        let create = || {
+            factory
+                .publisher_builder()
+                .backpressure_strategy(BackpressureStrategy::DiscardData)
+                .create()
+        };
+        let port = reaping(space.node(), create).map_err(|error| match error {
+            PublisherCreateError::ExceedsMaxSupportedPublishers => PortError::Full {
+                service,
+                port: "publisher",
+                limit: M::CHANNEL.quality().publishers,
+            },
+            reason => PortError::Transport {
+                service,
+                reason: reason.to_string(),
+            },
+        })?;
+        Ok(Self {
+            port,
+            _space: space.clone(),
+        })
+    }
+
+    /// Sends `message` to whoever listens, without an allocation or a system call while nobody joins.
+    ///
+    /// # Errors
+    /// If it did not reach everybody; nothing needs to be done about it.
+    pub fn send(&self, message: M) -> Result<(), SendError> {
+        let slot = self
+            .port
+            .loan_uninit()
+            .map_err(|error| SendError(error.into()))?;
+        slot.write_payload(message).send().map_err(SendError)?;
+        Ok(())
+    }
+
+    /// Connects to subscribers that have joined, and gives them the history: allocates, so call it before arming.
+    ///
+    /// # Errors
+    /// If one of them could not be connected.
+    pub fn refresh(&self) -> Result<(), SendError> {
+        self.port
+            .update_connections()
+            .map_err(|error| SendError(error.into()))
+    }
+}
+
+/// Receives the messages of one robot and channel. It stays on the thread that opened it.
+#[derive(Debug)]
+pub struct Subscriber<M: Message> {
+    port: iceoryx2::port::subscriber::Subscriber<ipc::Service, M, ()>,
+    // Dropped after the port: the space is left last.
+    _space: Space,
+}
+
+impl<M: Message> Subscriber<M> {
+    pub(super) fn open(space: &Space, robot: &RobotName) -> Result<Self, PortError> {
+        let service = service_name::<M>(robot);
+        let factory = open_service::<M>(space.node(), &service)?;
+        let port =
+            reaping(space.node(), || factory.subscriber_builder().create()).map_err(|error| {
+                match error {
+                    SubscriberCreateError::ExceedsMaxSupportedSubscribers => PortError::Full {
+                        service,
+                        port: "subscriber",
+                        limit: M::CHANNEL.quality().subscribers,
+                    },
+                    reason => PortError::Transport {
+                        service,
+                        reason: reason.to_string(),
+                    },
+                }
+            })?;
+        Ok(Self {
+            port,
+            _space: space.clone(),
+        })
+    }
+
+    /// The next message, copied out of shared memory: what is checked afterwards can no longer change.
+    ///
+    /// Neither allocates nor makes a system call while nobody joins. Messages of one publisher come in its order.
+    ///
+    /// # Errors
+    /// If a publisher's messages could not be read; those of the others come with the next calls.
+    pub fn receive(&self) -> Result<Option<M>, ReceiveError> {
+        Ok(self
+            .port
+            .receive()
+            .map_err(ReceiveError)?
+            .map(|sample| *sample))
+    }
+
+    /// Connects to publishers that have joined: allocates, so call it before arming.
+    ///
+    /// # Errors
+    /// If one of them could not be connected.
+    pub fn refresh(&self) -> Result<(), ReceiveError> {
+        self.port
+            .update_connections()
+            .map_err(|error| ReceiveError(error.into()))
+    }
+}
+
+fn service_name<M: Message>(robot: &RobotName) -> String {
+    format!("coloc/{robot}/{}", M::CHANNEL.name())
+}
+
+/// Opens the service with the quality of the table, waiting while others are just making or removing it.
+fn open_service<M: Message>(node: &Node, service: &str) -> Result<Factory<M>, PortError> {
+    let name = ServiceName::new(service).map_err(|reason| PortError::Transport {
+        service: service.into(),
+        reason: format!("{reason:?}"),
+    })?;
+    let mut attempts = 0..ATTEMPTS;
+    loop {
+        match try_open_service(node, &name) {
+            Err(error) if is_passing(error) && attempts.next().is_some() => {
+                std::thread::sleep(PAUSE)
+            }
+            result => return result.map_err(|error| explain(error, service.into())),
+        }
+    }
+}
+
+fn try_open_service<M: Message>(
+    node: &Node,
+    name: &ServiceName,
+) -> Result<Factory<M>, ServiceError> {
+    let quality = M::CHANNEL.quality();
+    node.service_builder(name)
+        .publish_subscribe::<M>()
+        .enable_safe_overflow(true)
+        .max_publishers(quality.publishers)
+        .max_subscribers(quality.subscribers)
+        .max_nodes(quality.publishers + quality.subscribers)
+        .subscriber_max_buffer_size(quality.buffer)
+        .history_size(quality.history)
+        .open_or_create()
+}
+
+fn is_passing(error: ServiceError) -> bool {
+    use ServiceError::{PublishSubscribeCreateError as Create, PublishSubscribeOpenError as Open};
+    matches!(
+        error,
+        ServiceError::SystemInFlux
+            | Create(
+                CreateError::AlreadyExists
+                    | CreateError::IsBeingCreatedByAnotherInstance
+                    | CreateError::HangsInCreation
+            )
+            | Open(
+                ServiceOpenError::DoesNotExist
+                    | ServiceOpenError::IsMarkedForDestruction
+                    | ServiceOpenError::HangsInCreation
+            )
+    )
+}
+
+fn explain(error: ServiceError, service: String) -> PortError {
+    use ServiceError::PublishSubscribeOpenError as Open;
+    use ServiceOpenError as E;
+    match error {
+        Open(E::IncompatibleTypes) => PortError::OtherType { service },
+        Open(
+            reason @ (E::DoesNotSupportRequestedAmountOfPublishers
+            | E::DoesNotSupportRequestedAmountOfSubscribers
+            | E::DoesNotSupportRequestedAmountOfNodes
+            | E::DoesNotSupportRequestedMinBufferSize
+            | E::DoesNotSupportRequestedMinHistorySize
+            | E::DoesNotSupportRequestedMinSubscriberBorrowedSamples
+            | E::IncompatibleOverflowBehavior
+            | E::IncompatibleMessagingPattern),
+        ) => PortError::OtherQuality {
+            service,
+            reason: reason.to_string(),
+        },
+        reason => PortError::Transport {
+            service,
+            reason: format!("{reason:?}"),
+        },
+    }
+}
+
+/// Tries again once after the dead were reaped: they hold their places until somebody does.
+fn reaping<T, E>(node: &Node, mut create: impl FnMut() -> Result<T, E>) -> Result<T, E> {
+    create().or_else(|_| {
+        Node::try_cleanup_dead_nodes(node.config());
+        create()
+    })
+}

@@ -1,0 +1,196 @@
+//! Spaces through real shared memory: each test in a root and under a prefix of its own.
+use std::path::Path;
+
+use coloc_shm_types::{Estimate, Header, Neighbour, OpenError, Position, RobotName, Space, Status};
+
+fn open(root: &Path) -> Space {
+    Space::open(root, "t", "test").expect("a space of its own")
+}
+
+fn robot() -> RobotName {
+    RobotName::new("r1").expect("a name")
+}
+
+fn estimate(tick: u64) -> Estimate {
+    Estimate {
+        tick,
+        header: Header {
+            sequence: tick,
+            ..Header::default()
+        },
+        ..Estimate::default()
+    }
+}
+
+/// What is left of a space, on disk and in shared memory.
+fn remains(root: &Path, full_prefix: &str) -> Vec<String> {
+    let names = |directory: &Path| -> Vec<String> {
+        let entries = std::fs::read_dir(directory).expect("a directory");
+        entries
+            .map(|entry| {
+                entry
+                    .expect("an entry")
+                    .file_name()
+                    .to_string_lossy()
+                    .into()
+            })
+            .collect()
+    };
+    let segments = names(Path::new("/dev/shm"));
+    let ours = segments
+        .into_iter()
+        .filter(|name| name.starts_with(full_prefix));
+    names(root).into_iter().chain(ours).collect()
+}
+
+#[test]
+fn what_is_sent_arrives_in_order() {
+    let root = tempfile::tempdir().unwrap();
+    let (here, there) = (open(root.path()), open(root.path()));
+    let publisher = here.publisher::<Estimate>(&robot()).unwrap();
+    let subscriber = there.subscriber::<Estimate>(&robot()).unwrap();
+    for tick in 0..10 {
+        publisher.send(estimate(tick)).unwrap();
+    }
+    for tick in 0..10 {
+        assert_eq!(subscriber.receive().unwrap(), Some(estimate(tick)));
+    }
+    assert_eq!(subscriber.receive().unwrap(), None);
+}
+
+#[test]
+fn a_slow_subscriber_loses_the_oldest_and_holds_nobody_up() {
+    let root = tempfile::tempdir().unwrap();
+    let space = open(root.path());
+    let publisher = space.publisher::<Estimate>(&robot()).unwrap();
+    let subscriber = space.subscriber::<Estimate>(&robot()).unwrap();
+    for tick in 0..100 {
+        publisher.send(estimate(tick)).unwrap();
+    }
+    assert_eq!(subscriber.receive().unwrap(), Some(estimate(84)));
+}
+
+#[test]
+fn a_late_joiner_gets_the_last_estimate() {
+    let root = tempfile::tempdir().unwrap();
+    let space = open(root.path());
+    let publisher = space.publisher::<Estimate>(&robot()).unwrap();
+    publisher.send(estimate(1)).unwrap();
+    publisher.send(estimate(2)).unwrap();
+    let late = space.subscriber::<Estimate>(&robot()).unwrap();
+    publisher.refresh().unwrap();
+    assert_eq!(late.receive().unwrap(), Some(estimate(2)));
+    assert_eq!(late.receive().unwrap(), None);
+}
+
+#[test]
+fn sixty_five_neighbours_fit() {
+    let root = tempfile::tempdir().unwrap();
+    let space = open(root.path());
+    let subscriber = space.subscriber::<Neighbour>(&robot()).unwrap();
+    let senders = 0..65_u16;
+    let publishers: Vec<_> = senders
+        .clone()
+        .map(|_| space.publisher::<Neighbour>(&robot()).unwrap())
+        .collect();
+    for (sender, publisher) in senders.clone().zip(&publishers) {
+        publisher
+            .send(Neighbour {
+                sender,
+                ..Neighbour::default()
+            })
+            .unwrap();
+    }
+    let mut received = Vec::new();
+    while let Some(neighbour) = subscriber.receive().unwrap() {
+        received.push(neighbour.sender);
+    }
+    received.sort_unstable();
+    assert_eq!(received, senders.collect::<Vec<_>>());
+}
+
+#[test]
+fn robots_and_spaces_do_not_hear_one_another() {
+    let (root, other_root) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let (space, other) = (open(root.path()), open(other_root.path()));
+    let publisher = space.publisher::<Position>(&robot()).unwrap();
+    let elsewhere = other.subscriber::<Position>(&robot()).unwrap();
+    let r2 = space
+        .subscriber::<Position>(&RobotName::new("r2").unwrap())
+        .unwrap();
+    publisher.send(Position::default()).unwrap();
+    assert_eq!(elsewhere.receive().unwrap(), None);
+    assert_eq!(r2.receive().unwrap(), None);
+}
+
+#[test]
+fn nothing_is_left_when_the_last_one_goes() {
+    let root = tempfile::tempdir().unwrap();
+    let (first, last) = (open(root.path()), open(root.path()));
+    let prefix = first.full_prefix().to_owned();
+    let claim = first.claim_robot(&robot()).unwrap();
+    let publisher = first.publisher::<Status>(&robot()).unwrap();
+    let subscriber = last.subscriber::<Status>(&robot()).unwrap();
+    drop((publisher, claim, first));
+    assert!(
+        !remains(root.path(), &prefix).is_empty(),
+        "the other one is still there"
+    );
+    drop((last, subscriber));
+    assert_eq!(remains(root.path(), &prefix), Vec::<String>::new());
+}
+
+#[test]
+fn a_port_keeps_its_space_open() {
+    let root = tempfile::tempdir().unwrap();
+    let publisher = open(root.path()).publisher::<Estimate>(&robot()).unwrap();
+    let subscriber = open(root.path()).subscriber::<Estimate>(&robot()).unwrap();
+    publisher.send(estimate(7)).unwrap();
+    assert_eq!(subscriber.receive().unwrap(), Some(estimate(7)));
+}
+
+#[test]
+fn a_robot_is_claimed_once() {
+    let root = tempfile::tempdir().unwrap();
+    let space = open(root.path());
+    let claim = space.claim_robot(&robot()).unwrap();
+    let refusal = open(root.path()).claim_robot(&robot()).unwrap_err();
+    assert!(
+        matches!(&refusal, OpenError::AlreadyClaimed { pid: Some(pid), .. } if *pid == std::process::id())
+    );
+    assert!(
+        refusal
+            .to_string()
+            .contains(&format!("process {}", std::process::id()))
+    );
+    space.claim_robot(&RobotName::new("r2").unwrap()).unwrap();
+    drop(claim);
+    space.claim_robot(&robot()).unwrap();
+}
+
+#[test]
+fn a_directory_with_other_things_in_it_is_refused_and_left_alone() {
+    let root = tempfile::tempdir().unwrap();
+    let precious = root.path().join("thesis.tex");
+    std::fs::write(&precious, "years").unwrap();
+    let refusal = Space::open(root.path(), "t", "test").unwrap_err();
+    assert!(matches!(refusal, OpenError::NotOurs { entry, .. } if entry == "thesis.tex"));
+    assert!(precious.exists());
+}
+
+#[test]
+fn opening_catches_no_signals() {
+    let root = tempfile::tempdir().unwrap();
+    let caught = || {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap();
+        status
+            .lines()
+            .find(|line| line.starts_with("SigCgt"))
+            .unwrap()
+            .to_owned()
+    };
+    let before = caught();
+    let space = open(root.path());
+    let _publisher = space.publisher::<Estimate>(&robot()).unwrap();
+    assert_eq!(caught(), before);
+}
