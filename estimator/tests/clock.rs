@@ -1,0 +1,347 @@
+//! Gaps in the odometry, stamps from the future, clocks that jump, storage that runs full.
+
+use coloc_estimator::{
+    Belief, Covariance2, Covariance3, Estimate, Estimator, Motion, OdometrySample, OdometryState,
+    Pose, PositionFix, Report, RobotId, Settings, Sighting, Slot, Source, Span, Stamp, TickInputs,
+    Verdict, step,
+};
+
+type Robot = Estimator<Vec<Slot>>;
+
+fn ms(millis: i64) -> Stamp {
+    Stamp::default() + Span::from_millis(millis)
+}
+
+fn robot_with(slots: usize) -> Robot {
+    let initial = Belief::independent(
+        Pose::default(),
+        Covariance3::diagonal([1e-4, 1e-4, 1e-6]).unwrap(),
+    );
+    Estimator::new(
+        Settings::default(),
+        ms(0),
+        initial,
+        vec![Slot::default(); slots],
+    )
+}
+
+fn robot() -> Robot {
+    robot_with(256)
+}
+
+/// 1 m/s straight ahead.
+fn ahead(start: i64, stamp: i64) -> OdometrySample {
+    let noise = Covariance2::diagonal([0.01, 0.001]).unwrap();
+    let motion = Motion::Nonholonomic {
+        velocity: [1.0, 0.0],
+        noise,
+    };
+    OdometrySample {
+        start: ms(start),
+        stamp: ms(stamp),
+        motion,
+    }
+}
+
+fn fix(stamp: i64, x: f64) -> PositionFix {
+    let covariance = Covariance2::diagonal([0.01, 0.01]).unwrap();
+    PositionFix {
+        stamp: ms(stamp),
+        sequence: 0,
+        position: [x, 0.0],
+        covariance,
+    }
+}
+
+fn sighting(stamp: i64) -> Sighting {
+    let covariance = Covariance3::diagonal([0.01, 0.01, 3e-4]).unwrap();
+    Sighting {
+        stamp: ms(stamp),
+        sequence: 0,
+        observed: RobotId(2),
+        relative: Pose::new(2.0, 0.0, 0.0),
+        covariance,
+    }
+}
+
+fn drive(robot: &mut Robot, stamp: i64, samples: &[OdometrySample]) -> Estimate {
+    step(
+        robot,
+        &TickInputs {
+            stamp: ms(stamp),
+            odometry: samples,
+            ..TickInputs::default()
+        },
+    )
+    .estimate
+}
+
+fn locate(robot: &mut Robot, stamp: i64, fixes: &[PositionFix]) -> (Estimate, Vec<Report>) {
+    let outputs = step(
+        robot,
+        &TickInputs {
+            stamp: ms(stamp),
+            fixes,
+            ..TickInputs::default()
+        },
+    );
+    (outputs.estimate, outputs.reports.to_vec())
+}
+
+fn idle(robot: &mut Robot, stamp: i64) -> Estimate {
+    drive(robot, stamp, &[])
+}
+
+fn x_variance(estimate: &Estimate) -> f64 {
+    estimate.belief.total.matrix()[(0, 0)]
+}
+
+fn assert_near(found: f64, expected: f64) {
+    assert!(
+        (found - expected).abs() < 1e-3,
+        "{found} instead of {expected}"
+    );
+}
+
+#[test]
+fn a_velocity_is_held_for_the_hold_time_and_then_taken_as_zero() {
+    let mut robot = robot();
+    let fresh = drive(&mut robot, 20, &[ahead(0, 20)]);
+    assert_eq!(
+        (fresh.odometry, fresh.velocity),
+        (OdometryState::Fresh, [1.0, 0.0, 0.0])
+    );
+    let held = idle(&mut robot, 220); // 200 ms is the default hold time.
+    assert_eq!(
+        (held.odometry, held.velocity),
+        (OdometryState::Held, [1.0, 0.0, 0.0])
+    );
+    assert_near(held.belief.pose.x, 0.22);
+    let stale = idle(&mut robot, 520);
+    assert_eq!(
+        (stale.odometry, stale.velocity),
+        (OdometryState::Stale, [0.0; 3])
+    );
+    assert_near(stale.belief.pose.x, 0.22);
+}
+
+#[test]
+fn uncertainty_grows_while_held_and_faster_without_odometry() {
+    let mut robot = robot();
+    let fresh = drive(&mut robot, 20, &[ahead(0, 20)]);
+    let held = [120, 220].map(|stamp| x_variance(&idle(&mut robot, stamp)));
+    let stale = x_variance(&idle(&mut robot, 320));
+    let growth = [
+        held[0] - x_variance(&fresh),
+        held[1] - held[0],
+        stale - held[1],
+    ];
+    assert!(
+        0.0 < growth[0] && growth[0] < growth[1] && growth[1] < growth[2],
+        "{growth:?}"
+    );
+}
+
+#[test]
+fn without_any_odometry_the_robot_stands_and_doubts() {
+    let mut robot = robot();
+    let estimate = idle(&mut robot, 1000);
+    assert_eq!(
+        (estimate.odometry, estimate.velocity),
+        (OdometryState::Stale, [0.0; 3])
+    );
+    assert!(x_variance(&estimate) > 0.05);
+}
+
+#[test]
+fn a_sample_that_comes_late_replaces_what_was_held() {
+    let (mut punctual, mut late) = (robot(), robot());
+    let (_, reports) = locate(&mut late, 100, &[fix(60, 0.05)]);
+    assert!(matches!(
+        reports[..],
+        [Report {
+            source: Source::Fix,
+            verdict: Verdict::Accepted { .. },
+            ..
+        }]
+    ));
+    drive(&mut late, 300, &[ahead(0, 120)]);
+    drive(&mut punctual, 120, &[ahead(0, 120)]);
+    locate(&mut punctual, 300, &[fix(60, 0.05)]);
+    assert_eq!(punctual.belief_at(ms(300)), late.belief_at(ms(300)));
+}
+
+#[test]
+fn a_measurement_ahead_of_the_tick_waits_for_it() {
+    let mut robot = robot();
+    let (before, reports) = locate(&mut robot, 20, &[fix(50, 0.01)]);
+    assert_eq!((before.belief.pose.x, reports), (0.0, vec![]));
+    let (after, reports) = locate(&mut robot, 60, &[]);
+    assert!(after.belief.pose.x > 0.0);
+    assert_eq!(reports.len(), 1);
+    assert_eq!(locate(&mut robot, 80, &[]).1, []);
+}
+
+#[test]
+fn a_sighting_is_told_once_whatever_is_replayed() {
+    let mut robot = robot();
+    let inputs = TickInputs {
+        stamp: ms(40),
+        sightings: &[sighting(30)],
+        ..TickInputs::default()
+    };
+    let told = step(&mut robot, &inputs).outgoing.to_vec();
+    assert_eq!(
+        told.iter()
+            .map(|pose| (pose.to, pose.stamp))
+            .collect::<Vec<_>>(),
+        [(RobotId(2), ms(30))]
+    );
+    assert_near(told[0].pose.x, 2.0);
+    let late = TickInputs {
+        stamp: ms(60),
+        odometry: &[ahead(0, 30)],
+        ..TickInputs::default()
+    };
+    assert!(step(&mut robot, &late).outgoing.is_empty());
+}
+
+#[test]
+fn a_clock_that_steps_back_within_the_history_is_answered_from_it() {
+    let mut robot = robot();
+    let then = drive(&mut robot, 40, &[ahead(0, 20), ahead(20, 40)]);
+    drive(&mut robot, 60, &[ahead(40, 60)]);
+    assert_eq!(idle(&mut robot, 40), then);
+}
+
+#[test]
+fn a_clock_that_steps_back_before_the_history_gets_its_beginning_and_no_nan() {
+    let mut robot = robot();
+    for k in 1..=100 {
+        drive(&mut robot, 20 * k, &[ahead(20 * (k - 1), 20 * k)]);
+    }
+    let (estimate, reports) = locate(&mut robot, -3_600_000, &[fix(-3_600_000, 0.0)]);
+    assert_near(estimate.belief.pose.x, 0.98); // 1 s of history behind 2 s.
+    assert_eq!(estimate.odometry, OdometryState::Stale);
+    assert_eq!(
+        reports
+            .iter()
+            .map(|report| report.verdict)
+            .collect::<Vec<_>>(),
+        [Verdict::TooOld]
+    );
+    assert_near(idle(&mut robot, 2000).belief.pose.x, 2.0);
+}
+
+#[test]
+fn a_single_tick_far_ahead_does_no_lasting_harm() {
+    let (mut steady, mut jumped) = (robot(), robot());
+    for robot in [&mut steady, &mut jumped] {
+        drive(robot, 20, &[ahead(0, 20)]);
+    }
+    let far = idle(&mut jumped, 3_600_000);
+    assert!(x_variance(&far) > 100.0 && x_variance(&far).is_finite());
+    assert_eq!(
+        drive(&mut jumped, 40, &[ahead(20, 40)]),
+        drive(&mut steady, 40, &[ahead(20, 40)])
+    );
+}
+
+#[test]
+fn the_ends_of_the_clock_are_survived() {
+    let mut robot = robot();
+    for nanos in [i64::MAX, i64::MIN, 0, i64::MAX] {
+        let stamp = Stamp::from_nanos(nanos);
+        let whole = OdometrySample {
+            start: Stamp::from_nanos(i64::MIN),
+            stamp,
+            ..ahead(0, 1)
+        };
+        let inputs = TickInputs {
+            stamp,
+            odometry: &[whole],
+            fixes: &[fix(0, 0.0)],
+            ..TickInputs::default()
+        };
+        assert!(step(&mut robot, &inputs).estimate.belief.pose.is_finite());
+    }
+}
+
+#[test]
+fn after_a_rebase_the_robot_goes_on_where_it_was() {
+    for hour in [-3_600_000, 3_600_000] {
+        let (mut steady, mut stepped) = (robot(), robot());
+        let before = drive(&mut stepped, 20, &[ahead(0, 20)]);
+        drive(&mut steady, 20, &[ahead(0, 20)]);
+        stepped.rebase(ms(20), ms(20 + hour));
+        assert_eq!(stepped.belief_at(ms(20 + hour)), Some(before.belief));
+
+        // Held over the step, then driven.
+        let held = idle(&mut stepped, 30 + hour);
+        assert_eq!(
+            (held.odometry, held.belief),
+            (OdometryState::Held, idle(&mut steady, 30).belief)
+        );
+        let driven = drive(&mut stepped, 40 + hour, &[ahead(20 + hour, 40 + hour)]);
+        assert_eq!(
+            driven.belief,
+            drive(&mut steady, 40, &[ahead(20, 40)]).belief
+        );
+    }
+}
+
+#[test]
+fn beliefs_are_known_from_the_history_s_beginning_to_the_tick() {
+    let mut robot = robot();
+    idle(&mut robot, 100);
+    assert!(robot.belief_at(ms(0)).is_some() && robot.belief_at(ms(100)).is_some());
+    assert_eq!(robot.belief_at(ms(101)), None);
+    assert_eq!(robot.belief_at(ms(-1)), None);
+}
+
+#[test]
+fn full_storage_gives_up_its_oldest_for_what_is_newer() {
+    let (mut small, mut large) = (robot_with(8), robot());
+    let samples: Vec<_> = (0..20).map(|k| ahead(20 * k, 20 * (k + 1))).collect();
+    let inputs = TickInputs {
+        stamp: ms(400),
+        odometry: &samples,
+        ..TickInputs::default()
+    };
+    let outputs = step(&mut small, &inputs);
+    assert_eq!((outputs.folded_early, outputs.reports), (12, &[][..]));
+    assert_eq!(outputs.estimate, step(&mut large, &inputs).estimate);
+    let (_, reports) = locate(&mut small, 400, &[fix(240, 0.2)]);
+    assert_eq!(reports[0].verdict, Verdict::TooOld);
+}
+
+#[test]
+fn full_storage_refuses_what_is_older_than_all_in_it() {
+    let mut robot = robot_with(4);
+    let samples: Vec<_> = (5..9).map(|k| ahead(20 * k, 20 * (k + 1))).collect();
+    drive(&mut robot, 200, &samples);
+    let before = robot.belief_at(ms(200));
+    let (_, reports) = locate(&mut robot, 200, &[fix(90, 0.0)]);
+    assert_eq!(reports[0].verdict, Verdict::NoRoom);
+    assert_eq!(robot.belief_at(ms(200)), before);
+}
+
+#[test]
+fn what_does_not_fit_into_the_lists_is_counted() {
+    let mut robot = robot_with(512);
+    let sightings: Vec<_> = (0..200)
+        .map(|sequence| Sighting {
+            sequence,
+            ..sighting(10)
+        })
+        .collect();
+    let outputs = step(
+        &mut robot,
+        &TickInputs {
+            stamp: ms(20),
+            sightings: &sightings,
+            ..TickInputs::default()
+        },
+    );
+    assert_eq!((outputs.outgoing.len(), outputs.overflowed), (128, 72));
+}

@@ -1,0 +1,502 @@
+//! The estimate depends on when things were measured, never on when or in which order they arrived.
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+
+use coloc_estimator::{
+    Belief, Covariance2, Covariance3, Estimator, Motion, NeighbourPose, OdometrySample, Pose,
+    PositionFix, RobotId, Settings, Sighting, Slot, Span, Stamp, TickInputs, Verdict, step,
+};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+const PERIOD_NS: i64 = 20_000_000;
+/// Measurements are stamped within so many ticks.
+const TICKS: i64 = 25;
+/// By this tick everything has been delivered and is due.
+const LAST_TICK: i64 = TICKS + 2;
+
+#[derive(Copy, Clone, Debug)]
+enum Input {
+    Odometry(OdometrySample),
+    Sighting(Sighting),
+    Neighbour(NeighbourPose),
+    Fix(PositionFix),
+}
+
+impl Input {
+    fn stamp(&self) -> Stamp {
+        match self {
+            Self::Odometry(sample) => sample.stamp,
+            Self::Sighting(sighting) => sighting.stamp,
+            Self::Neighbour(neighbour) => neighbour.stamp,
+            Self::Fix(fix) => fix.stamp,
+        }
+    }
+
+    /// The earliest moment whose belief depends on it.
+    fn begins(&self) -> Stamp {
+        match self {
+            Self::Odometry(sample) => sample.start,
+            other => other.stamp(),
+        }
+    }
+}
+
+#[derive(Clone, Debug, Default)]
+struct Batch {
+    odometry: Vec<OdometrySample>,
+    sightings: Vec<Sighting>,
+    neighbours: Vec<NeighbourPose>,
+    fixes: Vec<PositionFix>,
+}
+
+impl Batch {
+    fn push(&mut self, input: Input) {
+        match input {
+            Input::Odometry(sample) => self.odometry.push(sample),
+            Input::Sighting(sighting) => self.sightings.push(sighting),
+            Input::Neighbour(neighbour) => self.neighbours.push(neighbour),
+            Input::Fix(fix) => self.fixes.push(fix),
+        }
+    }
+
+    fn at(&self, stamp: Stamp) -> TickInputs<'_> {
+        TickInputs {
+            stamp,
+            odometry: &self.odometry,
+            sightings: &self.sightings,
+            neighbours: &self.neighbours,
+            fixes: &self.fixes,
+        }
+    }
+}
+
+/// What arrives with each tick.
+type Schedule = BTreeMap<i64, Batch>;
+
+/// A measurement and the moments of its arrivals, as fractions of the time in which it may arrive.
+#[derive(Clone, Debug)]
+struct Delivery {
+    input: Input,
+    arrivals: Vec<f64>,
+}
+
+impl Delivery {
+    /// Ticks that take it in: neither from the future nor too old.
+    fn ticks(&self, settings: &Settings) -> (i64, i64) {
+        let earliest = (self.input.stamp() - settings.future_tolerance).as_nanos();
+        let latest = (self.input.begins() + settings.history).as_nanos();
+        (
+            earliest.div_euclid(PERIOD_NS).max(0) + 1,
+            latest.div_euclid(PERIOD_NS).min(LAST_TICK),
+        )
+    }
+
+    /// It has a tick to arrive in.
+    fn is_possible(&self, settings: &Settings) -> bool {
+        let (first, last) = self.ticks(settings);
+        first <= last
+    }
+
+    #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss)]
+    fn arrival(&self, fraction: f64, settings: &Settings) -> i64 {
+        let (first, last) = self.ticks(settings);
+        first + (fraction * (last - first + 1) as f64) as i64
+    }
+
+    /// The first tick at or after its stamp.
+    fn prompt(&self) -> i64 {
+        (self.input.stamp().as_nanos() + PERIOD_NS - 1).div_euclid(PERIOD_NS)
+    }
+}
+
+fn ns(nanos: i64) -> Stamp {
+    Stamp::from_nanos(nanos)
+}
+
+fn tick(index: i64) -> Stamp {
+    ns(index * PERIOD_NS)
+}
+
+/// On a tick, so that stamps coincide, or anywhere.
+fn stamps() -> impl Strategy<Value = Stamp> {
+    prop_oneof![
+        (1..=TICKS).prop_map(tick),
+        (1..=TICKS * PERIOD_NS).prop_map(ns)
+    ]
+}
+
+fn poses() -> impl Strategy<Value = Pose> {
+    (-0.4..0.4, -0.4..0.4, -3.0..3.0).prop_map(|(x, y, phi)| Pose::new(x, y, phi))
+}
+
+fn covariances() -> impl Strategy<Value = Covariance3> {
+    (0.001..0.1, 0.001..0.1, 0.001..0.3)
+        .prop_map(|(x, y, phi)| Covariance3::diagonal([x, y, phi]).unwrap())
+}
+
+fn motions() -> impl Strategy<Value = Motion> {
+    let holonomic = (-1.0..1.0, -1.0..1.0, -2.0..2.0).prop_map(|(x, y, omega): (f64, f64, f64)| {
+        Motion::Holonomic {
+            velocity: [x, y, omega],
+            noise: Covariance3::diagonal([x * x, y * y, 0.3]).unwrap(),
+        }
+    });
+    let nonholonomic =
+        (-1.0..1.0, -2.0..2.0).prop_map(|(v, omega): (f64, f64)| Motion::Nonholonomic {
+            velocity: [v, omega],
+            noise: Covariance2::diagonal([v * v, 0.3]).unwrap(),
+        });
+    prop_oneof![1 => holonomic, 4 => nonholonomic]
+}
+
+/// Encoder samples end to end, some lost, some late against the tick.
+fn encoder() -> impl Strategy<Value = Vec<Input>> {
+    let jitter = prop_oneof![2 => Just(0), 1 => -9_000_000..9_000_000_i64];
+    let sample = (prop::bool::weighted(0.85), jitter, motions());
+    prop::collection::vec(sample, usize::try_from(TICKS).unwrap()).prop_map(|samples| {
+        let ends: Vec<_> = (1..)
+            .zip(&samples)
+            .map(|(k, (_, jitter, _))| tick(k) + Span::from_nanos(*jitter))
+            .collect();
+        let starts = std::iter::once(ns(0)).chain(ends.iter().copied());
+        let all = starts.zip(&ends).zip(&samples);
+        all.filter(|(_, (received, ..))| *received)
+            .map(|((start, &stamp), &(_, _, motion))| {
+                Input::Odometry(OdometrySample {
+                    start,
+                    stamp,
+                    motion,
+                })
+            })
+            .collect()
+    })
+}
+
+/// A sample that overlaps those of the encoder in any way.
+fn odd_sample() -> impl Strategy<Value = Input> {
+    (1..400_000_000_i64, 1..200_000_000_i64, motions()).prop_map(|(start, length, motion)| {
+        Input::Odometry(OdometrySample {
+            start: ns(start),
+            stamp: ns(start + length),
+            motion,
+        })
+    })
+}
+
+/// Its sequence is filled in by [`world`].
+fn measurement() -> impl Strategy<Value = Input> {
+    let robots = || (2..6_u16).prop_map(RobotId);
+    let sighting = (stamps(), robots(), poses(), covariances()).prop_map(
+        |(stamp, observed, relative, covariance)| {
+            Input::Sighting(Sighting {
+                stamp,
+                sequence: 0,
+                observed,
+                relative,
+                covariance,
+            })
+        },
+    );
+    let neighbour = (stamps(), robots(), poses(), covariances(), 0.0..1.0).prop_map(
+        |(stamp, sender, pose, total, own)| {
+            let independent = total.scaled(own);
+            Input::Neighbour(NeighbourPose {
+                stamp,
+                sequence: 0,
+                sender,
+                pose,
+                total,
+                independent,
+            })
+        },
+    );
+    let fix = (stamps(), -0.5..0.5, -0.5..0.5).prop_map(|(stamp, x, y)| {
+        let covariance = Covariance2::diagonal([0.01, 0.01]).unwrap();
+        Input::Fix(PositionFix {
+            stamp,
+            sequence: 0,
+            position: [x, y],
+            covariance,
+        })
+    });
+    prop_oneof![1 => sighting, 3 => neighbour, 2 => fix]
+}
+
+fn with_sequence(input: Input, sequence: u64) -> Input {
+    match input {
+        Input::Odometry(_) => input,
+        Input::Sighting(sighting) => Input::Sighting(Sighting {
+            sequence,
+            ..sighting
+        }),
+        Input::Neighbour(neighbour) => Input::Neighbour(NeighbourPose {
+            sequence,
+            ..neighbour
+        }),
+        Input::Fix(fix) => Input::Fix(PositionFix { sequence, ..fix }),
+    }
+}
+
+/// A set of measurements, shuffled, each with its arrivals; one in five arrives twice.
+fn world() -> impl Strategy<Value = Vec<Delivery>> {
+    let odd = prop::collection::vec(odd_sample(), 0..3);
+    let measured = prop::collection::vec(measurement(), 0..25);
+    let inputs = (encoder(), odd, measured).prop_map(|(encoder, odd, measured)| {
+        let all = encoder.into_iter().chain(odd).chain(measured);
+        all.zip(0..)
+            .map(|(input, sequence)| with_sequence(input, sequence))
+            .collect::<Vec<_>>()
+    });
+    let arrivals = || prop_oneof![4 => prop::collection::vec(0.0..1.0, 1), 1 => prop::collection::vec(0.0..1.0, 2)];
+    inputs.prop_shuffle().prop_flat_map(move |inputs| {
+        let deliveries = inputs
+            .into_iter()
+            .map(|input| arrivals().prop_map(move |arrivals| Delivery { input, arrivals }));
+        deliveries.collect::<Vec<_>>()
+    })
+}
+
+fn settings() -> impl Strategy<Value = Settings> {
+    // Longer than everything, so that nothing leaves the history; and short, so that most does.
+    let history = prop_oneof![Just(1000), Just(150)].prop_map(Span::from_millis);
+    (history, any::<bool>()).prop_map(|(history, paper)| Settings {
+        history,
+        ..if paper {
+            Settings::paper()
+        } else {
+            Settings::default()
+        }
+    })
+}
+
+fn start(settings: Settings) -> Estimator<Vec<Slot>> {
+    let initial = Belief::independent(
+        Pose::default(),
+        Covariance3::diagonal([0.01, 0.01, 0.01]).unwrap(),
+    );
+    Estimator::new(settings, ns(0), initial, vec![Slot::default(); 256])
+}
+
+/// What a run said on its way.
+#[derive(Default)]
+struct Account {
+    verdicts: Vec<Verdict>,
+    sent: usize,
+}
+
+/// Ticks through the schedule.
+fn run(
+    estimator: &mut Estimator<Vec<Slot>>,
+    schedule: &Schedule,
+    ticks: impl Iterator<Item = i64>,
+) -> Account {
+    let mut account = Account::default();
+    for index in ticks {
+        let batch = schedule.get(&index).cloned().unwrap_or_default();
+        let outputs = step(estimator, &batch.at(tick(index)));
+        assert_eq!((outputs.overflowed, outputs.folded_early), (0, 0));
+        account
+            .verdicts
+            .extend(outputs.reports.iter().map(|report| report.verdict));
+        account.sent += outputs.outgoing.len();
+    }
+    account
+}
+
+fn as_scheduled(deliveries: &[Delivery], settings: &Settings) -> Schedule {
+    let mut schedule = Schedule::new();
+    for delivery in deliveries {
+        for &fraction in &delivery.arrivals {
+            schedule
+                .entry(delivery.arrival(fraction, settings))
+                .or_default()
+                .push(delivery.input);
+        }
+    }
+    schedule
+}
+
+fn promptly(deliveries: &[Delivery]) -> Schedule {
+    let mut schedule = Schedule::new();
+    for delivery in deliveries {
+        schedule
+            .entry(delivery.prompt())
+            .or_default()
+            .push(delivery.input);
+    }
+    schedule
+}
+
+fn bits(belief: &Belief) -> Vec<u64> {
+    let pose = [belief.pose.x, belief.pose.y, belief.pose.phi];
+    let entries = pose
+        .iter()
+        .chain(belief.total.matrix())
+        .chain(belief.independent.matrix());
+    entries.map(|entry| entry.to_bits()).collect()
+}
+
+/// The beliefs at and between the ticks of the last 100 ms, and now.
+fn final_beliefs(estimator: &Estimator<Vec<Slot>>) -> Vec<Vec<u64>> {
+    let moments = (0..=20).map(|back| tick(LAST_TICK) - Span::from_millis(5 * back));
+    moments
+        .map(|moment| bits(&estimator.belief_at(moment).unwrap()))
+        .collect()
+}
+
+/// Runs `property` on 256 cases, the same ones every time.
+fn check<T: std::fmt::Debug>(cases: &impl Strategy<Value = T>, property: impl Fn(T)) {
+    let config = Config {
+        cases: 256,
+        failure_persistence: None,
+        ..Config::default()
+    };
+    let mut runner =
+        TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
+    let result = runner.run(cases, |case| {
+        property(case);
+        Ok(())
+    });
+    result.unwrap();
+}
+
+#[test]
+fn any_order_of_delivery_gives_the_same_bits() {
+    let (accepted, gated, sent) = (Cell::new(0), Cell::new(0), Cell::new(0));
+    check(&(settings(), world()), |(settings, mut deliveries)| {
+        deliveries.retain(|delivery| delivery.is_possible(&settings));
+        let (mut prompt, mut late) = (start(settings), start(settings));
+        run(&mut prompt, &promptly(&deliveries), 1..=LAST_TICK);
+        let account = run(
+            &mut late,
+            &as_scheduled(&deliveries, &settings),
+            1..=LAST_TICK,
+        );
+
+        assert_eq!(final_beliefs(&prompt), final_beliefs(&late));
+        let count = |wanted: fn(&Verdict) -> bool| {
+            account
+                .verdicts
+                .iter()
+                .filter(|verdict| wanted(verdict))
+                .count()
+        };
+        let repeated: usize = deliveries
+            .iter()
+            .map(|delivery| delivery.arrivals.len() - 1)
+            .sum();
+        assert_eq!(count(|verdict| *verdict == Verdict::Duplicate), repeated);
+        let (fused, refused) = (
+            count(|verdict| matches!(verdict, Verdict::Accepted { .. })),
+            count(|verdict| matches!(verdict, Verdict::Gated { .. })),
+        );
+        assert_eq!(
+            fused + refused + repeated,
+            account.verdicts.len(),
+            "{:?}",
+            account.verdicts
+        );
+        accepted.set(accepted.get() + fused);
+        gated.set(gated.get() + refused);
+        sent.set(sent.get() + account.sent);
+    });
+    assert!(
+        accepted.get() > 1000 && gated.get() > 100 && sent.get() > 100,
+        "the cases exercise everything"
+    );
+}
+
+#[test]
+fn one_batch_at_the_end_gives_the_same_bits_as_ticks_on_the_way() {
+    let settings = Settings::default();
+    check(&world(), |deliveries| {
+        let (mut prompt, mut at_once) = (start(settings), start(settings));
+        run(&mut prompt, &promptly(&deliveries), 1..=LAST_TICK);
+        let mut everything = Batch::default();
+        deliveries
+            .iter()
+            .rev()
+            .for_each(|delivery| everything.push(delivery.input));
+        run(
+            &mut at_once,
+            &Schedule::from([(LAST_TICK, everything)]),
+            LAST_TICK..=LAST_TICK,
+        );
+        assert_eq!(final_beliefs(&prompt), final_beliefs(&at_once));
+    });
+}
+
+/// One of each kind of measurement that is refused at tick `now`, and what must be said of them.
+fn refused(now: i64, settings: &Settings, known: Input) -> Vec<(Input, Verdict)> {
+    let fix = |stamp| {
+        let covariance = Covariance2::diagonal([0.01, 0.01]).unwrap();
+        Input::Fix(PositionFix {
+            stamp,
+            sequence: 900,
+            position: [0.1, 0.1],
+            covariance,
+        })
+    };
+    let instant = Span::from_nanos(1);
+    let Input::Odometry(sample) = known else {
+        panic!("{known:?}")
+    };
+    vec![
+        (known, Verdict::Duplicate),
+        (
+            fix(tick(now) + settings.future_tolerance + instant),
+            Verdict::FromFuture,
+        ),
+        (fix(tick(now) - settings.history - instant), Verdict::TooOld),
+        (fix(ns(0)), Verdict::TooOld),
+        (
+            Input::Odometry(OdometrySample {
+                start: sample.stamp,
+                ..sample
+            }),
+            Verdict::EmptyInterval,
+        ),
+    ]
+}
+
+#[test]
+fn what_is_refused_changes_nothing() {
+    check(&(settings(), world()), |(settings, mut deliveries)| {
+        deliveries.retain(|delivery| delivery.is_possible(&settings));
+        let schedule = promptly(&deliveries);
+        let halfway = TICKS / 2;
+        let recent = |delivery: &&Delivery| {
+            let age = halfway - delivery.prompt();
+            matches!(delivery.input, Input::Odometry(_)) && (0..5).contains(&age)
+        };
+        let Some(known) = deliveries.iter().find(recent) else {
+            return;
+        };
+
+        let (mut spared, mut pestered) = (start(settings), start(settings));
+        run(&mut spared, &schedule, 1..=halfway);
+        run(&mut pestered, &schedule, 1..=halfway);
+        let (nuisances, expected): (Vec<_>, Vec<_>) =
+            refused(halfway, &settings, known.input).into_iter().unzip();
+        for (nuisance, expected) in nuisances.into_iter().zip(expected) {
+            let mut batch = Batch::default();
+            batch.push(nuisance);
+            let before = pestered.belief_at(tick(halfway)).unwrap();
+            let outputs = step(&mut pestered, &batch.at(tick(halfway)));
+            assert_eq!(
+                outputs
+                    .reports
+                    .iter()
+                    .map(|report| report.verdict)
+                    .collect::<Vec<_>>(),
+                [expected]
+            );
+            assert_eq!(bits(&outputs.estimate.belief), bits(&before));
+        }
+        run(&mut spared, &schedule, halfway + 1..=LAST_TICK);
+        run(&mut pestered, &schedule, halfway + 1..=LAST_TICK);
+        assert_eq!(final_beliefs(&spared), final_beliefs(&pestered));
+    });
+}

@@ -1,0 +1,182 @@
+//! A million ticks of whatever may come: always finite, always a covariance, never more memory.
+
+use coloc_estimator::{
+    Belief, Covariance2, Covariance3, Estimator, Motion, NeighbourPose, OdometrySample, Pose,
+    PositionFix, RobotId, Settings, Sighting, Slot, Span, Stamp, TickInputs, step,
+};
+
+const TICKS: i64 = 1_000_000;
+const PERIOD: Span = Span::from_millis(20);
+
+/// xorshift64*: enough to make trouble, the same each time.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
+    }
+
+    /// In [−1, 1).
+    #[allow(clippy::cast_precision_loss)]
+    fn signed(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn chance(&mut self, one_in: u64) -> bool {
+        self.next() % one_in == 0
+    }
+
+    /// Up to half a second before `now`, or a little after it.
+    fn stamp(&mut self, now: Stamp) -> Stamp {
+        #[allow(clippy::cast_possible_wrap)]
+        let age = (self.next() % 540_000_000) as i64 - 40_000_000;
+        now - Span::from_nanos(age)
+    }
+
+    fn covariance(&mut self) -> Covariance3 {
+        let scale = if self.chance(10) { 0.0 } else { 0.1 };
+        let variance = [(); 3].map(|()| scale * self.signed().powi(2));
+        Covariance3::diagonal(variance).unwrap()
+    }
+
+    fn near(&mut self, pose: Pose) -> Pose {
+        let reach = if self.chance(20) { 50.0 } else { 0.3 };
+        Pose::new(
+            pose.x + reach * self.signed(),
+            pose.y + reach * self.signed(),
+            pose.phi + 0.3 * self.signed(),
+        )
+    }
+}
+
+struct Robot {
+    estimator: Estimator<[Slot; 128]>,
+    random: Random,
+    now: Stamp,
+    sequence: u64,
+    sampled: Stamp,
+}
+
+impl Robot {
+    fn new() -> Self {
+        let initial =
+            Belief::independent(Pose::default(), Covariance3::diagonal([0.01; 3]).unwrap());
+        let settings = Settings {
+            history: Span::from_millis(500),
+            ..Settings::default()
+        };
+        Self {
+            estimator: Estimator::new(settings, Stamp::default(), initial, [Slot::default(); 128]),
+            random: Random(0x0da7_a5e7),
+            now: Stamp::default(),
+            sequence: 0,
+            sampled: Stamp::default(),
+        }
+    }
+
+    fn tick(&mut self) -> Belief {
+        self.now = self.now + PERIOD;
+        let here = self.estimator.belief_at(self.now - PERIOD).unwrap().pose;
+        let odometry: Vec<_> = self.odometry().into_iter().collect();
+        let sightings: Vec<_> = self.sighting().into_iter().collect();
+        let neighbours: Vec<_> = self.neighbour(here).into_iter().collect();
+        let fixes: Vec<_> = self.fix(here).into_iter().collect();
+        let inputs = TickInputs {
+            stamp: self.now,
+            odometry: &odometry,
+            sightings: &sightings,
+            neighbours: &neighbours,
+            fixes: &fixes,
+        };
+        step(&mut self.estimator, &inputs).estimate.belief
+    }
+
+    /// Mostly one per tick; now and then lost or of the wildest interval.
+    fn odometry(&mut self) -> Option<OdometrySample> {
+        if self.random.chance(30) {
+            return None;
+        }
+        let (mut start, stamp) = (self.sampled, self.now);
+        if self.random.chance(50) {
+            start = self.random.stamp(self.now);
+        }
+        self.sampled = stamp;
+        let v = if self.random.chance(5) {
+            0.0
+        } else {
+            self.random.signed()
+        };
+        let noise = Covariance2::diagonal([5.075 * v * v, 0.345]).unwrap();
+        let motion = Motion::Nonholonomic {
+            velocity: [v, self.random.signed()],
+            noise,
+        };
+        Some(OdometrySample {
+            start,
+            stamp,
+            motion,
+        })
+    }
+
+    fn sighting(&mut self) -> Option<Sighting> {
+        self.rarely()?;
+        Some(Sighting {
+            stamp: self.random.stamp(self.now),
+            sequence: self.sequence,
+            observed: RobotId(2),
+            relative: self.random.near(Pose::default()),
+            covariance: self.random.covariance(),
+        })
+    }
+
+    fn neighbour(&mut self, here: Pose) -> Option<NeighbourPose> {
+        self.rarely()?;
+        let total = self.random.covariance();
+        let independent = if self.random.chance(2) {
+            total.scaled(0.5)
+        } else {
+            Covariance3::ZERO
+        };
+        Some(NeighbourPose {
+            stamp: self.random.stamp(self.now),
+            sequence: self.sequence,
+            sender: RobotId(3),
+            pose: self.random.near(here),
+            total,
+            independent,
+        })
+    }
+
+    fn fix(&mut self, here: Pose) -> Option<PositionFix> {
+        self.rarely()?;
+        let pose = self.random.near(here);
+        Some(PositionFix {
+            stamp: self.random.stamp(self.now),
+            sequence: self.sequence,
+            position: [pose.x, pose.y],
+            covariance: Covariance2::diagonal([0.01 * self.random.signed().powi(2), 0.01]).unwrap(),
+        })
+    }
+
+    fn rarely(&mut self) -> Option<()> {
+        self.sequence += 1;
+        self.random.chance(300).then_some(())
+    }
+}
+
+fn is_sound(belief: &Belief) -> bool {
+    let is_covariance = |p: &Covariance3| Covariance3::new(*p.matrix()).is_ok();
+    belief.pose.is_finite() && is_covariance(&belief.total) && is_covariance(&belief.independent)
+}
+
+#[test]
+fn a_million_ticks_stay_finite_and_semidefinite() {
+    let mut robot = Robot::new();
+    for tick in 0..TICKS {
+        let belief = robot.tick();
+        assert!(is_sound(&belief), "tick {tick}: {belief:?}");
+    }
+}
