@@ -12,6 +12,9 @@ const RELATIVE: f64 = 1e-14;
 /// A pivot below this counts as zero: 1e-50 m is no distance, and its reciprocal must stay finite.
 const ABSOLUTE: f64 = 1e-100;
 
+/// A matrix whose pivots all exceed this part of their diagonal entries is far from singular.
+const REGULAR: f64 = 1e-6;
+
 /// `L` (unit lower triangular) and the diagonal of `D`, with its reciprocals.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) struct Factor {
@@ -62,11 +65,11 @@ impl Factor {
         }
     }
 
-    /// Whether each coordinate of `a`, the matrix that was factored, keeps more than `part` of its variance once
-    /// those before it are known.
-    pub(crate) fn is_regular(&self, a: &Symmetric3, part: f64) -> bool {
+    /// Whether each coordinate of `a`, the matrix that was factored, keeps some of its variance once those before
+    /// it are known: well above rounding.
+    pub(crate) fn is_regular(&self, a: &Symmetric3) -> bool {
         let [d1, d2, d3] = self.pivots;
-        d1 > 0.0 && d2 > part * a.yy && d3 > part * a.pp
+        d1 > 0.0 && d2 > REGULAR * a.yy && d3 > REGULAR * a.pp
     }
 }
 

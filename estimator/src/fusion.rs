@@ -1,8 +1,26 @@
 //! Algorithm 3: split covariance intersection of the own belief with a neighbour's word \[30–37\].
+//!
+//! ```text
+//! P₁ = P_d/α + P_i ;  P₂ = R_d/(1−α) + R_i ;  K = P₁ (P₁+P₂)⁻¹
+//! x̂⁺ = x̂ + K ν ;  P_i⁺ = (I−K) P_i (I−K)ᵀ + K R_i Kᵀ
+//! P⁺ = (I−K) (P_d/α) (I−K)ᵀ + K (R_d/(1−α)) Kᵀ + P_i⁺
+//! ```
+//!
+//! The last line equals `(I−K) P₁` and is positive semidefinite by construction.
 
+use crate::angle::wrap;
 use crate::belief::Belief;
 use crate::convert::GlobalPose;
-use crate::settings::FusionSettings;
+use crate::covariance::Covariance3;
+use crate::factor::Factor;
+use crate::pose::Pose;
+use crate::settings::{FusionSettings, GateWeight};
+use crate::split::Split;
+use crate::symmetric::{Square3, Symmetric3};
+use crate::weight::{Weights, optimal};
+
+/// Stands for zero where a dependent part is singular and the result is a limit that has no closed form.
+const NEXT_TO_ZERO: f64 = 1e-9;
 
 /// Result of [`fuse`].
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -11,15 +29,157 @@ pub struct Fusion {
     pub belief: Belief,
     /// Whether the pose passed the gate.
     pub accepted: bool,
-    /// The weight α ∈ [0, 1] of the update, after damping.
+    /// The weight α ∈ [0, 1] of the update, after damping. 0 where `P_d = 0`, else 1 where `R_d = 0`.
     pub alpha: f64,
     /// Normalised innovation squared, at the weight that [`FusionSettings::gate_weight`] names.
     pub d2: f64,
 }
 
 /// Algorithm 3: `own` after hearing `received`.
+///
+/// A dependent part that is zero is not divided by its weight, nor is the weight damped then; if both are, this
+/// is the Kalman filter's update. If neither covariance has an independent part, it is covariance intersection.
 #[must_use]
 pub fn fuse(own: &Belief, received: &GlobalPose, settings: &FusionSettings) -> Fusion {
-    let _ = (own, received, settings);
-    unimplemented!()
+    let prior = Split::new(&own.total, &own.independent);
+    let message = Split::new(&received.total, &received.independent);
+    let innovation = innovation(&own.pose, &received.pose);
+    let (alpha, weights) = choose(&prior, &message, settings);
+    let inverse = Factor::new(&weights.combine(&prior, &message)).inverse();
+    let d2 = match settings.gate_weight {
+        GateWeight::Half if !(prior.is_independent || message.is_independent) => {
+            half_d2(&prior, &message, innovation)
+        }
+        _ => weights.own * weights.received * inverse.quadratic(innovation),
+    };
+    if !(d2 <= settings.gate) {
+        return Fusion {
+            belief: *own,
+            accepted: false,
+            alpha,
+            d2,
+        };
+    }
+    let belief = Gains::new(&prior, &message, weights, &inverse)
+        .update(&own.pose, innovation, &prior, &message);
+    Fusion {
+        belief,
+        accepted: true,
+        alpha,
+        d2,
+    }
+}
+
+/// `ν = y* − x̂`, heading wrapped \[33\].
+#[inline]
+fn innovation(own: &Pose, received: &Pose) -> [f64; 3] {
+    [
+        received.x - own.x,
+        received.y - own.y,
+        wrap(received.phi - own.phi),
+    ]
+}
+
+/// d² at α = ½, `S = (P₁ + P₂) = 4 M`.
+fn half_d2(prior: &Split, message: &Split, innovation: [f64; 3]) -> f64 {
+    let half = Weights {
+        own: 0.5,
+        received: 0.5,
+    };
+    0.25 * Factor::new(&half.combine(prior, message))
+        .inverse()
+        .quadratic(innovation)
+}
+
+/// α, and the weights to compute with.
+fn choose(prior: &Split, message: &Split, settings: &FusionSettings) -> (f64, Weights) {
+    if prior.is_independent || message.is_independent {
+        // What is zero needs no weight, and the other part's is one: P_d/α := 0 or R_d/(1−α) := 0.
+        let alpha = if prior.is_independent { 0.0 } else { 1.0 };
+        return (
+            alpha,
+            Weights {
+                own: 1.0,
+                received: 1.0,
+            },
+        );
+    }
+    let best = optimal(prior, message, settings.criterion);
+    let damping = settings.damping.clamp(0.0, 1.0);
+    let weights = Weights {
+        own: best.own + (1.0 - damping) * best.received,
+        received: damping * best.received,
+    };
+    (weights.own, inside(weights, prior, message))
+}
+
+/// At an end the part with weight zero is ignored altogether, if it is regular. If not, it still says something
+/// about some direction, and that limit is taken numerically.
+fn inside(weights: Weights, prior: &Split, message: &Split) -> Weights {
+    if weights.own == 0.0 && !prior.is_regular() {
+        return Weights {
+            own: NEXT_TO_ZERO,
+            received: 1.0 - NEXT_TO_ZERO,
+        };
+    }
+    if weights.received == 0.0 && !message.is_regular() {
+        return Weights {
+            own: 1.0 - NEXT_TO_ZERO,
+            received: NEXT_TO_ZERO,
+        };
+    }
+    weights
+}
+
+/// The gain with all that is multiplied by it.
+struct Gains {
+    /// K
+    gain: Square3,
+    /// I − K
+    complement: Square3,
+    /// `(I−K) (P_d/α) (I−K)ᵀ + K (R_d/(1−α)) Kᵀ`
+    dependent: Symmetric3,
+}
+
+impl Gains {
+    /// From `M⁻¹`. `K = (1−α) A M⁻¹` and `I−K = α B M⁻¹`: the smaller one is computed, so that both ends are exact.
+    #[inline]
+    fn new(prior: &Split, message: &Split, weights: Weights, inverse: &Symmetric3) -> Self {
+        let Weights { own, received } = weights;
+        if own >= 0.5 {
+            let per_weight = prior.bound(own).times(inverse);
+            let gain = per_weight.scaled(received);
+            let complement = gain.complement();
+            let dependent = complement.congruence(&prior.dependent) * (1.0 / own)
+                + per_weight.congruence(&message.dependent) * received;
+            return Self {
+                gain,
+                complement,
+                dependent,
+            };
+        }
+        let per_weight = message.bound(received).times(inverse);
+        let complement = per_weight.scaled(own);
+        let gain = complement.complement();
+        let dependent = per_weight.congruence(&prior.dependent) * own
+            + gain.congruence(&message.dependent) * (1.0 / received);
+        Self {
+            gain,
+            complement,
+            dependent,
+        }
+    }
+
+    /// \[35–37\]
+    #[inline]
+    fn update(&self, pose: &Pose, innovation: [f64; 3], prior: &Split, message: &Split) -> Belief {
+        let [dx, dy, dphi] = self.gain.apply(innovation);
+        let independent = self.complement.congruence(&prior.independent)
+            + self.gain.congruence(&message.independent);
+        Belief {
+            pose: Pose::new(pose.x + dx, pose.y + dy, pose.phi + dphi),
+            total: Covariance3::trusted(&(self.dependent + independent)),
+            independent: Covariance3::trusted(&independent),
+        }
+    }
 }

@@ -38,9 +38,12 @@ pub mod noise;
 mod outbox;
 pub mod output;
 pub mod pose;
+mod root;
 pub mod settings;
+mod split;
 pub mod stamp;
 mod symmetric;
+mod weight;
 
 pub use belief::Belief;
 pub use convert::{GlobalPose, to_global};

@@ -1,0 +1,88 @@
+//! A covariance in its two parts, as split covariance intersection uses it.
+
+use crate::clip::positive_part;
+use crate::covariance::Covariance3;
+use crate::factor::Factor;
+use crate::symmetric::Symmetric3;
+
+/// A dependent part up to this part of the total, entry by entry, is the rounding of zero.
+const NOTHING: f64 = 1e-12;
+
+/// `P = P_d + P_i`, both positive semidefinite.
+#[derive(Copy, Clone, Debug)]
+pub(crate) struct Split {
+    /// `P_d`: may be correlated with anything.
+    pub(crate) dependent: Symmetric3,
+    /// `P_i`: correlated with nothing.
+    pub(crate) independent: Symmetric3,
+    /// `P_d = 0`.
+    pub(crate) is_independent: bool,
+}
+
+impl Split {
+    /// `P_d = P − P_i`, negative eigenvalues set to zero.
+    #[inline]
+    pub(crate) fn new(total: &Covariance3, independent: &Covariance3) -> Self {
+        let (total, independent) = (total.symmetric(), independent.symmetric());
+        let difference = total - independent;
+        if is_nothing(&difference, &total) {
+            return Self {
+                dependent: Symmetric3::default(),
+                independent,
+                is_independent: true,
+            };
+        }
+        Self {
+            dependent: positive_part(&difference),
+            independent,
+            is_independent: false,
+        }
+    }
+
+    /// `P_d + w P_i = w P₁`: the bound that w gives, times w, so that it is finite at w = 0.
+    #[inline]
+    pub(crate) fn bound(&self, weight: f64) -> Symmetric3 {
+        self.dependent + self.independent * weight
+    }
+
+    /// Whether `P_d/w` leaves nothing of any coordinate as w goes to zero.
+    pub(crate) fn is_regular(&self) -> bool {
+        Factor::new(&self.dependent).is_regular(&self.dependent)
+    }
+}
+
+/// `|D_ij| ≤ 1e-12 √(T_ii T_jj)`
+fn is_nothing(d: &Symmetric3, t: &Symmetric3) -> bool {
+    let within = |d: f64, ti: f64, tj: f64| d * d <= NOTHING * NOTHING * ti * tj;
+    within(d.xx, t.xx, t.xx)
+        && within(d.yy, t.yy, t.yy)
+        && within(d.pp, t.pp, t.pp)
+        && within(d.xy, t.xx, t.yy)
+        && within(d.xp, t.xx, t.pp)
+        && within(d.yp, t.yy, t.pp)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn split(total: [f64; 3], independent: [f64; 3]) -> Split {
+        Split::new(
+            &Covariance3::diagonal(total).unwrap(),
+            &Covariance3::diagonal(independent).unwrap(),
+        )
+    }
+
+    #[test]
+    fn rounding_is_no_dependent_part() {
+        assert!(split([1.0, 1e-8, 0.0], [1.0 - 1e-13, 1e-8, 0.0]).is_independent);
+        assert!(!split([1.0, 1e-8, 0.0], [1.0, 1e-8 - 1e-18, 0.0]).is_independent);
+    }
+
+    #[test]
+    fn more_independent_than_total_is_clipped() {
+        let split = split([1.0, 1.0, 1.0], [0.5, 1.1, 0.5]);
+        assert_eq!(split.dependent.yy, 0.0);
+        assert_eq!((split.dependent.xx, split.dependent.pp), (0.5, 0.5));
+    }
+}

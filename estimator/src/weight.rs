@@ -1,0 +1,109 @@
+//! The weight of split covariance intersection: α ∈ [0, 1] that makes the result smallest \[32\].
+//!
+//! With `A = P_d + α P_i = α P₁`, `B = R_d + (1−α) R_i = (1−α) P₂` and `M = (1−α) A + α B`, the result is
+//! `P⁺ = B M⁻¹ A`: finite at both ends. Its cost has the derivative `h − g`, convexity makes it increasing:
+//!
+//! ```text
+//! g = tr W G P_d Gᵀ,  G = B M⁻¹ = (I−K)/α        W = I         for the trace
+//! h = tr W H R_d Hᵀ,  H = A M⁻¹ = K/(1−α)        W = (P⁺)⁻¹    for the logarithm of the determinant
+//! ```
+//!
+//! `√(h/g)` has its value 1 at the same α and is all but linear in α (for scalars it is a ratio of linear functions), so that few
+//! evaluations find it. Seen from the other side, α and 1−α, P and R change places: the search only ever
+//! looks at the half of the interval that begins at zero.
+
+use crate::factor::Factor;
+use crate::root::bracketed;
+use crate::settings::Criterion;
+use crate::split::Split;
+use crate::symmetric::Symmetric3;
+
+/// Of the weight.
+const ACCURACY: f64 = 1e-9;
+
+/// Where the search looks for a change of sign before it goes to the end: derivatives at the very end are
+/// rounding noise for rank-deficient dependent parts.
+const BEFORE_THE_END: f64 = 1e-4;
+
+/// α and 1 − α, both to full precision however small.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Weights {
+    /// α, by which the own `P_d` is divided.
+    pub(crate) own: f64,
+    /// 1 − α, by which the received `R_d` is divided.
+    pub(crate) received: f64,
+}
+
+impl Weights {
+    /// `M = (1−α) P_d + α R_d + α (1−α) (P_i + R_i) = α (1−α) (P₁ + P₂)`: no cancellation, no division.
+    #[inline]
+    pub(crate) fn combine(self, own: &Split, received: &Split) -> Symmetric3 {
+        own.dependent * self.received
+            + received.dependent * self.own
+            + (own.independent + received.independent) * (self.own * self.received)
+    }
+}
+
+/// The optimal weights of two beliefs that both have a dependent part.
+pub(crate) fn optimal(own: &Split, received: &Split, criterion: Criterion) -> Weights {
+    let middle = excess(own, received, criterion, 0.5);
+    if middle >= 0.0 {
+        let small = smaller_weight(own, received, criterion, middle);
+        return Weights {
+            own: small,
+            received: 1.0 - small,
+        };
+    }
+    let small = smaller_weight(
+        received,
+        own,
+        criterion,
+        excess(received, own, criterion, 0.5),
+    );
+    Weights {
+        own: 1.0 - small,
+        received: small,
+    }
+}
+
+/// The optimal weight of `near`, which is at most ½, where the excess is `middle`.
+fn smaller_weight(near: &Split, far: &Split, criterion: Criterion, middle: f64) -> f64 {
+    let excess = |weight| excess(near, far, criterion, weight);
+    let mut high = (0.5, middle);
+    for weight in [BEFORE_THE_END, ACCURACY] {
+        let low = (weight, excess(weight));
+        if low.1 < 0.0 {
+            return bracketed(excess, low, high, ACCURACY);
+        }
+        high = low;
+    }
+    0.0
+}
+
+/// `√(h/g) − 1` at the given weight of `near`.
+#[inline]
+fn excess(near: &Split, far: &Split, criterion: Criterion, weight: f64) -> f64 {
+    let weights = Weights {
+        own: weight,
+        received: 1.0 - weight,
+    };
+    let (a, b) = (near.bound(weights.own), far.bound(weights.received));
+    let inverse = Factor::new(&weights.combine(near, far)).inverse();
+    let (big_g, big_h) = (b.times(&inverse), a.times(&inverse));
+    let (g, h) = match criterion {
+        Criterion::Trace => (
+            big_g.congruence_trace(&near.dependent),
+            big_h.congruence_trace(&far.dependent),
+        ),
+        Criterion::Determinant => (
+            big_g.product_trace(&near.dependent.times(&Factor::new(&a).inverse())),
+            big_h.product_trace(&far.dependent.times(&Factor::new(&b).inverse())),
+        ),
+    };
+    // Two zeros: the weight does not matter. Rounding can leave either a little below.
+    if g > 0.0 {
+        libm::sqrt(h.max(0.0) / g) - 1.0
+    } else {
+        h.max(0.0)
+    }
+}
