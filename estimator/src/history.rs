@@ -84,7 +84,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         let Ok(place) = self.place_of(&measurement.key()) else {
             return false;
         };
-        let inserted = self.entries.insert(place, Entry::new(measurement));
+        let inserted = self.entries.insert(place, measurement);
         if inserted {
             self.mark_from(self.first_affected(&measurement, place));
         }

@@ -1,4 +1,5 @@
 //! Gaps in the odometry, stamps from the future, clocks that jump, storage that runs full.
+#![allow(clippy::unwrap_used)] // A test may panic.
 
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimate, Estimator, Motion, OdometrySample, OdometryState,

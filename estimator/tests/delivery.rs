@@ -1,4 +1,5 @@
 //! The estimate depends on when things were measured, never on when or in which order they arrived.
+#![allow(clippy::unwrap_used)] // A test may panic.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;

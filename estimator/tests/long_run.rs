@@ -1,8 +1,10 @@
 //! A million ticks of whatever may come: always finite, always a covariance, never more memory.
+#![allow(clippy::unwrap_used)] // A test may panic.
 
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Motion, NeighbourPose, OdometrySample, Pose,
-    PositionFix, RobotId, Settings, Sighting, Slot, Span, Stamp, TickInputs, step,
+    PositionFix, RobotId, Settings, Sighting, Slot, Span, Stamp, TickInputs, TickOutputs, Verdict,
+    step,
 };
 
 const TICKS: i64 = 1_000_000;
@@ -26,7 +28,7 @@ impl Random {
     }
 
     fn chance(&mut self, one_in: u64) -> bool {
-        self.next() % one_in == 0
+        self.next().is_multiple_of(one_in)
     }
 
     /// Up to half a second before `now`, or a little after it.
@@ -53,11 +55,21 @@ impl Random {
 }
 
 struct Robot {
-    estimator: Estimator<[Slot; 128]>,
+    estimator: Estimator<Box<[Slot]>>,
     random: Random,
     now: Stamp,
     sequence: u64,
     sampled: Stamp,
+    account: Account,
+}
+
+/// What the inputs came to.
+#[derive(Debug, Default)]
+struct Account {
+    accepted: u32,
+    gated: u32,
+    sent: usize,
+    folded_early: u32,
 }
 
 impl Robot {
@@ -68,12 +80,15 @@ impl Robot {
             history: Span::from_millis(500),
             ..Settings::default()
         };
+        // Too few for the busiest half seconds: the storage runs full now and then.
+        let storage = vec![Slot::default(); 34].into_boxed_slice();
         Self {
-            estimator: Estimator::new(settings, Stamp::default(), initial, [Slot::default(); 128]),
+            estimator: Estimator::new(settings, Stamp::default(), initial, storage),
             random: Random(0x0da7_a5e7),
             now: Stamp::default(),
             sequence: 0,
             sampled: Stamp::default(),
+            account: Account::default(),
         }
     }
 
@@ -91,7 +106,9 @@ impl Robot {
             neighbours: &neighbours,
             fixes: &fixes,
         };
-        step(&mut self.estimator, &inputs).estimate.belief
+        let outputs = step(&mut self.estimator, &inputs);
+        self.account.add(&outputs);
+        outputs.estimate.belief
     }
 
     /// Mostly one per tick; now and then lost or of the wildest interval.
@@ -163,7 +180,21 @@ impl Robot {
 
     fn rarely(&mut self) -> Option<()> {
         self.sequence += 1;
-        self.random.chance(300).then_some(())
+        self.random.chance(15).then_some(())
+    }
+}
+
+impl Account {
+    fn add(&mut self, outputs: &TickOutputs<'_>) {
+        self.sent += outputs.outgoing.len();
+        self.folded_early += outputs.folded_early;
+        for report in outputs.reports {
+            match report.verdict {
+                Verdict::Accepted { .. } => self.accepted += 1,
+                Verdict::Gated { .. } => self.gated += 1,
+                _ => {}
+            }
+        }
     }
 }
 
@@ -179,4 +210,15 @@ fn a_million_ticks_stay_finite_and_semidefinite() {
         let belief = robot.tick();
         assert!(is_sound(&belief), "tick {tick}: {belief:?}");
     }
+    let Account {
+        accepted,
+        gated,
+        sent,
+        folded_early,
+    } = robot.account;
+    assert!(
+        accepted > 10_000 && gated > 1_000 && sent > 10_000 && folded_early > 100,
+        "{:?}",
+        robot.account
+    );
 }
