@@ -3,6 +3,7 @@
 use crate::belief::Belief;
 use crate::covariance::{Covariance2, Covariance3};
 use crate::factor::Factor;
+use crate::gate::accepts;
 use crate::pose::Pose;
 use crate::symmetric::Symmetric3;
 
@@ -17,7 +18,7 @@ pub struct FixUpdate {
     pub d2: f64,
 }
 
-/// `own` after a fix at `position` \[m\] with noise `covariance` (R_A, m²), if d² ≤ `gate` (χ², two degrees of
+/// `own` after a fix at `position` \[m\] with noise `covariance` (`R_A`, m²), if d² ≤ `gate` (χ², two degrees of
 /// freedom; infinite accepts everything).
 ///
 /// The gate uses `H P Hᵀ + R_A`; P and `P_i` are updated in Joseph's form with the gain of P.
@@ -28,7 +29,7 @@ pub fn update(own: &Belief, position: [f64; 2], covariance: &Covariance2, gate: 
     let innovation_inverse = Factor::new(&(position_block(&total) + noise)).inverse();
     let innovation = [position[0] - own.pose.x, position[1] - own.pose.y, 0.0];
     let d2 = innovation_inverse.quadratic(innovation);
-    if !(d2 <= gate) {
+    if !accepts(d2, gate) {
         return FixUpdate {
             belief: *own,
             accepted: false,

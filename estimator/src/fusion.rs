@@ -13,6 +13,7 @@ use crate::belief::Belief;
 use crate::convert::GlobalPose;
 use crate::covariance::Covariance3;
 use crate::factor::Factor;
+use crate::gate::accepts;
 use crate::pose::Pose;
 use crate::settings::{FusionSettings, GateWeight};
 use crate::split::Split;
@@ -52,7 +53,7 @@ pub fn fuse(own: &Belief, received: &GlobalPose, settings: &FusionSettings) -> F
         }
         _ => weights.own * weights.received * inverse.quadratic(innovation),
     };
-    if !(d2 <= settings.gate) {
+    if !accepts(d2, settings.gate) {
         return Fusion {
             belief: *own,
             accepted: false,
