@@ -6,3 +6,9 @@
 //! * A bus that is gone is not an error but a state: say so in its health, keep trying, never spin.
 
 pub mod can;
+pub mod crc;
+mod database;
+pub mod encoder;
+pub mod signal;
+
+pub use database::{COLOC_DBC, Database};

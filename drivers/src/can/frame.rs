@@ -68,6 +68,25 @@ impl Frame {
         Self::filled(raw_id(id.into()), Kind::Data, 0, data, 8)
     }
 
+    /// A classic data frame whose payload is known to fit.
+    pub(crate) fn classic<const LEN: usize>(id: Id, payload: [u8; LEN]) -> Self {
+        const { assert!(LEN <= 8) };
+        let mut data = [0; 64];
+        data[..LEN].copy_from_slice(&payload);
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "at most 8, by the assertion"
+        )]
+        let len = LEN as u8;
+        Self {
+            can_id: raw_id(id),
+            kind: Kind::Data,
+            flags: 0,
+            len,
+            data,
+        }
+    }
+
     /// A CAN FD data frame; `None` if `data` is longer than 64 bytes.
     #[must_use]
     pub fn fd_frame(id: impl Into<Id>, data: &[u8]) -> Option<Self> {

@@ -1,0 +1,175 @@
+//! One signal's way from payloads to a velocity.
+
+use crate::signal::SignalDecoder;
+
+use super::counter::{Count, Counter, Reading};
+use super::reject::FrameReject;
+
+/// A signal that tells a part of the robot's motion.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Channel {
+    signal: SignalDecoder,
+    measure: Measure,
+    last_ns: Option<i64>,
+    /// Time between its two newest frames.
+    interval_ns: Option<i64>,
+    /// Frames since the last sample.
+    fresh: u32,
+    /// Counter: distance since the last sample \[m\]. Rate: the newest velocity \[m/s or rad/s\].
+    value: f64,
+}
+
+/// What a signal's value is.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(super) enum Measure {
+    /// A cumulative count.
+    Counter(Counter),
+    /// A velocity.
+    Rate {
+        /// From the signal's unit to SI.
+        scale: f64,
+        /// The most that is plausible, in SI.
+        limit: f64,
+    },
+}
+
+/// What a frame says about a channel, checked but not applied yet.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(super) enum Update {
+    Count(Count, Reading),
+    Rate(f64),
+}
+
+/// Whether the time since the channel's last frame is covered.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) enum Continuity {
+    /// Nothing is missing.
+    Continued,
+    /// This was the first frame.
+    Started,
+    /// The counter was taken up again at another value.
+    Resynchronised,
+    /// A speed is not applied to so long a time.
+    Gap,
+}
+
+/// A speed says nothing about a time longer than this before it.
+const LONGEST_RATE_INTERVAL_NS: i64 = 500_000_000;
+
+impl Channel {
+    pub(super) fn new(signal: SignalDecoder, measure: Measure) -> Self {
+        Self {
+            signal,
+            measure,
+            last_ns: None,
+            interval_ns: None,
+            fresh: 0,
+            value: 0.0,
+        }
+    }
+
+    /// What the payload says.
+    ///
+    /// # Errors
+    /// [`FrameReject::Short`] and [`FrameReject::Implausible`].
+    pub(super) fn check(&mut self, data: &[u8], stamp_ns: i64) -> Result<Update, FrameReject> {
+        match &mut self.measure {
+            Measure::Counter(counter) => {
+                let count = Count {
+                    raw: self.signal.raw(data).ok_or(FrameReject::Short)?,
+                    stamp_ns,
+                };
+                let reading = counter
+                    .read(count)
+                    .inspect_err(|_| counter.suspect(count))?;
+                Ok(Update::Count(count, reading))
+            }
+            Measure::Rate { scale, limit } => {
+                let rate = self.signal.physical(data).ok_or(FrameReject::Short)? * *scale;
+                // Not-a-number is in no range.
+                if (-*limit..=*limit).contains(&rate) {
+                    Ok(Update::Rate(rate))
+                } else {
+                    Err(FrameReject::Implausible)
+                }
+            }
+        }
+    }
+
+    /// Applies what [`Self::check`] found.
+    pub(super) fn accept(&mut self, update: Update, stamp_ns: i64) -> Continuity {
+        let interval_ns = self.last_ns.map(|last_ns| stamp_ns.saturating_sub(last_ns));
+        (self.last_ns, self.interval_ns) = (Some(stamp_ns), interval_ns);
+        self.fresh = self.fresh.saturating_add(1);
+        let continuity = self.apply(update, interval_ns);
+        if interval_ns.is_none() {
+            Continuity::Started
+        } else {
+            continuity
+        }
+    }
+
+    fn apply(&mut self, update: Update, interval_ns: Option<i64>) -> Continuity {
+        match (update, &mut self.measure) {
+            (Update::Count(count, reading), Measure::Counter(counter)) => {
+                counter.accept(count);
+                let Reading::Travelled(way_m) = reading else {
+                    return Continuity::Resynchronised;
+                };
+                self.value += way_m;
+            }
+            (Update::Rate(rate), _) => {
+                self.value = rate;
+                if interval_ns.is_some_and(|ns| ns > LONGEST_RATE_INTERVAL_NS) {
+                    return Continuity::Gap;
+                }
+            }
+            (Update::Count(..), Measure::Rate { .. }) => {}
+        }
+        Continuity::Continued
+    }
+
+    /// Velocity over the `dt_s` seconds since the last sample.
+    pub(super) fn velocity(&self, dt_s: f64) -> f64 {
+        if self.counts() {
+            self.value / dt_s
+        } else {
+            self.value
+        }
+    }
+
+    /// A sample has been formed, or the time before is given up.
+    pub(super) fn begin_interval(&mut self) {
+        self.fresh = 0;
+        if self.counts() {
+            self.value = 0.0;
+        }
+    }
+
+    /// Forgets everything seen.
+    pub(super) fn restart(&mut self) {
+        (self.last_ns, self.interval_ns, self.fresh, self.value) = (None, None, 0, 0.0);
+        if let Measure::Counter(counter) = &mut self.measure {
+            counter.restart();
+        }
+    }
+
+    fn counts(&self) -> bool {
+        matches!(self.measure, Measure::Counter(_))
+    }
+
+    /// Frames since the last sample.
+    pub(super) fn fresh(&self) -> u32 {
+        self.fresh
+    }
+
+    /// Stamp of the newest frame.
+    pub(super) fn last_ns(&self) -> Option<i64> {
+        self.last_ns
+    }
+
+    /// Time between the two newest frames.
+    pub(super) fn interval_ns(&self) -> Option<i64> {
+        self.interval_ns
+    }
+}

@@ -1,0 +1,309 @@
+//! What a person writes about the wheels of a robot.
+
+use std::io;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::can::BusSpec;
+use crate::signal::SignalError;
+
+/// Buses, and the signals on them that tell how the robot moves.
+///
+/// ```toml
+/// buses = ["socketcan:can0"]
+/// max_speed_mps = 2.0
+/// [wheels]
+/// track_m = 0.287
+/// left = { message = "WheelLeft", signal = "Ticks", metres_per_tick = 1e-4 }
+/// right = { message = "WheelRight", signal = "Ticks", metres_per_tick = 1e-4 }
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OdometryConfig {
+    /// Signals refer to them by position, from 0.
+    pub buses: Vec<BusSpec>,
+    /// The file that describes the messages; without it they are coloc's own (`coloc.dbc`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dbc: Option<PathBuf>,
+    /// Faster than a wheel or the robot can ever be: what exceeds it is garbage \[m/s\].
+    pub max_speed_mps: f64,
+    /// Faster than the robot can ever turn \[rad/s\]; for body velocities only.
+    #[serde(default = "default_max_turn_rate_radps")]
+    pub max_turn_rate_radps: f64,
+    /// Two wheels of one axle: differential drive, or the rear wheels of a car. Either this or `body`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wheels: Option<WheelsConfig>,
+    /// Velocities of the body.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<BodyConfig>,
+    /// How messages prove themselves; coloc's own do so without being listed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub messages: Vec<MessageConfig>,
+}
+
+fn default_max_turn_rate_radps() -> f64 {
+    10.0
+}
+
+/// The two wheels of an axle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WheelsConfig {
+    /// Distance between the wheels' points of contact \[m\].
+    pub track_m: f64,
+    /// The left wheel.
+    pub left: WheelConfig,
+    /// The right wheel.
+    pub right: WheelConfig,
+}
+
+/// Where to find one wheel and what its numbers mean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WheelConfig {
+    /// Position in `buses`.
+    #[serde(default)]
+    pub bus: u8,
+    /// Name of the message in the DBC file.
+    pub message: String,
+    /// Name of the signal in the message.
+    pub signal: String,
+    /// What the signal counts or measures.
+    #[serde(default)]
+    pub quantity: Quantity,
+    /// Distance per tick \[m\]; or give `wheel_radius_m` and `ticks_per_revolution`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metres_per_tick: Option<f64>,
+    /// Rolling radius \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wheel_radius_m: Option<f64>,
+    /// Ticks of one turn of the wheel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ticks_per_revolution: Option<f64>,
+    /// For ticks per period: the period \[s\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub period_s: Option<f64>,
+    /// It counts backwards when the robot drives forwards.
+    #[serde(default)]
+    pub reversed: bool,
+}
+
+/// What a wheel's signal says, after the DBC file's factor and offset.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// Ticks since the encoder started; wraps at the signal's width.
+    #[default]
+    CumulativeTicks,
+    /// Ticks since the frame before.
+    TicksPerPeriod,
+    /// \[m/s\]
+    MetresPerSecond,
+    /// \[km/h\]
+    KilometresPerHour,
+    /// \[rad/s\]
+    RadiansPerSecond,
+    /// \[1/min\]
+    RevolutionsPerMinute,
+}
+
+/// Velocities of the body in its own frame: x forward, y left, counter-clockwise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyConfig {
+    /// `v_x`.
+    pub forward: BodySignal<SpeedUnit>,
+    /// `v_y`, for robots that can move sideways.
+    #[serde(default = "none", skip_serializing_if = "Option::is_none")]
+    pub sideways: Option<BodySignal<SpeedUnit>>,
+    /// ω.
+    pub turn: BodySignal<TurnUnit>,
+}
+
+fn none<T>() -> Option<T> {
+    None
+}
+
+/// Where to find a velocity of the body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodySignal<U: Default> {
+    /// Position in `buses`.
+    #[serde(default)]
+    pub bus: u8,
+    /// Name of the message in the DBC file.
+    pub message: String,
+    /// Name of the signal in the message.
+    pub signal: String,
+    /// The signal's unit.
+    #[serde(default)]
+    pub unit: U,
+    /// Its sign is the opposite of ours.
+    #[serde(default)]
+    pub reversed: bool,
+}
+
+/// Units of speed.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SpeedUnit {
+    /// \[m/s\]
+    #[default]
+    MetresPerSecond,
+    /// \[km/h\]
+    KilometresPerHour,
+}
+
+/// Units of turn rate.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TurnUnit {
+    /// \[rad/s\]
+    #[default]
+    RadiansPerSecond,
+    /// \[°/s\]
+    DegreesPerSecond,
+}
+
+/// How the frames of a message prove that they are new and whole.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MessageConfig {
+    /// Name of the message in the DBC file.
+    pub message: String,
+    /// Signal that counts the frames.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alive: Option<String>,
+    /// Signal with the CRC-8 SAE J1850 over the identifier (low byte first; two bytes, extended four) and all bytes
+    /// before the checksum.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub checksum: Option<String>,
+}
+
+impl OdometryConfig {
+    /// A differential drive with coloc's own encoders on one bus.
+    #[must_use]
+    pub fn differential(
+        bus: BusSpec,
+        track_m: f64,
+        metres_per_tick: f64,
+        max_speed_mps: f64,
+    ) -> Self {
+        let [left, right] =
+            ["WheelLeft", "WheelRight"].map(|message| WheelConfig::coloc(message, metres_per_tick));
+        Self {
+            buses: vec![bus],
+            dbc: None,
+            max_speed_mps,
+            max_turn_rate_radps: default_max_turn_rate_radps(),
+            wheels: Some(WheelsConfig {
+                track_m,
+                left,
+                right,
+            }),
+            body: None,
+            messages: Vec::new(),
+        }
+    }
+}
+
+impl WheelConfig {
+    fn coloc(message: &str, metres_per_tick: f64) -> Self {
+        Self {
+            bus: 0,
+            message: message.to_owned(),
+            signal: "Ticks".to_owned(),
+            quantity: Quantity::CumulativeTicks,
+            metres_per_tick: Some(metres_per_tick),
+            wheel_radius_m: None,
+            ticks_per_revolution: None,
+            period_s: None,
+            reversed: false,
+        }
+    }
+}
+
+impl MessageConfig {
+    pub(super) fn coloc() -> [Self; 2] {
+        ["WheelLeft", "WheelRight"].map(|message| Self {
+            message: message.to_owned(),
+            alive: Some("Alive".to_owned()),
+            checksum: Some("Checksum".to_owned()),
+        })
+    }
+}
+
+/// Why a configuration can't be used: names the setting and what is allowed.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The DBC file can't be read.
+    #[error("dbc: can't read {path}: {error}")]
+    ReadDbc {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        error: io::Error,
+    },
+    /// The DBC file is not one.
+    #[error("dbc: {path} is no DBC file: {error}")]
+    ParseDbc {
+        /// The file.
+        path: PathBuf,
+        /// What the parser said.
+        error: Box<can_dbc::DbcError>,
+    },
+    /// No message of that name.
+    #[error("the DBC file has no message '{message}'; it has {available}")]
+    UnknownMessage {
+        /// What was asked for.
+        message: String,
+        /// What there is.
+        available: String,
+    },
+    /// No signal of that name.
+    #[error("message {message} has no signal '{signal}'; it has {available}")]
+    UnknownSignal {
+        /// Where it was looked for.
+        message: String,
+        /// What was asked for.
+        signal: String,
+        /// What there is.
+        available: String,
+    },
+    /// The signal's description can't be used.
+    #[error("signal {signal} of message {message}: {error}")]
+    Signal {
+        /// The message.
+        message: String,
+        /// The signal.
+        signal: String,
+        /// What is wrong with it.
+        error: SignalError,
+    },
+    /// The message's identifier is wider than CAN's.
+    #[error("message {message} has the identifier {id:#X}; CAN has 11 or 29 bits")]
+    Identifier {
+        /// The message.
+        message: String,
+        /// Its identifier in the DBC file.
+        id: u32,
+    },
+    /// A setting, alone or together with others, makes no sense.
+    #[error("{setting}: {problem}")]
+    Setting {
+        /// Its name.
+        setting: String,
+        /// What is wrong and what is allowed.
+        problem: String,
+    },
+}
+
+impl ConfigError {
+    pub(super) fn setting(setting: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self::Setting {
+            setting: setting.into(),
+            problem: problem.into(),
+        }
+    }
+}

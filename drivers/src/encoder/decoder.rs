@@ -1,0 +1,256 @@
+//! Frames in, odometry out.
+
+use crate::can::{Id, Kind, Received};
+
+use super::channel::{Channel, Continuity, Update};
+use super::config::{ConfigError, OdometryConfig};
+use super::guard::Guard;
+use super::kinematics::Kinematics;
+use super::plan;
+use super::reject::{FrameReject, OdometryCounters};
+
+/// The mean velocity of the body over `(start_ns, stamp_ns]`.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct WheelOdometry {
+    /// Stamp of the sample before \[ns\].
+    pub start_ns: i64,
+    /// The latest of the stamps of the frames that made it \[ns\]; later than `start_ns`.
+    pub stamp_ns: i64,
+    /// `[v_x, v_y, ω]` \[m/s, m/s, rad/s\]; finite.
+    pub velocity: [f64; 3],
+}
+
+/// Makes odometry of CAN frames.
+///
+/// * The first frame of each wheel only says where counting starts.
+/// * A sample is formed when every wheel has news, and the news belong together: stamps no farther apart than half a
+///   period. Where a frame was lost this waits for the wheel that lags, so that a turn is not made of one wheel's
+///   motion and the other's rest.
+/// * What cumulative counters count is never lost with a frame: the next sample covers the longer time.
+/// * Frames less than 1 ms apart (a backlog that came at once) go into one sample.
+///
+/// Nothing here allocates after [`OdometryDecoder::new`].
+#[derive(Clone, Debug)]
+pub struct OdometryDecoder {
+    messages: Vec<Message>,
+    channels: Vec<Channel>,
+    kinematics: Kinematics,
+    start_ns: Option<i64>,
+    counters: OdometryCounters,
+}
+
+/// A message that carries signals of ours.
+#[derive(Clone, Debug)]
+pub(super) struct Message {
+    pub(super) bus: u8,
+    pub(super) id: Id,
+    pub(super) guard: Guard,
+    /// Positions of its channels.
+    pub(super) channels: Vec<usize>,
+    pub(super) last_ns: Option<i64>,
+}
+
+/// The most channels that kinematics take.
+pub(super) const MAX_CHANNELS: usize = 3;
+
+/// Shorter intervals are not worth a sample, and a division by them not its noise.
+const SHORTEST_INTERVAL_NS: i64 = 1_000_000;
+
+/// A stamp that lies further back than this comes of a clock that was set, not of a frame that was late.
+const CLOCK_STEP_NS: i64 = 100_000_000;
+
+/// With so many frames of every wheel, a sample is formed even if their stamps never come close.
+const PATIENCE: u32 = 4;
+
+impl OdometryDecoder {
+    /// Compiles the configuration.
+    ///
+    /// # Errors
+    /// [`ConfigError`], with the setting, message or signal and what there is instead.
+    pub fn new(config: &OdometryConfig) -> Result<Self, ConfigError> {
+        let plan::Plan {
+            messages,
+            channels,
+            kinematics,
+        } = plan::plan(config)?;
+        Ok(Self {
+            messages,
+            channels,
+            kinematics,
+            start_ns: None,
+            counters: OdometryCounters::default(),
+        })
+    }
+
+    /// The identifiers that are wanted from `bus`: for [`crate::can::Filter::ids`].
+    pub fn wanted_ids(&self, bus: u8) -> impl Iterator<Item = Id> {
+        self.messages
+            .iter()
+            .filter(move |message| message.bus == bus)
+            .map(|message| message.id)
+    }
+
+    /// Takes a frame in; hands out a sample when this frame completes one. Frames of other messages are passed over.
+    ///
+    /// # Errors
+    /// [`FrameReject`] for a frame of a wanted message that does not count; it is counted under its reason.
+    pub fn push(&mut self, received: &Received) -> Result<Option<WheelOdometry>, FrameReject> {
+        let Some(index) = self
+            .messages
+            .iter()
+            .position(|message| message.carries(received))
+        else {
+            return Ok(None);
+        };
+        self.take(index, received)
+            .inspect_err(|&reason| self.counters.note_reject(reason))?;
+        self.counters.accepted += 1;
+        Ok(self.form_sample())
+    }
+
+    /// What has been counted so far.
+    #[must_use]
+    pub fn counters(&self) -> &OdometryCounters {
+        &self.counters
+    }
+
+    fn take(&mut self, index: usize, received: &Received) -> Result<(), FrameReject> {
+        if received.frame.kind() == Kind::Remote {
+            return Err(FrameReject::Remote);
+        }
+        self.check_stamp(index, received.stamp_ns)?;
+        let Some(message) = self.messages.get_mut(index) else {
+            return Ok(());
+        };
+        let (data, stamp_ns) = (received.frame.data(), received.stamp_ns);
+        let passed = message.guard.check(message.id, data, stamp_ns)?;
+        let updates = check_all(&message.channels, &mut self.channels, data, stamp_ns)?;
+        message.guard.accept(passed);
+        message.last_ns = Some(stamp_ns);
+        self.counters.skipped += passed.skipped;
+        self.apply(updates, stamp_ns);
+        Ok(())
+    }
+
+    fn check_stamp(&mut self, index: usize, stamp_ns: i64) -> Result<(), FrameReject> {
+        let last_ns = self
+            .messages
+            .get(index)
+            .and_then(|message| message.last_ns)
+            .unwrap_or(stamp_ns);
+        match last_ns.saturating_sub(stamp_ns) {
+            ..=0 => Ok(()),
+            CLOCK_STEP_NS.. => {
+                self.restart();
+                Ok(())
+            }
+            _ => Err(FrameReject::Backward),
+        }
+    }
+
+    fn restart(&mut self) {
+        self.counters.clock_steps += 1;
+        self.start_ns = None;
+        for message in &mut self.messages {
+            message.last_ns = None;
+            message.guard.restart();
+        }
+        self.channels.iter_mut().for_each(Channel::restart);
+    }
+
+    fn apply(&mut self, updates: Updates, stamp_ns: i64) {
+        let mut continued = true;
+        for (index, update) in updates.into_iter().flatten() {
+            let Some(channel) = self.channels.get_mut(index) else {
+                continue;
+            };
+            let continuity = channel.accept(update, stamp_ns);
+            continued &= continuity == Continuity::Continued;
+            self.counters.resynchronised += u64::from(continuity == Continuity::Resynchronised);
+            self.counters.gaps += u64::from(continuity == Continuity::Gap);
+        }
+        if !continued {
+            self.begin_interval(stamp_ns);
+        }
+    }
+
+    fn begin_interval(&mut self, stamp_ns: i64) {
+        self.start_ns = Some(stamp_ns);
+        self.channels.iter_mut().for_each(Channel::begin_interval);
+    }
+
+    fn form_sample(&mut self) -> Option<WheelOdometry> {
+        let (start_ns, stamp_ns) = (self.start_ns?, self.complete_ns()?);
+        let dt_ns = stamp_ns
+            .checked_sub(start_ns)
+            .filter(|&dt_ns| dt_ns >= SHORTEST_INTERVAL_NS)?;
+        let velocity = self.velocity(seconds(dt_ns));
+        self.begin_interval(stamp_ns);
+        self.counters.samples += 1;
+        Some(WheelOdometry {
+            start_ns,
+            stamp_ns,
+            velocity,
+        })
+    }
+
+    /// The latest stamp, if every channel has news and they belong together.
+    fn complete_ns(&self) -> Option<i64> {
+        let news = self.channels.iter().map(Channel::fresh).min()?;
+        let latest_ns = self.channels.iter().filter_map(Channel::last_ns).max()?;
+        let earliest_ns = self.channels.iter().filter_map(Channel::last_ns).min()?;
+        let period_ns = self
+            .channels
+            .iter()
+            .filter_map(Channel::interval_ns)
+            .min()?;
+        let together = latest_ns.saturating_sub(earliest_ns) <= period_ns / 2;
+        (news > 0 && (together || news >= PATIENCE)).then_some(latest_ns)
+    }
+
+    fn velocity(&self, dt_s: f64) -> [f64; 3] {
+        let mut velocities = [0.0; MAX_CHANNELS];
+        for (velocity, channel) in velocities.iter_mut().zip(&self.channels) {
+            *velocity = channel.velocity(dt_s);
+        }
+        self.kinematics.velocity(velocities)
+    }
+}
+
+impl Message {
+    fn carries(&self, received: &Received) -> bool {
+        self.bus == received.bus && received.frame.id() == Some(self.id)
+    }
+}
+
+type Updates = [Option<(usize, Update)>; MAX_CHANNELS];
+
+/// What a payload says about each of its channels; if one refuses, the frame does not count for any.
+fn check_all(
+    indices: &[usize],
+    channels: &mut [Channel],
+    data: &[u8],
+    stamp_ns: i64,
+) -> Result<Updates, FrameReject> {
+    let mut updates = [None; MAX_CHANNELS];
+    let mut refused = None;
+    for (slot, &index) in updates.iter_mut().zip(indices) {
+        let Some(channel) = channels.get_mut(index) else {
+            continue;
+        };
+        match channel.check(data, stamp_ns) {
+            Ok(update) => *slot = Some((index, update)),
+            // The others look at the frame all the same: they too must recognise a restarted encoder.
+            Err(reason) => refused = Some(reason),
+        }
+    }
+    refused.map_or(Ok(updates), Err)
+}
+
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "nanoseconds of days are within 2^53"
+)]
+fn seconds(ns: i64) -> f64 {
+    ns as f64 * 1e-9
+}
