@@ -16,6 +16,7 @@
 //!
 //! Entries leave at the old end only, a whole event at a time: the belief after the event becomes the base, so nothing is
 //! recomputed and the beliefs after it are the same bits as before. What arrives for a stamp at or before the base is too old.
+//! An odometry sample that began before the base but ends after it still drives what is after.
 
 mod drive;
 mod entry;

@@ -247,14 +247,20 @@ mod tests {
     }
 
     #[test]
-    fn held_noise_grows() {
+    fn held_noise_grows_with_the_mean_time_held() {
         let motion = sample(0, 1, 0.3).motion;
-        let held = Drive::Held {
-            motion,
-            since: ns(0),
-        };
-        let early = energy(&held, &[0, 20_000_000]);
-        let late = energy(&held, &[80_000_000, 100_000_000]);
-        assert!(late > early && early > energy(&Drive::Measured(motion), &[0, 20_000_000]));
+        let settings = OdometrySettings::default();
+        let (since, period) = (ns(7), settings.reference_period);
+        let held = Drive::Held { motion, since };
+        let first = held.motion(since, since + period, &settings);
+        assert_eq!(
+            first,
+            motion.with_noise_scaled(1.0 + 0.5 * settings.hold_growth)
+        );
+        let second = held.motion(since + period, since + period + period, &settings);
+        assert_eq!(
+            second,
+            motion.with_noise_scaled(1.0 + 1.5 * settings.hold_growth)
+        );
     }
 }

@@ -125,3 +125,74 @@ impl Entry {
         self.measurement.key()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::covariance::{Covariance2, Covariance3};
+    use crate::motion::Motion;
+    use crate::pose::Pose;
+
+    fn odometry(start: i64, stamp: i64) -> Key {
+        let motion = Motion::standstill([0.0; 3]);
+        let [start, stamp] = [start, stamp].map(Stamp::from_nanos);
+        Measurement::Odometry(OdometrySample {
+            start,
+            stamp,
+            motion,
+        })
+        .key()
+    }
+
+    fn sighting(stamp: i64, observed: u16, sequence: u64) -> Key {
+        Measurement::Sighting(Sighting {
+            stamp: Stamp::from_nanos(stamp),
+            sequence,
+            observed: RobotId(observed),
+            relative: Pose::default(),
+            covariance: Covariance3::ZERO,
+        })
+        .key()
+    }
+
+    fn neighbour(stamp: i64, sender: u16, sequence: u64) -> Key {
+        Measurement::Neighbour(NeighbourPose {
+            stamp: Stamp::from_nanos(stamp),
+            sequence,
+            sender: RobotId(sender),
+            pose: Pose::default(),
+            total: Covariance3::ZERO,
+            independent: Covariance3::ZERO,
+        })
+        .key()
+    }
+
+    fn fix(stamp: i64, sequence: u64) -> Key {
+        let (stamp, position) = (Stamp::from_nanos(stamp), [0.0; 2]);
+        Measurement::Fix(PositionFix {
+            stamp,
+            sequence,
+            position,
+            covariance: Covariance2::ZERO,
+        })
+        .key()
+    }
+
+    #[test]
+    fn an_event_is_in_the_order_of_algorithm_4() {
+        let ordered = [
+            fix(1, 9),
+            odometry(0, 2),
+            odometry(1, 2),
+            sighting(2, 4, 8),
+            sighting(2, 5, 7),
+            neighbour(2, 3, 7),
+            neighbour(2, 3, 8),
+            neighbour(2, 4, 1),
+            fix(2, 0),
+            fix(2, 1),
+            odometry(0, 3),
+        ];
+        assert!(ordered.is_sorted_by(|a, b| a < b));
+    }
+}

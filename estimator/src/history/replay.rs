@@ -174,3 +174,68 @@ fn verdict(accepted: bool, d2: f64) -> Verdict {
         Verdict::Gated { d2 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::covariance::Covariance3;
+    use crate::input::RobotId;
+    use crate::pose::Pose;
+
+    fn predicted() -> Checkpoint {
+        let covariance = Covariance3::diagonal([0.01, 0.02, 0.03]).unwrap();
+        Checkpoint {
+            belief: Belief::independent(Pose::default(), covariance),
+            ..Checkpoint::default()
+        }
+    }
+
+    fn seen() -> Measurement {
+        Measurement::Sighting(Sighting {
+            stamp: Stamp::default(),
+            sequence: 0,
+            observed: RobotId(2),
+            relative: Pose::new(1.0, 0.0, 0.0),
+            covariance: Covariance3::diagonal([0.01, 0.01, 0.001]).unwrap(),
+        })
+    }
+
+    /// So improbable that the gate refuses it.
+    fn heard() -> Measurement {
+        Measurement::Neighbour(NeighbourPose {
+            stamp: Stamp::default(),
+            sequence: 0,
+            sender: RobotId(2),
+            pose: Pose::new(100.0, 0.0, 0.0),
+            total: Covariance3::diagonal([0.01, 0.01, 0.001]).unwrap(),
+            independent: Covariance3::ZERO,
+        })
+    }
+
+    #[test]
+    fn telling_moves_the_independent_part_only_where_the_settings_say_so() {
+        let told = predicted().apply(&seen(), &Settings::default(), None);
+        assert_eq!(
+            told.belief,
+            predicted().belief,
+            "neighbours' poses of this event still see it"
+        );
+        assert_eq!(told.settled().independent, Covariance3::ZERO);
+        assert_eq!(told.settled().total, predicted().belief.total);
+        assert_eq!(
+            predicted()
+                .apply(&seen(), &Settings::paper(), None)
+                .settled(),
+            predicted().belief
+        );
+    }
+
+    #[test]
+    fn hearing_moves_the_independent_part_even_if_the_gate_refuses() {
+        for settings in [Settings::default(), Settings::paper()] {
+            let heard = predicted().apply(&heard(), &settings, None);
+            assert_eq!(heard.belief, predicted().belief);
+            assert_eq!(heard.settled().independent, Covariance3::ZERO);
+        }
+    }
+}
