@@ -3,7 +3,7 @@
 use coloc_estimator::Pose;
 use coloc_estimator::angle::wrap;
 
-use crate::mrclam::{OdometryRow, RobotRecord};
+use crate::mrclam::{GridWorld, OdometryRow, RobotRecord};
 use crate::world::World;
 
 /// Root mean square over time of each coordinate's error.
@@ -44,26 +44,31 @@ pub fn euler_step(pose: &Pose, [v, omega]: [f64; 2], dt_s: f64) -> Pose {
     )
 }
 
-/// Each raw odometry row held until the next one, on exact arcs, from the first true pose; compared at the
-/// recording's own truth rows.
+/// Each raw odometry row held until the next one, on exact arcs, from the true pose at the first row; compared on the
+/// 50 Hz grid of `world` (the same recording's), where the truth is known.
 #[must_use]
-pub fn held_arcs(record: &RobotRecord) -> RmsError {
+pub fn held_arcs(record: &RobotRecord, world: &GridWorld, robot: usize) -> RmsError {
     let mut errors = Errors::default();
-    let Some(first) = record.truth.first() else {
+    let mut rows = record.odometry.iter().peekable();
+    let begin_s = rows.peek().map_or(f64::INFINITY, |row| row.time_s);
+    let Some(pose) = record.truth_at(begin_s) else {
         return errors.rms();
     };
     let mut state = Held {
-        time_s: first.time_s,
-        pose: to_pose(first.pose),
+        time_s: begin_s,
+        pose,
         velocity: [0.0; 2],
     };
-    let mut rows = record.odometry.iter().peekable();
-    for truth in &record.truth {
-        while let Some(row) = rows.next_if(|row| row.time_s <= truth.time_s) {
+    let driving = (0..world.steps()).filter(|&step| world.time_s(step) >= begin_s);
+    for step in driving {
+        let time_s = world.time_s(step);
+        while let Some(row) = rows.next_if(|row| row.time_s <= time_s) {
             state.take(row);
         }
-        state.hold_until(truth.time_s);
-        errors.add(&state.pose, &to_pose(truth.pose));
+        state.hold_until(time_s);
+        if let Some(truth) = world.truth(step, robot) {
+            errors.add(&state.pose, &truth);
+        }
     }
     errors.rms()
 }
@@ -84,10 +89,6 @@ impl Held {
         self.pose = arc(&self.pose, self.velocity, (time_s - self.time_s).max(0.0));
         self.time_s = self.time_s.max(time_s);
     }
-}
-
-fn to_pose([x, y, phi]: [f64; 3]) -> Pose {
-    Pose::new(x, y, phi)
 }
 
 /// Motion at constant velocity: the chord of the arc, at half the turn.

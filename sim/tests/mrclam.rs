@@ -26,6 +26,15 @@ fn recording(name: &str) -> Option<Recording> {
     Some(Recording::load(&folder).expect("a well-formed recording"))
 }
 
+/// As the descriptions were made: straight lines over every gap of the truth.
+fn held(recording: &Recording) -> Vec<RmsError> {
+    let world = recording.resample_bridging(f64::INFINITY);
+    let robots = recording.robots.iter().enumerate();
+    robots
+        .map(|(robot, record)| held_arcs(record, &world, robot))
+        .collect()
+}
+
 fn assert_table(found: &[RmsError], table: &[[f64; 3]]) {
     assert_eq!(found.len(), table.len());
     for (robot, (found, expected)) in found.iter().zip(table).enumerate() {
@@ -65,10 +74,7 @@ fn held_odometry_of_recording_1() {
     let Some(recording) = recording("mrclam1") else {
         return;
     };
-    assert_table(
-        &recording.robots.iter().map(held_arcs).collect::<Vec<_>>(),
-        &MRCLAM1_HELD,
-    );
+    assert_table(&held(&recording), &MRCLAM1_HELD);
 }
 
 #[test]
@@ -115,10 +121,7 @@ fn held_odometry_of_recording_6() {
     let Some(recording) = recording("mrclam6") else {
         return;
     };
-    assert_table(
-        &recording.robots.iter().map(held_arcs).collect::<Vec<_>>(),
-        &MRCLAM6_HELD,
-    );
+    assert_table(&held(&recording), &MRCLAM6_HELD);
 }
 
 #[test]
@@ -138,8 +141,8 @@ fn lost_tracking_in_recording_6_is_not_made_up() {
         .filter(|&step| world.truth(step, 3).is_none() && Some(step) < last(3))
         .count();
     assert!(
-        (95..=102).contains(&unknown),
-        "R4's gap of 2.0 s: {unknown} steps"
+        (125..=130).contains(&unknown),
+        "R4's gaps of 2.03 s and 0.56 s: {unknown} steps"
     );
 }
 

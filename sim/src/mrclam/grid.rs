@@ -39,11 +39,17 @@ impl Recording {
     /// gaps longer than half a second and after the last row nobody knows.
     #[must_use]
     pub fn resample(&self) -> GridWorld {
+        self.resample_bridging(LONGEST_TRUTH_GAP_S)
+    }
+
+    /// [`Self::resample`] with the truth interpolated over gaps of up to `longest_gap_s`.
+    #[must_use]
+    pub fn resample_bridging(&self, longest_gap_s: f64) -> GridWorld {
         let (start_s, steps) = self.given_grid().unwrap_or_else(|| self.spanning_grid());
         let robots = self
             .robots
             .iter()
-            .map(|robot| RobotGrid::new(robot, start_s, steps))
+            .map(|robot| RobotGrid::new(robot, start_s, steps, longest_gap_s))
             .collect();
         GridWorld {
             start_s,
@@ -105,7 +111,7 @@ fn moment(start_s: f64, step: usize) -> f64 {
 }
 
 impl RobotGrid {
-    fn new(record: &RobotRecord, start_s: f64, steps: usize) -> Self {
+    fn new(record: &RobotRecord, start_s: f64, steps: usize, longest_gap_s: f64) -> Self {
         let given = record
             .odometry_50hz
             .as_ref()
@@ -127,13 +133,22 @@ impl RobotGrid {
             |row| row.time_s,
             start_s,
             steps,
-            truth_between,
+            |between| truth_between(between, longest_gap_s),
         );
         Self {
             number: record.number,
             odometry,
             truth,
         }
+    }
+}
+
+impl RobotRecord {
+    /// Where the robot is at `time_s`, interpolated as in [`Recording::resample`].
+    #[must_use]
+    pub fn truth_at(&self, time_s: f64) -> Option<Pose> {
+        let value = |between: Between<'_, TruthRow>| truth_between(between, LONGEST_TRUTH_GAP_S);
+        resample(&self.truth, |row| row.time_s, time_s, 1, value).pop()?
     }
 }
 
@@ -191,11 +206,11 @@ fn odometry_between(between: Between<'_, OdometryRow>) -> [f64; 2] {
     }
 }
 
-fn truth_between(between: Between<'_, TruthRow>) -> Option<Pose> {
+fn truth_between(between: Between<'_, TruthRow>, longest_gap_s: f64) -> Option<Pose> {
     match between {
         Between::Before(first) => Some(pose(first)),
         Between::Rows(row, _, 0.0) => Some(pose(row)),
-        Between::Rows(a, b, part) if b.time_s - a.time_s <= LONGEST_TRUTH_GAP_S => {
+        Between::Rows(a, b, part) if b.time_s - a.time_s <= longest_gap_s => {
             Some(interpolate(a, b, part))
         }
         Between::Rows(..) | Between::After => None,
@@ -217,6 +232,12 @@ impl GridWorld {
     #[must_use]
     pub fn start_s(&self) -> f64 {
         self.start_s
+    }
+
+    /// Time of `step`, seconds since 1970.
+    #[must_use]
+    pub fn time_s(&self, step: usize) -> f64 {
+        moment(self.start_s, step)
     }
 
     /// The number that the robot has in the recording's file names.
