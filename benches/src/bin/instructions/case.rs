@@ -1,0 +1,121 @@
+//! The functions that are counted.
+
+use std::hint::black_box;
+
+use coloc_benches::case;
+use coloc_benches::robot::Robot;
+use coloc_estimator::settings::{Criterion, FusionSettings};
+use coloc_estimator::{NotACovariance, convert, fix, fusion, gate, propagate};
+
+/// A hot function with its inputs.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Case {
+    Propagate,
+    Convert,
+    FuseTrace,
+    FuseDeterminant,
+    FuseDependent,
+    Fix,
+    Tick,
+    TickOfFour,
+    LateByFifty,
+}
+
+impl Case {
+    pub(crate) const ALL: [Self; 9] = [
+        Self::Propagate,
+        Self::Convert,
+        Self::FuseTrace,
+        Self::FuseDeterminant,
+        Self::FuseDependent,
+        Self::Fix,
+        Self::Tick,
+        Self::TickOfFour,
+        Self::LateByFifty,
+    ];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Propagate => "propagate",
+            Self::Convert => "convert",
+            Self::FuseTrace => "split-ci-trace",
+            Self::FuseDeterminant => "split-ci-determinant",
+            Self::FuseDependent => "split-ci-own-all-dependent",
+            Self::Fix => "position-fix",
+            Self::Tick => "tick-alone",
+            Self::TickOfFour => "tick-4-neighbours-and-fix",
+            Self::LateByFifty => "tick-late-by-50",
+        }
+    }
+
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|case| case.name() == name)
+    }
+
+    /// Calls the function so many times.
+    pub(crate) fn run(self, iterations: u64) -> Result<(), NotACovariance> {
+        match self {
+            Self::Propagate => {
+                let (belief, motion) = (case::belief()?, case::motion());
+                repeat(iterations, || {
+                    propagate(black_box(&belief), black_box(&motion), 0.02)
+                });
+            }
+            Self::Convert => {
+                let (belief, (relative, noise)) = (case::belief()?, case::sighting()?);
+                repeat(iterations, || {
+                    convert::to_global(black_box(&belief), black_box(&relative), black_box(&noise))
+                });
+            }
+            Self::FuseTrace => fuse(iterations, Criterion::Trace, false)?,
+            Self::FuseDeterminant => fuse(iterations, Criterion::Determinant, false)?,
+            Self::FuseDependent => fuse(iterations, Criterion::Trace, true)?,
+            Self::Fix => {
+                let (belief, (position, noise)) = (case::belief()?, case::fix()?);
+                repeat(iterations, || {
+                    fix::update(
+                        black_box(&belief),
+                        position,
+                        black_box(&noise),
+                        gate::CHI2_2_99,
+                    )
+                });
+            }
+            Self::Tick => {
+                let mut robot = Robot::warm(0)?;
+                repeat(iterations, || robot.tick_hearing(0));
+            }
+            Self::TickOfFour => {
+                let mut robot = Robot::warm(4)?;
+                let (position, noise) = case::fix()?;
+                repeat(iterations, || robot.tick_with_fix(4, position, noise));
+            }
+            Self::LateByFifty => {
+                let mut robot = Robot::warm(0)?;
+                repeat(iterations, || robot.tick_late(50));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn fuse(iterations: u64, criterion: Criterion, dependent: bool) -> Result<(), NotACovariance> {
+    let settings = FusionSettings {
+        criterion,
+        ..FusionSettings::default()
+    };
+    let (mut own, received) = (case::belief()?, case::received(0.5)?);
+    if dependent {
+        own.make_dependent();
+    }
+    repeat(iterations, || {
+        fusion::fuse(black_box(&own), black_box(&received), &settings)
+    });
+    Ok(())
+}
+
+fn repeat<T>(iterations: u64, mut call: impl FnMut() -> T) {
+    for _ in 0..iterations {
+        black_box(call());
+    }
+}

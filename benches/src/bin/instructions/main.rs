@@ -1,0 +1,121 @@
+//! Counts the instructions of the hot functions under `valgrind --tool=callgrind`: the same figures whatever else
+//! the machine is doing.
+//!
+//! ```text
+//! instructions            print the figures beside the committed ones
+//! instructions --check    the same, and fail if a function grew by more than 5 %
+//! instructions --write    commit to the figures: write benches/instructions.tsv
+//! ```
+//!
+//! A function is run a few times and many times, each in a process of its own; the difference divided by the
+//! difference of the counts is what one call costs, start-up and warm-up left out.
+
+mod case;
+mod figures;
+
+use std::env;
+use std::error::Error;
+use std::process::{Command, ExitCode};
+
+use case::Case;
+use figures::Figures;
+
+/// Growth beyond this fails `--check`.
+const TOLERANCE: f64 = 0.05;
+const FEW: u64 = 100;
+const MANY: u64 = 1100;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let result = match words.as_slice() {
+        ["--run", name, iterations] => run(name, iterations).map(|()| true),
+        [] => compare().map(|_| true),
+        ["--check"] => compare(),
+        ["--write"] => write().map(|()| true),
+        _ => Err("usage: instructions [--check | --write]".into()),
+    };
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("instructions: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// The measured process: `iterations` calls of one function.
+fn run(name: &str, iterations: &str) -> Result<(), Box<dyn Error>> {
+    let case = Case::named(name).ok_or_else(|| format!("no case is called {name}"))?;
+    Ok(case.run(iterations.parse()?)?)
+}
+
+fn measure() -> Result<Figures, Box<dyn Error>> {
+    let mut figures = Figures::default();
+    for case in Case::ALL {
+        let few = collected(case, FEW)?;
+        let many = collected(case, MANY)?;
+        figures.push(case.name(), many.saturating_sub(few) / (MANY - FEW));
+    }
+    Ok(figures)
+}
+
+fn collected(case: Case, iterations: u64) -> Result<u64, Box<dyn Error>> {
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .arg(env::current_exe()?)
+        .args(["--run", case.name(), &iterations.to_string()])
+        .output()
+        .map_err(|error| {
+            format!("valgrind does not start ({error}): install the package valgrind")
+        })?;
+    let report = String::from_utf8_lossy(&output.stderr);
+    let count = report
+        .lines()
+        .find_map(|line| line.split_once("Collected :")?.1.trim().parse().ok());
+    Ok(count.ok_or_else(|| format!("valgrind said no count: {report}"))?)
+}
+
+fn compare() -> Result<bool, Box<dyn Error>> {
+    let committed = Figures::read()?;
+    let measured = measure()?;
+    println!(
+        "{:<28} {:>12} {:>12} {:>8}",
+        "function", "committed", "now", "change"
+    );
+    let mut within = true;
+    for (name, now) in measured.iter() {
+        let change = committed.get(name).map(|before| relative(before, now));
+        let grown = change.is_none_or(|change| change > TOLERANCE);
+        within &= !grown;
+        println!(
+            "{name:<28} {:>12} {now:>12} {:>8}{}",
+            committed
+                .get(name)
+                .map_or("none".into(), |count| count.to_string()),
+            change.map_or(String::new(), |change| format!("{:+.1} %", 100.0 * change)),
+            if grown { "  <- grew" } else { "" },
+        );
+    }
+    if !within {
+        println!(
+            "A function takes more instructions than committed. On purpose? Then: instructions --write, and say why in the commit."
+        );
+    }
+    Ok(within)
+}
+
+#[allow(clippy::cast_precision_loss)] // Counts are far below 2^53.
+fn relative(before: u64, now: u64) -> f64 {
+    (now as f64 - before as f64) / before as f64
+}
+
+fn write() -> Result<(), Box<dyn Error>> {
+    let figures = measure()?;
+    figures.write()?;
+    figures
+        .iter()
+        .for_each(|(name, count)| println!("{name}\t{count}"));
+    Ok(())
+}

@@ -1,0 +1,134 @@
+//! A robot that lives through a bench as it does in the field: each iteration is the next tick, on a full history.
+
+use std::hint::black_box;
+
+use coloc_estimator::convert::GlobalPose;
+use coloc_estimator::history::Slot;
+use coloc_estimator::{
+    Covariance2, Estimator, NeighbourPose, NotACovariance, OdometrySample, PositionFix, RobotId,
+    Settings, Span, Stamp, TickInputs, step,
+};
+
+use crate::case;
+
+const PERIOD: Span = Span::from_millis(20);
+const SLOTS: usize = 8192;
+const MOST_NEIGHBOURS: usize = 64;
+
+/// A robot, its clock and its neighbours.
+#[derive(Debug)]
+pub struct Robot {
+    estimator: Estimator<Vec<Slot>>,
+    now: Stamp,
+    sequence: u64,
+    word: GlobalPose,
+    heard: Vec<NeighbourPose>,
+}
+
+impl Robot {
+    /// A robot that has driven for a second hearing `neighbours` at each tick, so that its history is as full as it gets.
+    ///
+    /// # Errors
+    /// None, unless a number of [`case`] is changed for the worse.
+    pub fn warm(neighbours: usize) -> Result<Self, NotACovariance> {
+        let mut settings = Settings::default();
+        // Every message is worth its cost: none is gated out, whatever the robot has come to believe.
+        settings.fusion.gate = f64::INFINITY;
+        settings.position_gate = f64::INFINITY;
+        let now = Stamp::from_nanos(1_000_000_000);
+        let storage = vec![Slot::default(); SLOTS];
+        let mut robot = Self {
+            estimator: Estimator::new(settings, now, case::belief()?, storage),
+            now,
+            sequence: 0,
+            word: case::received(0.5)?,
+            heard: Vec::with_capacity(MOST_NEIGHBOURS),
+        };
+        for _ in 0..60 {
+            robot.tick_hearing(neighbours);
+        }
+        Ok(robot)
+    }
+
+    /// The next tick, with a message of each of `neighbours`; x of the estimate.
+    pub fn tick_hearing(&mut self, neighbours: usize) -> f64 {
+        self.listen(neighbours);
+        self.tick(&[])
+    }
+
+    /// [`Self::tick_hearing`] with a fix besides.
+    pub fn tick_with_fix(
+        &mut self,
+        neighbours: usize,
+        position: [f64; 2],
+        covariance: Covariance2,
+    ) -> f64 {
+        self.listen(neighbours);
+        let stamp = self.now + PERIOD;
+        let sequence = self.sequence;
+        self.tick(&[PositionFix {
+            stamp,
+            sequence,
+            position,
+            covariance,
+        }])
+    }
+
+    /// The next tick, with one message stamped `ticks` before it: everything since is applied again.
+    pub fn tick_late(&mut self, ticks: i64) -> f64 {
+        let delay = Span::from_nanos(PERIOD.as_nanos() * ticks);
+        let late = self.neighbour(1, self.now + PERIOD - delay);
+        self.heard.clear();
+        self.heard.push(late);
+        self.tick(&[])
+    }
+
+    fn listen(&mut self, neighbours: usize) {
+        let stamp = self.now + PERIOD;
+        self.heard.clear();
+        for sender in 0..neighbours {
+            let message = self.neighbour(sender, stamp);
+            self.heard.push(message);
+        }
+    }
+
+    fn neighbour(&mut self, sender: usize, stamp: Stamp) -> NeighbourPose {
+        self.sequence += 1;
+        let GlobalPose {
+            pose,
+            total,
+            independent,
+        } = self.word;
+        let sender = RobotId(u16::try_from(sender).unwrap_or(u16::MAX));
+        NeighbourPose {
+            stamp,
+            sequence: self.sequence,
+            sender,
+            pose,
+            total,
+            independent,
+        }
+    }
+
+    fn tick(&mut self, fixes: &[PositionFix]) -> f64 {
+        let start = self.now;
+        self.now = start + PERIOD;
+        let odometry = [OdometrySample {
+            start,
+            stamp: self.now,
+            motion: case::motion(),
+        }];
+        let inputs = TickInputs {
+            stamp: self.now,
+            odometry: &odometry,
+            sightings: &[],
+            neighbours: &self.heard,
+            fixes,
+        };
+        step(&mut self.estimator, black_box(&inputs))
+            .estimate
+            .belief
+            .pose
+            .x
+    }
+}
