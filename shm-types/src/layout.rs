@@ -10,11 +10,15 @@ macro_rules! layout {
             assert!(size_of::<$type>() == $size);
             assert!(align_of::<$type>() == 8);
             $(assert!(core::mem::offset_of!($type, $field) == $offset);)+
-            const fn size_of_field<T, F>(_: fn(&T) -> &F) -> usize { size_of::<F>() }
-            let fields = 0 $(+ size_of_field::<$type, _>(|it| &it.$field))+;
+            let fields = 0 $(+ crate::layout::size_of_field::<$type, _>(|it| &it.$field))+;
             assert!(fields == $size, "implicit padding");
         };
     };
 }
 
 pub(crate) use layout;
+
+/// Size of the field that a projection names, without a value of the type.
+pub(crate) const fn size_of_field<T, F>(_: fn(&T) -> &F) -> usize {
+    size_of::<F>()
+}

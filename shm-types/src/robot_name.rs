@@ -1,6 +1,6 @@
 //! The name of a robot, as it stands in service names.
 
-/// Longest name of a robot [bytes].
+/// Longest name of a robot (bytes).
 const LONGEST: usize = 32;
 
 /// A robot's name: 1 to 32 letters, digits, `-` or `_`, so that it fits into service and file names as it is.

@@ -8,11 +8,11 @@ use crate::{Header, Reject};
 /// What may be: the moment, the span of the history, the team.
 #[derive(Copy, Clone, Debug)]
 pub struct Limits<'a> {
-    /// The present [ns of the configured clock].
+    /// The present (ns of the configured clock).
     pub now_ns: i64,
-    /// How far back the history reaches [ns].
+    /// How far back the history reaches (ns).
     pub history_ns: i64,
-    /// By how much clocks of the team may differ [ns].
+    /// By how much clocks of the team may differ (ns).
     pub future_tolerance_ns: i64,
     /// Team number of the robot that validates.
     pub own: u16,

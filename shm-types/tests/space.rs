@@ -177,20 +177,3 @@ fn a_directory_with_other_things_in_it_is_refused_and_left_alone() {
     assert!(matches!(refusal, OpenError::NotOurs { entry, .. } if entry == "thesis.tex"));
     assert!(precious.exists());
 }
-
-#[test]
-fn opening_catches_no_signals() {
-    let root = tempfile::tempdir().unwrap();
-    let caught = || {
-        let status = std::fs::read_to_string("/proc/self/status").unwrap();
-        status
-            .lines()
-            .find(|line| line.starts_with("SigCgt"))
-            .unwrap()
-            .to_owned()
-    };
-    let before = caught();
-    let space = open(root.path());
-    let _publisher = space.publisher::<Estimate>(&robot()).unwrap();
-    assert_eq!(caught(), before);
-}

@@ -15,15 +15,15 @@ pub struct Estimate {
     pub header: Header,
     /// Ticks since the daemon started.
     pub tick: u64,
-    /// Kernel receive stamp of the newest encoder frame in this estimate [ns of the configured clock]; 0 if none yet.
+    /// Kernel receive stamp of the newest encoder frame in this estimate (ns of the configured clock); 0 if none yet.
     pub frame_stamp_ns: i64,
-    /// From the wake-up of this tick to just before this message was sent [ns].
+    /// From the wake-up of this tick to just before this message was sent (ns).
     pub latency_ns: u64,
-    /// Wake-up lateness of this tick against its deadline [ns].
+    /// Wake-up lateness of this tick against its deadline (ns).
     pub lateness_ns: u64,
-    /// `[x, y, φ]` in the common frame [m, m, rad].
+    /// `[x, y, φ]` in the common frame (m, m, rad).
     pub pose: [f64; 3],
-    /// `[v_x, v_y, ω]` in the body frame [m/s, m/s, rad/s].
+    /// `[v_x, v_y, ω]` in the body frame (m/s, m/s, rad/s).
     pub velocity: [f64; 3],
     /// P, 3×3, full row-major.
     pub total: [f64; 9],

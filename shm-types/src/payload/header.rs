@@ -14,9 +14,9 @@ use crate::layout::layout;
 #[repr(C)]
 #[type_name("coloc.Header.v1")]
 pub struct Header {
-    /// When it was measured [ns of the configured clock].
+    /// When it was measured (ns of the configured clock).
     pub stamp_ns: i64,
-    /// When the sender started [ns of the configured clock]: a restarted sender counts from 0 again.
+    /// When the sender started (ns of the configured clock): a restarted sender counts from 0 again.
     pub session_ns: i64,
     /// Counts the sender's messages on this channel.
     pub sequence: u64,

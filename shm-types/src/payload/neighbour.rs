@@ -17,7 +17,7 @@ pub struct Neighbour {
     pub sender: u16,
     /// Zero.
     pub reserved: [u8; 6],
-    /// `[x, y, φ]` of the receiving robot in the common frame [m, m, rad].
+    /// `[x, y, φ]` of the receiving robot in the common frame (m, m, rad).
     pub pose: [f64; 3],
     /// R*, 3×3, full row-major.
     pub total: [f64; 9],

@@ -17,9 +17,9 @@ pub struct Position {
     pub quality: u8,
     /// Zero.
     pub reserved: [u8; 7],
-    /// `[x, y]` in the common frame [m].
+    /// `[x, y]` in the common frame (m).
     pub position: [f64; 2],
-    /// R of `position`, 2×2, full row-major [m²].
+    /// R of `position`, 2×2, full row-major (m²).
     pub covariance: [f64; 4],
 }
 

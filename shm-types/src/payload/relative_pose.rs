@@ -17,7 +17,7 @@ pub struct RelativePose {
     pub observed: u16,
     /// Zero.
     pub reserved: [u8; 6],
-    /// `[δx, δy, δφ]` of the observed robot in this robot's body frame [m, m, rad].
+    /// `[δx, δy, δφ]` of the observed robot in this robot's body frame (m, m, rad).
     pub pose: [f64; 3],
     /// R of `pose`, 3×3, full row-major.
     pub covariance: [f64; 9],

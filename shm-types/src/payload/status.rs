@@ -18,7 +18,7 @@ pub struct Status {
     pub tick: u64,
     /// Ticks that woke later than one period after their deadline.
     pub deadline_misses: u64,
-    /// Largest wake-up lateness [ns].
+    /// Largest wake-up lateness (ns).
     pub worst_lateness_ns: u64,
     /// From wake-up to publication.
     pub latency: Latency,
@@ -88,7 +88,7 @@ impl Status {
     }
 }
 
-/// Percentiles over all ticks since the start [ns].
+/// Percentiles over all ticks since the start (ns).
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("coloc.Latency.v1")]

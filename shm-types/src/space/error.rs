@@ -17,7 +17,7 @@ pub enum OpenError {
     BadRoot {
         /// What was given.
         root: PathBuf,
-        /// Longest path [bytes].
+        /// Longest path (bytes).
         limit: usize,
     },
     /// The operating system refused something.

@@ -152,7 +152,7 @@ fn open_service<M: Message>(node: &Node, service: &str) -> Result<Factory<M>, Po
     loop {
         match try_open_service(node, &name) {
             Err(error) if is_passing(error) && attempts.next().is_some() => {
-                std::thread::sleep(PAUSE)
+                std::thread::sleep(PAUSE);
             }
             result => return result.map_err(|error| explain(error, service.into())),
         }

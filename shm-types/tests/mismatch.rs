@@ -1,0 +1,75 @@
+//! What a service that somebody else opened differently says.
+use coloc_shm_types::{Estimate, PortError, RobotName, Space};
+use iceoryx2::node::Node;
+use iceoryx2::prelude::{FileName, NodeBuilder, SemanticString, ZeroCopySend, ipc};
+
+#[derive(Copy, Clone, Debug, Default, ZeroCopySend)]
+#[repr(C)]
+#[type_name("coloc.Estimate.v0")]
+struct OldEstimate {
+    pose: [f64; 32],
+}
+
+/// The node of a program that goes its own way in the same space.
+fn other_node(root: &std::path::Path, full_prefix: &str) -> Node<ipc::Service> {
+    let mut config = iceoryx2::config::Config::default();
+    let path = root.canonicalize().expect("a directory");
+    let path =
+        iceoryx2::prelude::Path::new(path.to_str().expect("text").as_bytes()).expect("short");
+    config.global.set_root_path(&path);
+    config.global.prefix = FileName::new(full_prefix.as_bytes()).expect("plain");
+    NodeBuilder::new().config(&config).create().expect("a node")
+}
+
+#[test]
+fn another_version_of_a_payload_is_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let space = Space::open(root.path(), "t", "test").unwrap();
+    let node = other_node(root.path(), space.full_prefix());
+    let name = "coloc/r1/estimate".try_into().unwrap();
+    let _service = node
+        .service_builder(&name)
+        .publish_subscribe::<OldEstimate>()
+        .create()
+        .unwrap();
+    let refusal = space
+        .subscriber::<Estimate>(&RobotName::new("r1").unwrap())
+        .unwrap_err();
+    assert!(matches!(&refusal, PortError::OtherType { service } if service == "coloc/r1/estimate"));
+    assert!(refusal.to_string().contains("restart"));
+}
+
+#[test]
+fn another_quality_is_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let space = Space::open(root.path(), "t", "test").unwrap();
+    let node = other_node(root.path(), space.full_prefix());
+    let name = "coloc/r1/estimate".try_into().unwrap();
+    let _service = node
+        .service_builder(&name)
+        .publish_subscribe::<Estimate>()
+        .create()
+        .unwrap();
+    let refusal = space
+        .publisher::<Estimate>(&RobotName::new("r1").unwrap())
+        .unwrap_err();
+    assert!(
+        matches!(refusal, PortError::OtherQuality { .. }),
+        "{refusal}"
+    );
+}
+
+#[test]
+fn the_publisher_too_many_is_told_the_limit() {
+    let root = tempfile::tempdir().unwrap();
+    let space = Space::open(root.path(), "t", "test").unwrap();
+    let robot = RobotName::new("r1").unwrap();
+    let _publishers: Vec<_> = (0..8)
+        .map(|_| space.publisher::<Estimate>(&robot).unwrap())
+        .collect();
+    let refusal = space.publisher::<Estimate>(&robot).unwrap_err();
+    assert!(
+        matches!(refusal, PortError::Full { limit: 8, .. }),
+        "{refusal}"
+    );
+}
