@@ -58,6 +58,7 @@ struct Robot {
     estimator: Estimator<Box<[Slot]>>,
     random: Random,
     now: Stamp,
+    here: Pose,
     sequence: u64,
     sampled: Stamp,
     account: Account,
@@ -86,6 +87,7 @@ impl Robot {
             estimator: Estimator::new(settings, Stamp::default(), initial, storage),
             random: Random(0x0da7_a5e7),
             now: Stamp::default(),
+            here: Pose::default(),
             sequence: 0,
             sampled: Stamp::default(),
             account: Account::default(),
@@ -94,11 +96,10 @@ impl Robot {
 
     fn tick(&mut self) -> Belief {
         self.now = self.now + PERIOD;
-        let here = self.estimator.belief_at(self.now - PERIOD).unwrap().pose;
         let odometry: Vec<_> = self.odometry().into_iter().collect();
         let sightings: Vec<_> = self.sighting().into_iter().collect();
-        let neighbours: Vec<_> = self.neighbour(here).into_iter().collect();
-        let fixes: Vec<_> = self.fix(here).into_iter().collect();
+        let neighbours: Vec<_> = self.neighbour().into_iter().collect();
+        let fixes: Vec<_> = self.fix().into_iter().collect();
         let inputs = TickInputs {
             stamp: self.now,
             odometry: &odometry,
@@ -108,7 +109,26 @@ impl Robot {
         };
         let outputs = step(&mut self.estimator, &inputs);
         self.account.add(&outputs);
+        self.here = outputs.estimate.belief.pose;
         outputs.estimate.belief
+    }
+
+    /// The clock steps: a little, much, or to one of its ends.
+    fn step_clock(&mut self) {
+        let (hour, second) = (Span::from_millis(3_600_000), Span::from_millis(1000));
+        let stepped = match self.random.next() % 7 {
+            0 => self.now + second,
+            1 => self.now - second,
+            2 => self.now + hour,
+            3 => self.now - hour,
+            4 => Stamp::from_nanos(i64::MIN),
+            5 => Stamp::from_nanos(i64::MAX),
+            _ => Stamp::default(),
+        };
+        if self.random.chance(2) {
+            self.estimator.rebase(self.now, stepped);
+        }
+        self.now = stepped;
     }
 
     /// Mostly one per tick; now and then lost or of the wildest interval.
@@ -149,7 +169,7 @@ impl Robot {
         })
     }
 
-    fn neighbour(&mut self, here: Pose) -> Option<NeighbourPose> {
+    fn neighbour(&mut self) -> Option<NeighbourPose> {
         self.rarely()?;
         let total = self.random.covariance();
         let independent = if self.random.chance(2) {
@@ -161,15 +181,15 @@ impl Robot {
             stamp: self.random.stamp(self.now),
             sequence: self.sequence,
             sender: RobotId(3),
-            pose: self.random.near(here),
+            pose: self.random.near(self.here),
             total,
             independent,
         })
     }
 
-    fn fix(&mut self, here: Pose) -> Option<PositionFix> {
+    fn fix(&mut self) -> Option<PositionFix> {
         self.rarely()?;
-        let pose = self.random.near(here);
+        let pose = self.random.near(self.here);
         Some(PositionFix {
             stamp: self.random.stamp(self.now),
             sequence: self.sequence,
@@ -221,4 +241,21 @@ fn a_million_ticks_stay_finite_and_semidefinite() {
         "{:?}",
         robot.account
     );
+}
+
+#[test]
+fn a_clock_gone_mad_breaks_nothing() {
+    let mut robot = Robot::new();
+    for tick in 0..TICKS / 10 {
+        if robot.random.chance(20) {
+            robot.step_clock();
+        }
+        let belief = robot.tick();
+        assert!(
+            is_sound(&belief),
+            "tick {tick} at {:?}: {belief:?}",
+            robot.now
+        );
+    }
+    assert!(robot.account.accepted > 1_000, "{:?}", robot.account);
 }
