@@ -3,6 +3,7 @@
 use crate::signal::SignalDecoder;
 
 use super::counter::{Count, Counter, Reading};
+use super::decoder::SHORTEST_INTERVAL_NS;
 use super::reject::FrameReject;
 
 /// A signal that tells a part of the robot's motion.
@@ -11,10 +12,10 @@ pub(super) struct Channel {
     signal: SignalDecoder,
     measure: Measure,
     last_ns: Option<i64>,
-    /// Time between its two newest frames.
-    interval_ns: Option<i64>,
-    /// Frames since the last sample.
-    fresh: u32,
+    /// Shortest recent time between two frames: lost frames make it longer, a backlog is left out.
+    period_ns: Option<i64>,
+    /// A frame has come since the last sample.
+    has_news: bool,
     /// Counter: distance since the last sample \[m\]. Rate: the newest velocity \[m/s or rad/s\].
     value: f64,
 }
@@ -62,8 +63,8 @@ impl Channel {
             signal,
             measure,
             last_ns: None,
-            interval_ns: None,
-            fresh: 0,
+            period_ns: None,
+            has_news: false,
             value: 0.0,
         }
     }
@@ -99,13 +100,22 @@ impl Channel {
     /// Applies what [`Self::check`] found.
     pub(super) fn accept(&mut self, update: Update, stamp_ns: i64) -> Continuity {
         let interval_ns = self.last_ns.map(|last_ns| stamp_ns.saturating_sub(last_ns));
-        (self.last_ns, self.interval_ns) = (Some(stamp_ns), interval_ns);
-        self.fresh = self.fresh.saturating_add(1);
+        (self.last_ns, self.has_news) = (Some(stamp_ns), true);
+        self.note_interval(interval_ns.unwrap_or(0));
         let continuity = self.apply(update, interval_ns);
         if interval_ns.is_none() {
             Continuity::Started
         } else {
             continuity
+        }
+    }
+
+    fn note_interval(&mut self, interval_ns: i64) {
+        if interval_ns >= SHORTEST_INTERVAL_NS {
+            let longest_ns = self.period_ns.map_or(interval_ns, |period_ns| {
+                period_ns.saturating_add(period_ns / 16)
+            });
+            self.period_ns = Some(interval_ns.min(longest_ns));
         }
     }
 
@@ -140,7 +150,7 @@ impl Channel {
 
     /// A sample has been formed, or the time before is given up.
     pub(super) fn begin_interval(&mut self) {
-        self.fresh = 0;
+        self.has_news = false;
         if self.counts() {
             self.value = 0.0;
         }
@@ -148,7 +158,7 @@ impl Channel {
 
     /// Forgets everything seen.
     pub(super) fn restart(&mut self) {
-        (self.last_ns, self.interval_ns, self.fresh, self.value) = (None, None, 0, 0.0);
+        (self.last_ns, self.period_ns, self.has_news, self.value) = (None, None, false, 0.0);
         if let Measure::Counter(counter) = &mut self.measure {
             counter.restart();
         }
@@ -158,9 +168,9 @@ impl Channel {
         matches!(self.measure, Measure::Counter(_))
     }
 
-    /// Frames since the last sample.
-    pub(super) fn fresh(&self) -> u32 {
-        self.fresh
+    /// Whether a frame has come since the last sample.
+    pub(super) fn has_news(&self) -> bool {
+        self.has_news
     }
 
     /// Stamp of the newest frame.
@@ -168,8 +178,8 @@ impl Channel {
         self.last_ns
     }
 
-    /// Time between the two newest frames.
-    pub(super) fn interval_ns(&self) -> Option<i64> {
-        self.interval_ns
+    /// Time between two of its frames, as far as seen.
+    pub(super) fn period_ns(&self) -> Option<i64> {
+        self.period_ns
     }
 }

@@ -36,6 +36,8 @@ pub struct OdometryDecoder {
     channels: Vec<Channel>,
     kinematics: Kinematics,
     start_ns: Option<i64>,
+    /// Frames that came while the wheels' news did not belong together.
+    held: u32,
     counters: OdometryCounters,
 }
 
@@ -54,12 +56,12 @@ pub(super) struct Message {
 pub(super) const MAX_CHANNELS: usize = 3;
 
 /// Shorter intervals are not worth a sample, and a division by them not its noise.
-const SHORTEST_INTERVAL_NS: i64 = 1_000_000;
+pub(super) const SHORTEST_INTERVAL_NS: i64 = 1_000_000;
 
 /// A stamp that lies further back than this comes of a clock that was set, not of a frame that was late.
 const CLOCK_STEP_NS: i64 = 100_000_000;
 
-/// With so many frames of every wheel, a sample is formed even if their stamps never come close.
+/// So many frames are waited for while every wheel has news but their stamps do not come close.
 const PATIENCE: u32 = 4;
 
 impl OdometryDecoder {
@@ -78,6 +80,7 @@ impl OdometryDecoder {
             channels,
             kinematics,
             start_ns: None,
+            held: 0,
             counters: OdometryCounters::default(),
         })
     }
@@ -175,15 +178,19 @@ impl OdometryDecoder {
     }
 
     fn begin_interval(&mut self, stamp_ns: i64) {
-        self.start_ns = Some(stamp_ns);
+        (self.start_ns, self.held) = (Some(stamp_ns), 0);
         self.channels.iter_mut().for_each(Channel::begin_interval);
     }
 
     fn form_sample(&mut self) -> Option<WheelOdometry> {
-        let (start_ns, stamp_ns) = (self.start_ns?, self.complete_ns()?);
+        let (start_ns, stamp_ns) = (self.start_ns?, self.latest_news_ns()?);
         let dt_ns = stamp_ns
             .checked_sub(start_ns)
             .filter(|&dt_ns| dt_ns >= SHORTEST_INTERVAL_NS)?;
+        if !self.news_belong_together(stamp_ns) && self.held < PATIENCE {
+            self.held += 1;
+            return None;
+        }
         let velocity = self.velocity(seconds(dt_ns));
         self.begin_interval(stamp_ns);
         self.counters.samples += 1;
@@ -194,18 +201,25 @@ impl OdometryDecoder {
         })
     }
 
-    /// The latest stamp, if every channel has news and they belong together.
-    fn complete_ns(&self) -> Option<i64> {
-        let news = self.channels.iter().map(Channel::fresh).min()?;
-        let latest_ns = self.channels.iter().filter_map(Channel::last_ns).max()?;
-        let earliest_ns = self.channels.iter().filter_map(Channel::last_ns).min()?;
-        let period_ns = self
+    /// The latest stamp, if every channel has news.
+    fn latest_news_ns(&self) -> Option<i64> {
+        let complete = self.channels.iter().all(Channel::has_news);
+        self.channels
+            .iter()
+            .filter_map(Channel::last_ns)
+            .max()
+            .filter(|_| complete)
+    }
+
+    fn news_belong_together(&self, latest_ns: i64) -> bool {
+        let earliest_ns = self
             .channels
             .iter()
-            .filter_map(Channel::interval_ns)
-            .min()?;
-        let together = latest_ns.saturating_sub(earliest_ns) <= period_ns / 2;
-        (news > 0 && (together || news >= PATIENCE)).then_some(latest_ns)
+            .filter_map(Channel::last_ns)
+            .min()
+            .unwrap_or(latest_ns);
+        let period_ns = self.channels.iter().filter_map(Channel::period_ns).min();
+        period_ns.is_none_or(|period_ns| latest_ns.saturating_sub(earliest_ns) <= period_ns / 2)
     }
 
     fn velocity(&self, dt_s: f64) -> [f64; 3] {

@@ -123,7 +123,9 @@ impl Alive {
                 self.last_ns = stamp_ns;
                 Err(FrameReject::Repeated)
             }
-            _ if ahead > self.modulus / 2 => Err(FrameReject::OutOfOrder),
+            _ if ahead > self.modulus / 2 && self.period_ns.is_some() => {
+                Err(FrameReject::OutOfOrder)
+            }
             _ => Ok(Passed {
                 seen,
                 skipped: ahead - 1,

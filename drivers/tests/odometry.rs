@@ -1,0 +1,487 @@
+//! Encoder frames in, odometry out: on good days and on bad ones.
+
+use coloc_drivers::can::{BusSpec, Frame, Id, Received, StandardId};
+use coloc_drivers::encoder::{
+    FrameReject, LEFT_ID, OdometryConfig, OdometryDecoder, RIGHT_ID, WheelFrames, WheelOdometry,
+    encoder_frame,
+};
+use proptest::prelude::*;
+
+const TRACK_M: f64 = 0.5;
+const TICK_M: f64 = 1e-4;
+const PERIOD_NS: i64 = 20_000_000;
+
+fn config() -> OdometryConfig {
+    OdometryConfig::differential(
+        BusSpec::Local {
+            directory: "/nowhere".into(),
+        },
+        TRACK_M,
+        TICK_M,
+        2.0,
+    )
+}
+
+/// A robot whose frames a test may lose, repeat or spoil on their way to the decoder.
+struct Robot {
+    wheels: WheelFrames,
+    decoder: OdometryDecoder,
+    way_m: [f64; 2],
+    now_ns: i64,
+    /// Sum of velocity times duration of all samples: way and heading.
+    travelled: [f64; 2],
+    samples: Vec<WheelOdometry>,
+}
+
+impl Robot {
+    fn new() -> Self {
+        Self::starting_at(0)
+    }
+
+    fn starting_at(ticks: u32) -> Self {
+        Self {
+            wheels: WheelFrames::starting_at(ticks, TICK_M),
+            decoder: OdometryDecoder::new(&config()).unwrap(),
+            way_m: [0.0; 2],
+            now_ns: 1_700_000_000_000_000_000,
+            travelled: [0.0; 2],
+            samples: Vec::new(),
+        }
+    }
+
+    /// One period with these wheel speeds \[m/s\]; hands out the frames.
+    fn step(&mut self, speeds: [f64; 2]) -> [Frame; 2] {
+        self.now_ns += PERIOD_NS;
+        for (way_m, speed) in self.way_m.iter_mut().zip(speeds) {
+            *way_m += speed * PERIOD_NS as f64 * 1e-9;
+        }
+        self.wheels.encode(self.way_m[0], self.way_m[1])
+    }
+
+    fn push_at(
+        &mut self,
+        frame: Frame,
+        stamp_ns: i64,
+    ) -> Result<Option<WheelOdometry>, FrameReject> {
+        let outcome = self.decoder.push(&Received {
+            frame,
+            stamp_ns,
+            bus: 0,
+        });
+        if let Ok(Some(sample)) = outcome {
+            let dt_s = (sample.stamp_ns - sample.start_ns) as f64 * 1e-9;
+            assert!(dt_s > 0.0);
+            self.travelled[0] += sample.velocity[0] * dt_s;
+            self.travelled[1] += sample.velocity[2] * dt_s;
+            self.samples.push(sample);
+        }
+        outcome
+    }
+
+    fn push(&mut self, frame: Frame) -> Result<Option<WheelOdometry>, FrameReject> {
+        self.push_at(frame, self.now_ns)
+    }
+
+    /// A good period: both frames arrive.
+    fn drive(&mut self, speeds: [f64; 2]) {
+        for frame in self.step(speeds) {
+            self.push(frame).unwrap();
+        }
+    }
+
+    fn rejected(&self, reason: FrameReject) -> u64 {
+        self.decoder.counters().of(reason)
+    }
+
+    /// Way and heading of the samples are those of the wheels since `from_m`.
+    fn assert_nothing_lost_since(&self, from_m: [f64; 2]) {
+        let [left, right] = [self.way_m[0] - from_m[0], self.way_m[1] - from_m[1]];
+        let (way_m, heading_rad) = (f64::midpoint(left, right), (right - left) / TRACK_M);
+        assert!(
+            (self.travelled[0] - way_m).abs() <= TICK_M,
+            "way {} of {way_m}",
+            self.travelled[0]
+        );
+        assert!(
+            (self.travelled[1] - heading_rad).abs() <= 2.0 * TICK_M / TRACK_M,
+            "heading {}",
+            self.travelled[1]
+        );
+    }
+}
+
+/// A robot that has driven one period, so that everything after it counts.
+fn started() -> Robot {
+    let mut robot = Robot::new();
+    robot.drive([0.0, 0.0]);
+    robot
+}
+
+#[test]
+fn the_first_frames_only_say_where_counting_starts() {
+    let mut robot = Robot::starting_at(123_456);
+    robot.drive([1.0, 1.0]);
+    assert_eq!(robot.samples, []);
+    robot.drive([1.0, 1.0]);
+    let expected = WheelOdometry {
+        start_ns: robot.now_ns - PERIOD_NS,
+        stamp_ns: robot.now_ns,
+        velocity: [1.0, 0.0, 0.0],
+    };
+    assert_eq!(robot.samples, [expected]);
+}
+
+#[test]
+fn straight_turns_and_backwards() {
+    let mut robot = started();
+    for speeds in [[0.5, 0.5], [0.5, 1.0], [-0.5, 0.5], [-1.0, -1.0]] {
+        robot.drive(speeds);
+    }
+    let velocities: Vec<_> = robot.samples.iter().map(|sample| sample.velocity).collect();
+    let expected = [
+        [0.5, 0.0, 0.0],
+        [0.75, 0.0, 1.0],
+        [0.0, 0.0, 2.0],
+        [-1.0, 0.0, 0.0],
+    ];
+    for (velocity, expected) in velocities.iter().flatten().zip(expected.iter().flatten()) {
+        assert!((velocity - expected).abs() < 1e-9, "{velocities:?}");
+    }
+    robot.assert_nothing_lost_since([0.0; 2]);
+}
+
+#[test]
+fn counters_wrap_at_two_to_the_32_in_both_directions() {
+    for (first, speed) in [(u32::MAX - 300, 1.0), (300, -1.0)] {
+        let mut robot = Robot::starting_at(first);
+        robot.drive([0.0; 2]);
+        (0..10).for_each(|_| robot.drive([speed, speed]));
+        assert_eq!(robot.samples.len(), 10);
+        robot.assert_nothing_lost_since([0.0; 2]);
+    }
+}
+
+#[test]
+fn lost_frames_lose_nothing() {
+    let mut robot = started();
+    for lost in [1, 2, 7, 15, 16, 17, 100] {
+        (0..lost).for_each(|_| drop(robot.step([1.0, 0.8])));
+        robot.drive([1.0, 0.8]);
+        robot.drive([1.0, 0.8]);
+        robot.assert_nothing_lost_since([0.0; 2]);
+    }
+    assert_eq!(robot.decoder.counters().rejected, [0; 7]);
+    assert_eq!(
+        robot.decoder.counters().skipped,
+        2 * (1 + 2 + 7 + 15 + 17 % 16 + 100 % 16)
+    );
+}
+
+#[test]
+fn one_wheels_lost_frame_does_not_turn_the_robot() {
+    let mut robot = started();
+    for period in 0..50 {
+        let [left, right] = robot.step([1.0, 1.0]);
+        if period % 7 != 3 {
+            robot.push(left).unwrap();
+        }
+        if period % 11 != 5 {
+            robot.push(right).unwrap();
+        }
+        assert!(
+            robot
+                .samples
+                .iter()
+                .all(|sample| sample.velocity[2].abs() < 1e-9),
+            "{:?}",
+            robot.samples.last()
+        );
+    }
+    robot.drive([1.0, 1.0]);
+    robot.assert_nothing_lost_since([0.0; 2]);
+}
+
+#[test]
+fn wheels_half_a_period_apart_still_make_samples() {
+    let mut robot = Robot::new();
+    for jitter_ns in (0..100).map(|n| (n * 7919 % 11 - 5) * 100_000) {
+        let [left, right] = robot.step([1.0, 0.9]);
+        robot
+            .push_at(left, robot.now_ns - PERIOD_NS / 2 + jitter_ns)
+            .unwrap();
+        robot.push_at(right, robot.now_ns - jitter_ns).unwrap();
+    }
+    assert!(robot.samples.len() > 60, "{} samples", robot.samples.len());
+}
+
+#[test]
+fn a_repeated_frame_is_refused() {
+    let mut robot = started();
+    let [left, right] = robot.step([1.0, 1.0]);
+    robot.push(left).unwrap();
+    assert_eq!(robot.push(left), Err(FrameReject::Repeated));
+    robot.push(right).unwrap();
+    assert_eq!(robot.push(right), Err(FrameReject::Repeated));
+    assert_eq!(
+        (robot.rejected(FrameReject::Repeated), robot.samples.len()),
+        (2, 1)
+    );
+}
+
+#[test]
+fn an_older_frame_after_a_newer_one_is_refused() {
+    let mut robot = started();
+    robot.drive([1.0, 1.0]);
+    let [old, right] = robot.step([1.0, 1.0]);
+    robot.push(right).unwrap();
+    robot.drive([1.0, 1.0]);
+    assert_eq!(robot.push(old), Err(FrameReject::OutOfOrder));
+    robot.drive([1.0, 1.0]);
+    robot.assert_nothing_lost_since([0.0; 2]);
+}
+
+#[test]
+fn a_stamp_that_goes_back_a_little_is_refused() {
+    let mut robot = started();
+    let [left, _] = robot.step([1.0, 1.0]);
+    assert_eq!(
+        robot.push_at(left, robot.now_ns - PERIOD_NS - 1),
+        Err(FrameReject::Backward)
+    );
+    assert_eq!(robot.rejected(FrameReject::Backward), 1);
+}
+
+#[test]
+fn a_clock_that_is_set_back_starts_the_stamps_anew() {
+    for step_ns in [-1_000_000_000, -3_600_000_000_000] {
+        let mut robot = started();
+        robot.drive([1.0, 1.0]);
+        robot.now_ns += step_ns;
+        let (from_m, samples) = (robot.way_m, robot.samples.len());
+        robot.drive([1.0, 1.0]);
+        assert_eq!(
+            robot.samples.len(),
+            samples,
+            "the interval across the step has no length"
+        );
+        let travelled = robot.travelled;
+        (0..5).for_each(|_| robot.drive([1.0, 1.0]));
+        assert_eq!(robot.samples.len(), samples + 5);
+        assert!(
+            (robot.travelled[0] - travelled[0] - 0.1).abs() < TICK_M,
+            "from {from_m:?}"
+        );
+        assert_eq!(robot.decoder.counters().clock_steps, 1);
+    }
+}
+
+#[test]
+fn a_clock_that_is_set_forward_moves_nobody() {
+    let mut robot = started();
+    robot.drive([1.0, 1.0]);
+    robot.now_ns += 3_600_000_000_000;
+    robot.drive([1.0, 1.0]);
+    robot.drive([1.0, 1.0]);
+    robot.assert_nothing_lost_since([0.0; 2]);
+}
+
+#[test]
+fn a_spoilt_payload_is_refused_by_its_checksum() {
+    let mut robot = started();
+    let [left, right] = robot.step([1.0, 1.0]);
+    for bit in 0..left.data().len() * 8 {
+        let mut data = left.data().to_vec();
+        data[bit / 8] ^= 1 << (bit % 8);
+        let spoilt = Frame::data_frame(LEFT_ID, &data).unwrap();
+        assert_eq!(robot.push(spoilt), Err(FrameReject::Checksum), "bit {bit}");
+    }
+    robot.push(left).unwrap();
+    robot.push(right).unwrap();
+    robot.assert_nothing_lost_since([0.0; 2]);
+}
+
+#[test]
+fn the_other_wheels_payload_is_refused_by_its_checksum() {
+    let mut robot = started();
+    let [left, _] = robot.step([1.0, 1.0]);
+    let swapped = Frame::data_frame(RIGHT_ID, left.data()).unwrap();
+    assert_eq!(robot.push(swapped), Err(FrameReject::Checksum));
+}
+
+#[test]
+fn short_and_remote_frames_are_refused() {
+    let mut robot = started();
+    let [left, _] = robot.step([1.0, 1.0]);
+    let short = Frame::data_frame(LEFT_ID, &left.data()[..5]).unwrap();
+    assert_eq!(robot.push(short), Err(FrameReject::Short));
+    assert_eq!(
+        robot.push(Frame::remote_frame(LEFT_ID, 6).unwrap()),
+        Err(FrameReject::Remote)
+    );
+}
+
+#[test]
+fn an_impossible_jump_is_refused_and_a_restart_believed() {
+    let mut robot = started();
+    robot.drive([1.0, 1.0]);
+    let alive = 2;
+    robot.now_ns += PERIOD_NS;
+    assert_eq!(
+        robot.push(encoder_frame(LEFT_ID, 0x8000_0000, alive)),
+        Err(FrameReject::Implausible)
+    );
+    assert_eq!(
+        robot.push(encoder_frame(RIGHT_ID, 0x8000_0000, alive)),
+        Err(FrameReject::Implausible)
+    );
+    robot.now_ns += PERIOD_NS;
+    assert_eq!(
+        robot.push(encoder_frame(LEFT_ID, 0x8000_0064, alive + 1)),
+        Ok(None)
+    );
+    assert_eq!(
+        robot.push(encoder_frame(RIGHT_ID, 0x8000_0064, alive + 1)),
+        Ok(None)
+    );
+    robot.now_ns += PERIOD_NS;
+    robot
+        .push(encoder_frame(LEFT_ID, 0x8000_00C8, alive + 2))
+        .unwrap();
+    let sample = robot
+        .push(encoder_frame(RIGHT_ID, 0x8000_00C8, alive + 2))
+        .unwrap()
+        .unwrap();
+    assert!((sample.velocity[0] - 0.5).abs() < 1e-9);
+    assert_eq!(robot.decoder.counters().resynchronised, 2);
+}
+
+#[test]
+fn a_second_node_on_our_identifiers_changes_nothing() {
+    let mut robot = started();
+    let mut stranger = WheelFrames::starting_at(0x4000_0000, TICK_M);
+    (0..7).for_each(|_| drop(stranger.encode(0.0, 0.0)));
+    for period in 0..200 {
+        let way_m = f64::from(period) * 0.01;
+        let [left, right] = robot.step([1.0, 0.9]);
+        for (ours, theirs) in [left, right].into_iter().zip(stranger.encode(way_m, way_m)) {
+            robot.push(ours).unwrap();
+            let stamp_ns = robot.now_ns + PERIOD_NS / 2;
+            assert!(robot.push_at(theirs, stamp_ns).is_err());
+        }
+    }
+    robot.assert_nothing_lost_since([0.0; 2]);
+    assert_eq!(robot.samples.len(), 200);
+}
+
+#[test]
+fn a_sender_that_hangs_makes_no_samples() {
+    let mut robot = started();
+    robot.drive([1.0, 1.0]);
+    let [left, right] = robot.step([1.0, 1.0]);
+    for _ in 0..100 {
+        let _ = (robot.push(left), robot.push(right));
+        robot.now_ns += PERIOD_NS;
+    }
+    assert_eq!(robot.samples.len(), 2);
+    assert_eq!(robot.rejected(FrameReject::Repeated), 198);
+}
+
+#[test]
+fn a_backlog_goes_into_one_sample() {
+    let mut robot = started();
+    (0..3).for_each(|_| robot.drive([1.0, 1.0]));
+    let backlog: Vec<_> = (0..10).flat_map(|_| robot.step([1.0, 1.0])).collect();
+    for (number, frame) in (0..).zip(backlog) {
+        robot.push_at(frame, robot.now_ns + number * 5_000).unwrap();
+    }
+    robot.drive([1.0, 1.0]);
+    robot.assert_nothing_lost_since([0.0; 2]);
+    assert!(
+        robot
+            .samples
+            .iter()
+            .all(|sample| sample.velocity[0].abs() < 1.2),
+        "{:?}",
+        robot.samples
+    );
+}
+
+#[test]
+fn equal_stamps_never_divide_by_zero() {
+    let mut robot = started();
+    let stamp_ns = robot.now_ns;
+    for _ in 0..50 {
+        for frame in robot.step([1.0, 1.0]) {
+            assert_eq!(robot.push_at(frame, stamp_ns).unwrap_or(None), None);
+        }
+    }
+}
+
+#[test]
+fn one_wheel_alone_makes_no_sample() {
+    let mut robot = started();
+    for _ in 0..50 {
+        let [left, _] = robot.step([1.0, 1.0]);
+        assert_eq!(robot.push(left), Ok(None));
+    }
+    robot.drive([1.0, 1.0]);
+    robot.assert_nothing_lost_since([0.0; 2]);
+}
+
+#[test]
+fn frames_of_others_are_passed_over() {
+    let mut robot = started();
+    let stranger = Frame::data_frame(StandardId::new(0x102).unwrap(), &[0xFF; 8]).unwrap();
+    let before = *robot.decoder.counters();
+    assert_eq!(robot.push(stranger), Ok(None));
+    assert_eq!(robot.push(Frame::error_frame(0x100, [0; 8])), Ok(None));
+    let [left, _] = robot.step([1.0, 1.0]);
+    assert_eq!(
+        robot.decoder.push(&Received {
+            frame: left,
+            stamp_ns: robot.now_ns,
+            bus: 1
+        }),
+        Ok(None)
+    );
+    assert_eq!(*robot.decoder.counters(), before);
+    assert_eq!(
+        robot.decoder.wanted_ids(0).collect::<Vec<_>>(),
+        [Id::from(LEFT_ID), Id::from(RIGHT_ID)]
+    );
+    assert_eq!(robot.decoder.wanted_ids(1).count(), 0);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_frames_at_any_time_give_finite_samples_or_none(
+        frames in proptest::collection::vec((any::<bool>(), any::<bool>(), any::<[u8; 8]>(), 0..=8_usize, any::<i64>()), 0..60),
+    ) {
+        let mut decoder = OdometryDecoder::new(&config()).unwrap();
+        for (right, valid, data, len, stamp_ns) in frames {
+            let id = if right { RIGHT_ID } else { LEFT_ID };
+            let ticks = u32::from_le_bytes([data[0], data[1], data[2], data[3]]);
+            let frame = if valid { encoder_frame(id, ticks, data[4]) } else { Frame::data_frame(id, &data[..len]).unwrap() };
+            if let Ok(Some(sample)) = decoder.push(&Received { frame, stamp_ns, bus: 0 }) {
+                prop_assert!(sample.velocity.iter().all(|v| v.is_finite()));
+                prop_assert!(sample.start_ns < sample.stamp_ns);
+            }
+        }
+    }
+
+    #[test]
+    fn whatever_is_lost_the_way_is_kept(lost in proptest::collection::vec(any::<[bool; 2]>(), 1..100)) {
+        let mut robot = started();
+        for lost in lost {
+            for (frame, lost) in robot.step([1.0, 0.7]).into_iter().zip(lost) {
+                if !lost {
+                    robot.push(frame).unwrap();
+                }
+            }
+        }
+        (0..3).for_each(|_| robot.drive([1.0, 0.7]));
+        robot.assert_nothing_lost_since([0.0; 2]);
+    }
+}
