@@ -23,84 +23,146 @@ pub(crate) struct Displacement {
     pub(crate) mean: [f64; 3],
     /// Covariance of its noise.
     pub(crate) noise: Symmetric3,
-    /// n: three for the pose and one for each independent noise, 5 or 6.
-    pub(crate) dimension: f64,
+    /// n
+    pub(crate) dimension: Dimension,
+}
+
+/// n, the dimension of the augmented state: three for the pose and one for each noise.
+pub(crate) struct Dimension {
+    n: f64,
+    /// 1/n
+    reciprocal: f64,
+    /// √n
+    root: f64,
+    /// 1/√n
+    reciprocal_root: f64,
+}
+
+impl Dimension {
+    /// A pose and two noises.
+    pub(crate) const FIVE: Self = Self {
+        n: 5.0,
+        reciprocal: 0.2,
+        root: 2.236_067_977_499_79,
+        reciprocal_root: 0.447_213_595_499_957_94,
+    };
+
+    /// A pose and three noises.
+    pub(crate) const SIX: Self = Self {
+        n: 6.0,
+        reciprocal: 1.0 / 6.0,
+        root: 2.449_489_742_783_178,
+        reciprocal_root: 0.408_248_290_463_863,
+    };
 }
 
 /// `belief ⊕ displacement`: mean and total covariance from P, independent covariance from `P_i` in its place.
+///
+/// Both factors come first: their divisions take long and overlap with one another and with what follows.
 #[inline]
 pub(crate) fn compose(belief: &Belief, displacement: &Displacement) -> Belief {
-    let [dx, dy, turn] = displacement.mean;
+    let roots = (Root::new(&belief.total), Root::new(&belief.independent));
+    let Displacement {
+        mean: [dx, dy, turn],
+        noise,
+        dimension,
+    } = displacement;
     let Pose { x, y, phi } = belief.pose;
     let (sin, cos) = libm::sincos(phi);
-    let lever = Lever {
-        a: [cos * dx - sin * dy, sin * dx + cos * dy],
-        dimension: displacement.dimension,
-        root: libm::sqrt(displacement.dimension),
-    };
-    let noise = rotated(&displacement.noise, sin, cos);
-    let (total, shortening) = lever.spread(&belief.total);
-    let (independent, _) = lever.spread(&belief.independent);
-    let [ax, ay] = lever.a.map(|a| (1.0 - shortening) * a);
+    let a = [cos * dx - sin * dy, sin * dx + cos * dy];
+    let noise = rotated(noise, sin, cos);
+    let turns = (roots.0.turns(dimension), roots.1.turns(dimension));
+    let shortening = turns.0.mean;
     Belief {
-        pose: Pose::new(x + ax, y + ay, phi + turn),
-        total: Covariance3::trusted(&(total + noise)),
-        independent: Covariance3::trusted(&(independent + noise)),
+        pose: Pose::new(
+            x + a[0] - shortening * a[0],
+            y + a[1] - shortening * a[1],
+            phi + turn,
+        ),
+        total: Covariance3::trusted(&(roots.0.spread(&turns.0, a) + noise)),
+        independent: Covariance3::trusted(&(roots.1.spread(&turns.1, a) + noise)),
     }
 }
 
-/// The displacement in the common frame, at the mean heading.
-struct Lever {
-    /// a \[m\]
-    a: [f64; 2],
-    /// n
-    dimension: f64,
-    /// √n
-    root: f64,
+/// S, the lower Cholesky factor of the pose's covariance, row by row.
+struct Root {
+    x: f64,
+    y: [f64; 2],
+    phi: [f64; 3],
 }
 
-impl Lever {
-    /// Covariance of the points on the pose's columns, and k̄.
+/// What the columns' turns `h_j` do.
+struct Turns {
+    /// `sin h_j / √n`
+    sines: [f64; 3],
+    /// k̄
+    mean: f64,
+    /// `Σ (k_j − k̄)² / n` over all n columns (those of the noise have k = 0).
+    variance: f64,
+}
+
+impl Root {
     #[inline]
-    fn spread(&self, covariance: &Covariance3) -> (Symmetric3, f64) {
+    fn new(covariance: &Covariance3) -> Self {
         let factor = Factor::new(&covariance.symmetric());
         let [l21, l31, l32] = factor.lower;
         let [s1, s2, s3] = factor.scale();
-        let heading = [l31 * s1, l32 * s2, s3]; // Row φ of S.
-        let turns = heading.map(|s| libm::sincos(self.root * s));
-        let [u, v, w] = turns.map(|(sin, _)| sin / self.root);
-        let [ax, ay] = self.a;
-        let (bx, by) = (-ay, ax);
-        let row_x = [s1 + bx * u, bx * v, bx * w];
-        let row_y = [l21 * s1 + by * u, s2 + by * v, by * w];
-        let (even, mean) = self.even(turns.map(|(_, cos)| 1.0 - cos));
-        let gram = Symmetric3 {
-            xx: dot(row_x, row_x) + even * ax * ax,
-            xy: dot(row_x, row_y) + even * ax * ay,
-            xp: dot(row_x, heading),
-            yy: dot(row_y, row_y) + even * ay * ay,
-            yp: dot(row_y, heading),
-            pp: dot(heading, heading),
-        };
-        (gram, mean)
+        Self {
+            x: s1,
+            y: [l21 * s1, s2],
+            phi: [l31 * s1, l32 * s2, s3],
+        }
     }
 
-    /// `Σ (k_j − k̄)² / n` over all n columns (those of the noise have k = 0), and k̄.
     #[inline]
-    fn even(&self, k: [f64; 3]) -> (f64, f64) {
-        let mean = (k[0] + k[1] + k[2]) / self.dimension;
-        let squares = k.map(|k| (k - mean) * (k - mean));
-        let noise = (self.dimension - 3.0) * mean * mean;
-        (
-            (squares[0] + squares[1] + squares[2] + noise) / self.dimension,
+    fn turns(&self, dimension: &Dimension) -> Turns {
+        let turns = self.phi.map(|s| libm::sincos(dimension.root * s));
+        let k = turns.map(|(_, cos)| 1.0 - cos);
+        let mean = (k[0] + k[1] + k[2]) * dimension.reciprocal;
+        let [k1, k2, k3] = k.map(|k| (k - mean) * (k - mean));
+        Turns {
+            sines: turns.map(|(sin, _)| sin * dimension.reciprocal_root),
             mean,
-        )
+            variance: (k1 + k2 + k3 + (dimension.n - 3.0) * mean * mean) * dimension.reciprocal,
+        }
+    }
+
+    /// Covariance of the points on the pose's columns, with `b = ∂a/∂φ = [−a_y, a_x]`.
+    #[inline]
+    fn spread(&self, turns: &Turns, [ax, ay]: [f64; 2]) -> Symmetric3 {
+        let [u, v, w] = turns.sines;
+        let x = [self.x - ay * u, -ay * v, -ay * w];
+        let y = [self.y[0] + ax * u, self.y[1] + ax * v, ax * w];
+        let (even_x, even_y) = (turns.variance * ax, turns.variance * ay);
+        Symmetric3 {
+            xx: dot(x, x) + even_x * ax,
+            xy: dot(x, y) + even_x * ay,
+            xp: dot(x, self.phi),
+            yy: dot(y, y) + even_y * ay,
+            yp: dot(y, self.phi),
+            pp: dot(self.phi, self.phi),
+        }
     }
 }
 
-/// `Γ N Γᵀ`, column by column of `N = L D Lᵀ`, so that a singular N stays one to rounding.
+/// `Γ N Γᵀ`, so that a singular N stays one to rounding.
 #[inline]
 fn rotated(noise: &Symmetric3, sin: f64, cos: f64) -> Symmetric3 {
+    if noise.xy != 0.0 {
+        return rotated_by_columns(noise, sin, cos);
+    }
+    Symmetric3 {
+        xx: cos * cos * noise.xx + sin * sin * noise.yy,
+        xy: cos * sin * (noise.xx - noise.yy),
+        xp: cos * noise.xp - sin * noise.yp,
+        yy: sin * sin * noise.xx + cos * cos * noise.yy,
+        yp: sin * noise.xp + cos * noise.yp,
+        pp: noise.pp,
+    }
+}
+
+/// Column by column of `N = L D Lᵀ`: with x and y correlated, the direct sum would cancel where N is singular.
+fn rotated_by_columns(noise: &Symmetric3, sin: f64, cos: f64) -> Symmetric3 {
     let factor = Factor::new(noise);
     let [l21, l31, l32] = factor.lower;
     let [d1, d2, d3] = factor.pivots;

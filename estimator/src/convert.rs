@@ -1,7 +1,7 @@
 //! Algorithm 2: what a sighting of a neighbour says about it in the common frame \[18–29\].
 
 use crate::belief::Belief;
-use crate::compose::{Displacement, compose};
+use crate::compose::{Dimension, Displacement, compose};
 use crate::covariance::Covariance3;
 use crate::pose::Pose;
 
@@ -23,7 +23,7 @@ pub fn to_global(observer: &Belief, relative: &Pose, covariance: &Covariance3) -
     let sighting = Displacement {
         mean: [x, y, phi],
         noise: covariance.symmetric(),
-        dimension: 6.0,
+        dimension: Dimension::SIX,
     };
     let Belief {
         pose,

@@ -1,7 +1,7 @@
 //! Algorithm 1: propagation of the belief through the motion model \[8–17\].
 
 use crate::belief::Belief;
-use crate::compose::{Displacement, compose};
+use crate::compose::{Dimension, Displacement, compose};
 use crate::covariance::{Covariance2, Covariance3};
 use crate::symmetric::Symmetric3;
 
@@ -79,8 +79,8 @@ impl Motion {
     #[inline]
     fn over(&self, dt_s: f64) -> Displacement {
         let (noise, dimension) = match self {
-            Self::Nonholonomic { noise, .. } => (without_sideways(noise), 5.0),
-            Self::Holonomic { noise, .. } => (noise.symmetric(), 6.0),
+            Self::Nonholonomic { noise, .. } => (without_sideways(noise), Dimension::FIVE),
+            Self::Holonomic { noise, .. } => (noise.symmetric(), Dimension::SIX),
         };
         Displacement {
             mean: self.velocity().map(|u| dt_s * u),
