@@ -29,7 +29,6 @@ pub(crate) struct Displacement {
 
 /// n, the dimension of the augmented state: three for the pose and one for each noise.
 pub(crate) struct Dimension {
-    n: f64,
     /// 1/n
     reciprocal: f64,
     /// √n
@@ -41,7 +40,6 @@ pub(crate) struct Dimension {
 impl Dimension {
     /// A pose and two noises.
     pub(crate) const FIVE: Self = Self {
-        n: 5.0,
         reciprocal: 0.2,
         root: 2.236_067_977_499_79,
         reciprocal_root: 0.447_213_595_499_957_94,
@@ -49,7 +47,6 @@ impl Dimension {
 
     /// A pose and three noises.
     pub(crate) const SIX: Self = Self {
-        n: 6.0,
         reciprocal: 1.0 / 6.0,
         root: 2.449_489_742_783_178,
         reciprocal_root: 0.408_248_290_463_863,
@@ -58,10 +55,10 @@ impl Dimension {
 
 /// `belief ⊕ displacement`: mean and total covariance from P, independent covariance from `P_i` in its place.
 ///
-/// Both factors come first: their divisions take long and overlap with one another and with what follows.
+/// What takes long (divisions, roots, sines) is begun for both covariances before either is finished.
 #[inline]
 pub(crate) fn compose(belief: &Belief, displacement: &Displacement) -> Belief {
-    let roots = (Root::new(&belief.total), Root::new(&belief.independent));
+    let (total, independent) = (Root::new(&belief.total), Root::new(&belief.independent));
     let Displacement {
         mean: [dx, dy, turn],
         noise,
@@ -71,16 +68,12 @@ pub(crate) fn compose(belief: &Belief, displacement: &Displacement) -> Belief {
     let (sin, cos) = libm::sincos(phi);
     let a = [cos * dx - sin * dy, sin * dx + cos * dy];
     let noise = rotated(noise, sin, cos);
-    let turns = (roots.0.turns(dimension), roots.1.turns(dimension));
-    let shortening = turns.0.mean;
+    let (turns, turns_independent) = (total.turns(dimension), independent.turns(dimension));
+    let (ax, ay) = (a[0] - turns.mean * a[0], a[1] - turns.mean * a[1]);
     Belief {
-        pose: Pose::new(
-            x + a[0] - shortening * a[0],
-            y + a[1] - shortening * a[1],
-            phi + turn,
-        ),
-        total: Covariance3::trusted(&(roots.0.spread(&turns.0, a) + noise)),
-        independent: Covariance3::trusted(&(roots.1.spread(&turns.1, a) + noise)),
+        pose: Pose::new(x + ax, y + ay, phi + turn),
+        total: Covariance3::trusted(&total.spread(&turns, a, &noise)),
+        independent: Covariance3::trusted(&independent.spread(&turns_independent, a, &noise)),
     }
 }
 
@@ -116,31 +109,42 @@ impl Root {
 
     #[inline]
     fn turns(&self, dimension: &Dimension) -> Turns {
-        let turns = self.phi.map(|s| libm::sincos(dimension.root * s));
-        let k = turns.map(|(_, cos)| 1.0 - cos);
-        let mean = (k[0] + k[1] + k[2]) * dimension.reciprocal;
-        let [k1, k2, k3] = k.map(|k| (k - mean) * (k - mean));
-        Turns {
-            sines: turns.map(|(sin, _)| sin * dimension.reciprocal_root),
-            mean,
-            variance: (k1 + k2 + k3 + (dimension.n - 3.0) * mean * mean) * dimension.reciprocal,
-        }
+        let turn = |s| {
+            let (sin, cos) = libm::sincos(dimension.root * s);
+            (sin * dimension.reciprocal_root, 1.0 - cos)
+        };
+        Turns::new(self.phi.map(turn), dimension)
     }
 
-    /// Covariance of the points on the pose's columns, with `b = ∂a/∂φ = [−a_y, a_x]`.
+    /// Covariance of the points on the pose's columns, with `b = ∂a/∂φ = [−a_y, a_x]`, and of the noise.
     #[inline]
-    fn spread(&self, turns: &Turns, [ax, ay]: [f64; 2]) -> Symmetric3 {
+    fn spread(&self, turns: &Turns, [ax, ay]: [f64; 2], noise: &Symmetric3) -> Symmetric3 {
         let [u, v, w] = turns.sines;
         let x = [self.x - ay * u, -ay * v, -ay * w];
         let y = [self.y[0] + ax * u, self.y[1] + ax * v, ax * w];
-        let (even_x, even_y) = (turns.variance * ax, turns.variance * ay);
+        let even = turns.variance;
         Symmetric3 {
-            xx: dot(x, x) + even_x * ax,
-            xy: dot(x, y) + even_x * ay,
-            xp: dot(x, self.phi),
-            yy: dot(y, y) + even_y * ay,
-            yp: dot(y, self.phi),
-            pp: dot(self.phi, self.phi),
+            xx: noise.xx + dot(x, x) + even * (ax * ax),
+            xy: noise.xy + dot(x, y) + even * (ax * ay),
+            xp: noise.xp + dot(x, self.phi),
+            yy: noise.yy + dot(y, y) + even * (ay * ay),
+            yp: noise.yp + dot(y, self.phi),
+            pp: noise.pp + dot(self.phi, self.phi),
+        }
+    }
+}
+
+impl Turns {
+    /// From every column's `sin h_j / √n` and `k_j ≥ 0`. `Σ (k_j − k̄)² = Σ k_j² − (Σ k_j)²/n` does not cancel: three
+    /// of at least five terms are not zero, so that the second is at most 3/5 of the first.
+    #[inline]
+    fn new([(u, k1), (v, k2), (w, k3)]: [(f64, f64); 3], dimension: &Dimension) -> Self {
+        let mean = (k1 + k2 + k3) * dimension.reciprocal;
+        let variance = (k1 * k1 + k2 * k2 + k3 * k3) * dimension.reciprocal - mean * mean;
+        Self {
+            sines: [u, v, w],
+            mean,
+            variance,
         }
     }
 }

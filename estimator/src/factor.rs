@@ -33,8 +33,9 @@ impl Factor {
         let (d1, r1) = pivot(a.xx, a.xx);
         let (l21, l31) = (a.xy * r1, a.xp * r1);
         let (d2, r2) = pivot(a.yy - l21 * a.xy, a.yy);
-        let l32 = (a.yp - l31 * a.xy) * r2;
-        let (d3, r3) = pivot(a.pp - l31 * a.xp - l32 * l32 * d2, a.pp);
+        let rest = a.yp - l31 * a.xy;
+        let l32 = rest * r2;
+        let (d3, r3) = pivot(a.pp - l31 * a.xp - l32 * rest, a.pp);
         Self {
             lower: [l21, l31, l32],
             pivots: [d1, d2, d3],
