@@ -1,0 +1,10 @@
+//! coloc on the kernel's own CAN: one test binary, so that one virtual machine is booted for all of it.
+//!
+//! Run by `tests/run`, or alone by `tests/hil/with-vcan -i 4 -- cargo test -p coloc-tests --features vcan --test can --
+//! --test-threads=1`. Every test has an interface of its own; one that takes an interface away brings it back.
+
+mod bus_lost;
+mod frame_kinds;
+mod kernel_filter;
+mod kernel_stamp;
+mod support;
