@@ -56,6 +56,17 @@ pub enum OpenError {
         /// What is in it.
         entry: String,
     },
+    /// Writing to shared memory that has no room ends the process (SIGBUS), so it does not come to that.
+    #[error(
+        "/dev/shm has {free} bytes left, coloc wants {wanted} to start with: \
+         remove what is not needed there, or enlarge it (mount -o remount,size=… /dev/shm; docker run --shm-size)"
+    )]
+    NoRoom {
+        /// Free bytes.
+        free: u64,
+        /// Wanted bytes.
+        wanted: u64,
+    },
     /// The name of the node is too long.
     #[error("`{name}` cannot name a node: it is too long")]
     BadNodeName {

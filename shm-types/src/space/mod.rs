@@ -107,3 +107,10 @@ fn create_node(place: &Place, name: &str) -> Result<Node, OpenError> {
             reason,
         })
 }
+
+/// A space may be opened on one thread and its ports on others.
+const _: () = {
+    const fn is_shared<T: Send + Sync>() {}
+    is_shared::<Space>();
+    is_shared::<Claim>();
+};

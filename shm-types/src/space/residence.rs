@@ -23,6 +23,9 @@ const OURS: [&str; 3] = ["nodes", "services", claim::DIRECTORY];
 /// Where the kernel keeps shared memory.
 const SHARED_MEMORY: &str = "/dev/shm";
 
+/// Room to start with (bytes): one robot with all its publishers takes 0.6 MB.
+const ROOM: u64 = 4 << 20;
+
 /// The right to be in a space; dropped last, after everything that is in it.
 #[derive(Debug)]
 pub(crate) struct Residence {
@@ -38,6 +41,7 @@ impl Residence {
             sweep(&place).map_err(failed("clean up", &place))?;
         }
         share(&lock).map_err(failed("lock", &place))?;
+        check_room(ROOM)?;
         Ok(Self { place, lock })
     }
 
@@ -72,11 +76,26 @@ fn try_alone(lock: &File) -> bool {
     rustix::fs::flock(lock, FlockOperation::NonBlockingLockExclusive).is_ok()
 }
 
-/// Waits for as long as somebody else is cleaning up.
+/// Waits for as long as somebody else is cleaning up. From exclusive to shared the kernel lets go for a moment: who comes
+/// in between finds the space as empty as it was left.
 fn share(lock: &File) -> io::Result<()> {
     Ok(rustix::io::retry_on_intr(|| {
         rustix::fs::flock(lock, FlockOperation::LockShared)
     })?)
+}
+
+fn check_room(wanted: u64) -> Result<(), OpenError> {
+    let memory = rustix::fs::statvfs(SHARED_MEMORY).map_err(|error| OpenError::System {
+        action: "look at",
+        path: SHARED_MEMORY.into(),
+        source: error.into(),
+    })?;
+    let free = memory.f_bavail.saturating_mul(memory.f_frsize);
+    if free < wanted {
+        Err(OpenError::NoRoom { free, wanted })
+    } else {
+        Ok(())
+    }
 }
 
 fn check_ours(place: &Place) -> Result<(), OpenError> {
@@ -128,5 +147,17 @@ fn if_there(result: io::Result<()>) -> io::Result<()> {
     match result {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn too_little_room_is_refused_with_the_figures() {
+        assert!(check_room(0).is_ok());
+        let refusal = check_room(u64::MAX).unwrap_err();
+        assert!(matches!(refusal, OpenError::NoRoom { free, wanted: u64::MAX } if free > 0));
     }
 }
