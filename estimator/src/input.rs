@@ -61,7 +61,7 @@ pub struct PositionFix {
     pub sequence: u64,
     /// `[x, y]` \[m\].
     pub position: [f64; 2],
-    /// R_A \[m²\].
+    /// `R_A` \[m²\].
     pub covariance: Covariance2,
 }
 

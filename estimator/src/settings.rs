@@ -46,7 +46,8 @@ pub struct OdometrySettings {
     pub reference_period: Span,
     /// How long the last velocity is held beyond its stamp, its noise growing linearly with the time held.
     pub hold: Span,
-    /// Growth of the held noise per reference period: Q · (1 + growth · held/reference_period).
+    /// Growth of the held noise per reference period: over a stretch of time it is `Q · (1 + growth · t/T)`, with t the
+    /// mean time held and T the reference period.
     pub hold_growth: f64,
     /// Noise variances `[v_x, v_y, ω]` per reference period once the velocity is taken as zero.
     pub outage_variance: [f64; 3],
