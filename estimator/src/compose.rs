@@ -42,7 +42,7 @@ impl Dimension {
     pub(crate) const FIVE: Self = Self {
         reciprocal: 0.2,
         root: 2.236_067_977_499_79,
-        reciprocal_root: 0.447_213_595_499_957_94,
+        reciprocal_root: 0.447_213_595_499_957_9,
     };
 
     /// A pose and three noises.

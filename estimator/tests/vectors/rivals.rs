@@ -23,8 +23,8 @@ struct Baselined {
     P: Rows,
 }
 
-/// With nothing dependent the fusion is a Kalman filter's ("nb"), with nothing independent it is covariance
-/// intersection ("ci_trace", "ci_det").
+/// With nothing dependent the fusion is a Kalman filter's (`nb`), with nothing independent it is covariance
+/// intersection (`ci_trace`, `ci_det`).
 #[test]
 fn rivals_that_are_special_cases() {
     let Some(file) = read_vectors::<File<Baseline, Baselined>>("baselines.json") else {
