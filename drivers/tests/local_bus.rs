@@ -1,5 +1,7 @@
 //! The local bus between participants: delivery, stamps, filters, full queues, the dead and the vanished.
 
+#![allow(clippy::unwrap_used, reason = "a test")]
+
 use std::error::Error;
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixDatagram;

@@ -1,5 +1,7 @@
 //! Encoder frames in, odometry out: on good days and on bad ones.
 
+#![allow(clippy::unwrap_used, clippy::cast_precision_loss, reason = "a test")]
+
 use coloc_drivers::can::{BusSpec, Frame, Id, Received, StandardId};
 use coloc_drivers::encoder::{
     FrameReject, LEFT_ID, OdometryConfig, OdometryDecoder, RIGHT_ID, WheelFrames, WheelOdometry,
@@ -165,7 +167,9 @@ fn counters_wrap_at_two_to_the_32_in_both_directions() {
 fn lost_frames_lose_nothing() {
     let mut robot = started();
     for lost in [1, 2, 7, 15, 16, 17, 100] {
-        (0..lost).for_each(|_| drop(robot.step([1.0, 0.8])));
+        for _ in 0..lost {
+            let _lost = robot.step([1.0, 0.8]);
+        }
         robot.drive([1.0, 0.8]);
         robot.drive([1.0, 0.8]);
         robot.assert_nothing_lost_since([0.0; 2]);
@@ -359,7 +363,9 @@ fn an_impossible_jump_is_refused_and_a_restart_believed() {
 fn a_second_node_on_our_identifiers_changes_nothing() {
     let mut robot = started();
     let mut stranger = WheelFrames::starting_at(0x4000_0000, TICK_M);
-    (0..7).for_each(|_| drop(stranger.encode(0.0, 0.0)));
+    for _ in 0..7 {
+        let _sent_before = stranger.encode(0.0, 0.0);
+    }
     for period in 0..200 {
         let way_m = f64::from(period) * 0.01;
         let [left, right] = robot.step([1.0, 0.9]);
@@ -387,7 +393,7 @@ fn a_sender_that_hangs_makes_no_samples() {
 }
 
 #[test]
-fn a_backlog_goes_into_one_sample() {
+fn a_backlog_loses_nothing_and_makes_few_samples() {
     let mut robot = started();
     (0..3).for_each(|_| robot.drive([1.0, 1.0]));
     let backlog: Vec<_> = (0..10).flat_map(|_| robot.step([1.0, 1.0])).collect();
@@ -396,14 +402,8 @@ fn a_backlog_goes_into_one_sample() {
     }
     robot.drive([1.0, 1.0]);
     robot.assert_nothing_lost_since([0.0; 2]);
-    assert!(
-        robot
-            .samples
-            .iter()
-            .all(|sample| sample.velocity[0].abs() < 1.2),
-        "{:?}",
-        robot.samples
-    );
+    // The backlog's first pair makes one, the rest goes with the next period.
+    assert_eq!(robot.samples.len(), 3 + 2);
 }
 
 #[test]

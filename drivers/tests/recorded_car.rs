@@ -1,5 +1,7 @@
 //! The CAN bus of a real car (`rav4_can`): 98,680 recorded frames against what their recorder decoded.
 
+#![allow(clippy::cast_precision_loss, reason = "a test")]
+
 use std::error::Error;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

@@ -65,8 +65,10 @@ pub enum OpenError {
     )]
     NoCan,
     /// The interface exists and is something else.
-    #[error("the interface {0} carries no CAN")]
-    NotCan(String),
+    #[error(
+        "{0} names an interface that carries no CAN: 'ip -details link show' tells which ones do"
+    )]
+    NotCan(BusSpec),
     /// A log is read only.
     #[error("{0} is a recorded log: nothing can be sent there")]
     ReadOnly(BusSpec),
@@ -94,6 +96,7 @@ impl OpenError {
     pub(super) fn interface(bus: &BusSpec, error: Errno) -> Self {
         match error {
             Errno::AFNOSUPPORT | Errno::PROTONOSUPPORT => Self::NoCan,
+            Errno::OPNOTSUPP => Self::NotCan(bus.clone()),
             error => Self::system(bus, error),
         }
     }

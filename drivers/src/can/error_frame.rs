@@ -145,7 +145,7 @@ impl ErrorFrame {
             .or_else(|| self.counters.map(state_of_counters))
     }
 
-    fn controller_state(&self) -> Option<ControllerState> {
+    fn controller_state(self) -> Option<ControllerState> {
         use ControllerProblems as Problem;
         let any = |problems: Problem| self.controller.intersects(problems);
         [

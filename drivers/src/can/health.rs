@@ -101,7 +101,7 @@ impl BusHealth {
         }
     }
 
-    pub(super) fn note_error(&mut self, error: &ErrorFrame) {
+    pub(super) fn note_error(&mut self, error: ErrorFrame) {
         self.counters.error_frames += 1;
         self.counters.controller_overflows += u64::from(error.receive_overflow());
         for class in error.classes() {
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     fn note(health: &mut BusHealth, class: ErrorClass, data: [u8; 8]) {
-        health.note_error(&Frame::error_frame(class.bit(), data).error().unwrap());
+        health.note_error(Frame::error_frame(class.bit(), data).error().unwrap());
     }
 
     #[test]

@@ -143,3 +143,61 @@ impl AsFd for Playback {
         self.timer.as_fd()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use rustix::event::{PollFd, PollFlags, poll};
+
+    use super::*;
+
+    fn playback(lines: &str) -> Playback {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(lines.as_bytes()).unwrap();
+        Playback::new(Log::read(file.path(), None, &Filter::All).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn frames_come_in_order_at_the_spacing_of_the_log() {
+        let mut playback = playback(
+            "(1.000000) can0 001#\n(1.000000) can0 002#\n(1.010000) can0 003#\n(1.025001) can0 004#\n",
+        );
+        let mut health = BusHealth::new(BusState::Up);
+        let mut got: Vec<Received> = Vec::new();
+        while health.state != BusState::Ended {
+            poll(&mut [PollFd::new(&playback, PollFlags::IN)], None).unwrap();
+            playback.receive(3, &Filter::All, &mut health, &mut |received| {
+                got.push(*received)
+            });
+        }
+        let offsets_ns: Vec<_> = got
+            .iter()
+            .map(|received| received.stamp_ns - got[0].stamp_ns)
+            .collect();
+        assert_eq!(offsets_ns, [0, 0, 10_000_000, 25_001_000]);
+        assert_eq!(health.counters.frames, 4);
+        assert!(got.iter().all(|received| received.bus == 3));
+    }
+
+    #[test]
+    fn stamps_follow_a_step_of_the_clock_but_not_its_slewing() {
+        let mut playback = playback("(1.000000) can0 001#\n");
+        assert_eq!(
+            playback.anchor(1_000, 5_000_000_000).realtime_ns,
+            5_000_000_000
+        );
+        assert_eq!(
+            playback.anchor(2_000, 5_000_301_000).realtime_ns,
+            5_000_000_000
+        );
+        assert_eq!(
+            playback.anchor(3_000, 3_605_000_002_000).realtime_ns,
+            3_605_000_000_000
+        );
+        assert_eq!(
+            playback.anchor(4_000, 5_000_003_000).realtime_ns,
+            5_000_000_000
+        );
+    }
+}

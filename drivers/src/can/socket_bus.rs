@@ -8,6 +8,7 @@ use rustix::net::sockopt;
 
 use super::backoff::Backoff;
 use super::bus::{Drained, FRAMES_PER_CALL, Received};
+use super::error_frame::ErrorCounters;
 use super::filter::Filter;
 use super::frame::{FD_SIZE, Frame, Kind};
 use super::health::{BusHealth, BusState};
@@ -38,6 +39,17 @@ struct Open {
     /// The kernel's name for this very socket: a descriptor number may come to mean another one.
     cookie: u64,
     dropped: u32,
+}
+
+impl Open {
+    fn is_ours(&self) -> bool {
+        sockopt::socket_cookie(&self.socket) == Ok(self.cookie)
+    }
+
+    /// Somebody closed our descriptor, and its number may be theirs by now: closing it is not our business any more.
+    fn leave(self) {
+        let _ = self.socket.into_raw_fd();
+    }
 }
 
 /// How often a place that seems well is looked at.
@@ -101,8 +113,7 @@ impl<E: Endpoint> SocketBus<E> {
                         frames += 1;
                     }
                 }
-                Ok(None) => {}
-                Err(Errno::INTR) => {}
+                Ok(None) | Err(Errno::INTR) => {}
                 Err(error) => {
                     self.note_failure(error, health);
                     return Drained {
@@ -147,10 +158,9 @@ impl<E: Endpoint> SocketBus<E> {
         health.state = state;
     }
 
-    /// Somebody closed our descriptor, and its number may be theirs by now: closing it is not our business any more.
     fn abandon(&mut self, health: &mut BusHealth) {
         if let Some(open) = self.open.take() {
-            let _ = open.socket.into_raw_fd();
+            open.leave();
         }
         health.state = BusState::Closed;
     }
@@ -158,8 +168,8 @@ impl<E: Endpoint> SocketBus<E> {
     /// Looks after the socket: notices that it is not ours any more or leads nowhere, and opens a new one when due.
     pub(super) fn supervise(&mut self, now_ns: i64, health: &mut BusHealth) {
         match &self.open {
-            Some(open) if sockopt::socket_cookie(&open.socket) != Ok(open.cookie) => {
-                self.abandon(health)
+            Some(open) if !open.is_ours() => {
+                self.abandon(health);
             }
             Some(_) => self.look(now_ns, health),
             None if self.backoff.is_due(now_ns) => self.reopen(now_ns, health),
@@ -187,7 +197,7 @@ impl<E: Endpoint> SocketBus<E> {
         if let Ok(state) = self.open() {
             self.backoff.reset();
             health.counters.reopened += 1;
-            health.state = state;
+            (health.state, health.controller) = (state, ErrorCounters::default());
         } else {
             self.backoff.failed(now_ns);
         }
@@ -198,11 +208,19 @@ impl<E: Endpoint> SocketBus<E> {
 pub(super) fn accept(frame: &Frame, filter: &Filter, health: &mut BusHealth) -> bool {
     let wanted = filter.accepts(frame);
     match (frame.kind(), frame.error()) {
-        (Kind::Error, Some(error)) => health.note_error(&error),
+        (Kind::Error, Some(error)) => health.note_error(error),
         _ if wanted => health.note_frame(),
         _ => health.counters.unwanted += 1,
     }
     wanted
+}
+
+impl<E> Drop for SocketBus<E> {
+    fn drop(&mut self) {
+        if let Some(open) = self.open.take_if(|open| !open.is_ours()) {
+            open.leave();
+        }
+    }
 }
 
 impl<E> AsFd for SocketBus<E> {

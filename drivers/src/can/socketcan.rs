@@ -42,7 +42,7 @@ impl Endpoint for Interface {
         sys::set_option(fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, &[ON])?;
         sys::set_option(fd, libc::SOL_SOCKET, libc::SO_TIMESTAMPNS, &[ON])?;
         sys::set_option(fd, libc::SOL_SOCKET, libc::SO_RXQ_OVFL, &[ON])?;
-        sys::bind_can(fd, index)?;
+        sys::bind_can(fd, index).map_err(not_can)?;
         Ok(socket)
     }
 
@@ -62,8 +62,17 @@ pub(super) fn sending_socket(interface: &str) -> Result<OwnedFd, Errno> {
     let index = netdevice::name_to_index(fd, interface)?;
     sys::set_option::<libc::can_filter>(fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FILTER, &[])?;
     sys::set_option(fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, &[ON])?;
-    sys::bind_can(fd, index)?;
+    sys::bind_can(fd, index).map_err(not_can)?;
     Ok(socket)
+}
+
+/// The interface is there, its index was just looked up; the kernel says `NODEV` when it is of another kind.
+fn not_can(error: Errno) -> Errno {
+    if error == Errno::NODEV {
+        Errno::OPNOTSUPP
+    } else {
+        error
+    }
 }
 
 pub(super) const ON: c_int = 1;

@@ -10,6 +10,16 @@ use std::os::fd::{AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
 
 use rustix::io::Errno;
 
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "29, and the kernel's type for it is narrow"
+)]
+const CAN_FAMILY: libc::sa_family_t = libc::AF_CAN as libc::sa_family_t;
+#[expect(clippy::cast_possible_truncation, reason = "a few bytes")]
+const SOCKADDR_CAN_SIZE: libc::socklen_t = size_of::<libc::sockaddr_can>() as libc::socklen_t;
+#[expect(clippy::cast_possible_truncation, reason = "a few bytes")]
+const SOCK_FPROG_SIZE: libc::socklen_t = size_of::<libc::sock_fprog>() as libc::socklen_t;
+
 /// One datagram as the kernel handed it over.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Datagram {
@@ -96,13 +106,19 @@ pub(super) fn can_socket() -> Result<OwnedFd, Errno> {
 /// Binds a CAN socket to the interface with this index.
 pub(super) fn bind_can(socket: BorrowedFd<'_>, interface: u32) -> Result<(), Errno> {
     let mut address = libc::sockaddr_can {
-        can_family: libc::AF_CAN as _,
+        can_family: CAN_FAMILY,
         ..Default::default()
     };
     address.can_ifindex = c_int::try_from(interface).map_err(|_| Errno::NODEV)?;
-    let size = size_of::<libc::sockaddr_can>() as libc::socklen_t;
     // SAFETY: address is a sockaddr_can of the size given.
-    check(unsafe { libc::bind(socket.as_raw_fd(), (&raw const address).cast(), size) }).map(drop)
+    check(unsafe {
+        libc::bind(
+            socket.as_raw_fd(),
+            (&raw const address).cast(),
+            SOCKADDR_CAN_SIZE,
+        )
+    })
+    .map(drop)
 }
 
 /// Values that a socket option may have: plain data without padding.
@@ -134,7 +150,6 @@ pub(super) fn attach_filter(
         len,
         filter: program.as_ptr().cast_mut(),
     };
-    let size = size_of::<libc::sock_fprog>() as libc::socklen_t;
     let option = (libc::SOL_SOCKET, libc::SO_ATTACH_FILTER);
     // SAFETY: program points at len instructions, which the kernel copies and checks; it does not write to them.
     check(unsafe {
@@ -143,7 +158,7 @@ pub(super) fn attach_filter(
             option.0,
             option.1,
             (&raw const program).cast(),
-            size,
+            SOCK_FPROG_SIZE,
         )
     })
     .map(drop)

@@ -15,8 +15,8 @@ pub(super) enum Kinematics {
 impl Kinematics {
     /// `[v_x, v_y, ω]` \[m/s, m/s, rad/s\] from the channels' values; what is not there is zero.
     ///
-    /// For an axle v = (v_r + v_l) / 2, ω = (v_r − v_l) / track (Siegwart et al., Introduction to Autonomous Mobile
-    /// Robots, 2nd ed., 3.2.2), also for the rear axle of a car, the body's origin lying in its middle.
+    /// For an axle `v = (v_r + v_l) / 2`, `ω = (v_r − v_l) / track` (Siegwart et al., Introduction to Autonomous
+    /// Mobile Robots, 2nd ed., 3.2.2), also for the rear axle of a car, the body's origin lying in its middle.
     pub(super) fn velocity(self, channels: [f64; 3]) -> [f64; 3] {
         let [first, second, third] = channels;
         match self {
@@ -31,6 +31,7 @@ impl Kinematics {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "these results are exact")]
 mod tests {
     use super::*;
 
