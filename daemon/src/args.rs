@@ -14,6 +14,11 @@ pub(crate) struct Args {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Localize one robot until SIGINT or SIGTERM.
+    Run {
+        /// The robot's configuration.
+        config: PathBuf,
+    },
     /// Read a configuration, say what it means, open nothing.
     Check {
         /// The robot's configuration.

@@ -10,12 +10,13 @@ pub mod summary;
 
 use std::path::Path;
 
+use coloc_drivers::encoder::OdometryConfig;
 use serde::Deserialize;
 
 pub use error::ConfigError;
 pub use sections::{
-    Clock, ClockSource, Fusion, Health, History, Initial, Member, Motion, Realtime, Robot,
-    Scheduler, Shm, Telemetry, Tick, Trigger,
+    Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Member, Motion, Realtime, Robot, Scheduler, Shm,
+    Telemetry, Tick, Trigger, Variance,
 };
 
 /// A whole `robot.toml`. Only `[robot]` must be written; every other section has defaults.
@@ -36,6 +37,9 @@ pub struct Config {
     /// Where shared memory is.
     #[serde(default)]
     pub shm: Shm,
+    /// The wheels' buses and signals; a robot without this section has no wheels to hear.
+    #[serde(default)]
+    pub odometry: Option<OdometryConfig>,
     /// Noise of the wheels, and what happens between and after their samples.
     #[serde(default)]
     pub motion: Motion,
@@ -75,16 +79,47 @@ impl Config {
     /// # Errors
     /// As [`Config::load`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
-        let config: Self =
-            toml::from_str(text).map_err(|error| ConfigError::from_toml(&error, text, path))?;
-        check::check(&config).map_err(|refusal| ConfigError::from_refusal(refusal, text, path))?;
+        let mut config: Self = toml::from_str(text).map_err(|error| ConfigError::from_toml(&error, text, path))?;
+        config.resolve(path.parent().unwrap_or(Path::new("")));
+        check::check(&config).map_err(|refusal| ConfigError::from_refusal(&refusal, text, path))?;
         Ok(config)
     }
 }
 
 impl Config {
+    /// A DBC file is looked for where the configuration is.
+    fn resolve(&mut self, directory: &Path) {
+        if let Some(dbc) = self.odometry.as_mut().and_then(|odometry| odometry.dbc.as_mut()) {
+            *dbc = directory.join(&*dbc);
+        }
+    }
+
     /// The team without this robot.
     pub fn peers(&self) -> impl Iterator<Item = &Member> {
         self.team.iter().filter(|member| member.id != self.robot.id)
     }
+
+    /// Where the last belief is saved.
+    #[must_use]
+    pub fn state_file(&self) -> std::path::PathBuf {
+        if !self.telemetry.state_file.as_os_str().is_empty() {
+            return self.telemetry.state_file.clone();
+        }
+        let mut beside = self.shm.root.clone().into_os_string();
+        beside.push(format!(".{}.belief.toml", self.robot.name));
+        beside.into()
+    }
+
+    /// The tick's period \[ns\].
+    #[must_use]
+    pub fn period_ns(&self) -> i64 {
+        nanos(1.0 / self.tick.rate_hz)
+    }
+}
+
+/// Seconds that were checked with the configuration: at most a day.
+#[must_use]
+#[allow(clippy::cast_possible_truncation)]
+pub(crate) fn nanos(seconds: f64) -> i64 {
+    (seconds * 1e9).round() as i64
 }

@@ -9,8 +9,23 @@
 //! * **Refuse early, survive late**: a wrong configuration opens nothing; once running, whatever comes from outside
 //!   is checked, counted under its reason, and never ends the program.
 
+pub mod account;
 mod args;
+pub mod clock;
+pub mod collect;
 pub mod config;
+pub mod estimate;
+pub mod event;
+pub mod health;
+pub mod ledger;
+pub mod publish;
+pub mod realtime;
+pub mod run;
+pub mod saved;
+pub mod start;
+pub mod telemetry;
+pub mod tick;
+pub mod wait;
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -20,6 +35,7 @@ use clap::Parser;
 
 use args::{Args, Command};
 use config::{Config, summary::Summary};
+use start::StartError;
 
 /// The whole program, from its arguments (the first is the program's name) to its exit status:
 /// 0 done, 1 failed, 2 not understood (arguments or configuration).
@@ -29,9 +45,8 @@ where
     T: Into<OsString> + Clone,
 {
     match Args::try_parse_from(args) {
-        Ok(Args {
-            command: Command::Check { config },
-        }) => check(&config),
+        Ok(Args { command: Command::Check { config } }) => check(&config),
+        Ok(Args { command: Command::Run { config } }) => run(&config),
         Err(error) => {
             let _ = error.print(); // Nobody is left to tell if standard error is closed.
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
@@ -40,14 +55,18 @@ where
 }
 
 fn check(path: &Path) -> ExitCode {
-    match Config::load(path) {
-        Ok(config) => {
-            println!("{}", Summary(&config));
-            ExitCode::SUCCESS
-        }
-        Err(error) => {
-            eprintln!("colocd: {error}");
-            ExitCode::from(2)
-        }
+    finish(Config::load(path).map_err(StartError::from).map(|config| println!("{}", Summary(&config))))
+}
+
+fn run(path: &Path) -> ExitCode {
+    finish(Config::load(path).map_err(StartError::from).and_then(|config| run::run(&config)))
+}
+
+fn finish(result: Result<(), StartError>) -> ExitCode {
+    let Err(problem) = result else { return ExitCode::SUCCESS };
+    eprintln!("colocd: {problem}");
+    match problem {
+        StartError::Config(_) => ExitCode::from(2),
+        _ => ExitCode::FAILURE,
     }
 }

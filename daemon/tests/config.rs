@@ -95,12 +95,12 @@ fn the_team_must_agree_with_the_robot_and_with_itself() {
     let twice = refusal_of(&(member("b", 2) + &member("c", 2)));
     assert_eq!(
         twice,
-        "robot.toml:9: team.1.id = 2: is already the number of \"b\"; numbers must differ"
+        "robot.toml:9: team.1.id = 2: is already the number of `b`; numbers must differ"
     );
     let taken = refusal_of(&member("b", 1));
     assert_eq!(
         taken,
-        "robot.toml:6: team.0.id = 1: is the number of this robot, \"robot1\""
+        "robot.toml:6: team.0.id = 1: is the number of this robot, `robot1`"
     );
     let other = refusal_of(&member("robot1", 7));
     assert_eq!(

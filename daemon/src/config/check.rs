@@ -2,26 +2,28 @@
 
 use std::ops::RangeInclusive;
 
+use coloc_drivers::encoder::{ConfigError, OdometryDecoder};
+
 use super::error::Refusal;
 use super::{
-    Config, Fusion, Health, History, Initial, Motion, Realtime, Robot, Scheduler, Shm, Telemetry,
+    Config, Fusion, Health, History, Initial, Motion, Realtime, Scheduler, Shm, Telemetry,
 };
 
 type Checked = Result<(), Refusal>;
 
-/// The middleware's own limit on a path is 255 bytes; its longest file name needs about 110 of them.
-const LONGEST_ROOT: usize = 120;
+/// The middleware's own limit on a path is 255 bytes; its file names need the rest.
+const LONGEST_ROOT: usize = 100;
 
 /// Refuses the first value that is not allowed.
 ///
 /// # Errors
 /// Its key, value and what is allowed.
 pub fn check(config: &Config) -> Checked {
-    robot(&config.robot)?;
     team(config)?;
     seconds("clock.step_s", config.clock.step_s, 1e-4..=0.9)?;
     within("tick.rate_hz", config.tick.rate_hz, 1.0..=1000.0)?;
     shm(&config.shm)?;
+    odometry(config)?;
     motion(&config.motion)?;
     initial(&config.initial)?;
     fusion(&config.fusion)?;
@@ -34,7 +36,7 @@ pub fn check(config: &Config) -> Checked {
 fn refuse(key: &str, value: impl std::fmt::Display, allowed: &str) -> Checked {
     Err(Refusal {
         key: key.into(),
-        problem: format!("= {value}: {allowed}"),
+        problem: format!(" = {value}: {allowed}"),
     })
 }
 
@@ -67,26 +69,17 @@ fn not_negative(key: &str, value: f64) -> Checked {
     refuse(key, value, "must be a finite number, 0 or more")
 }
 
-fn name(key: &str, value: &str) -> Checked {
-    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if (1..=32).contains(&value.len()) && value.chars().all(plain) {
+fn prefix(key: &str, value: &str) -> Checked {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if (1..=16).contains(&value.len()) && value.chars().all(plain) {
         return Ok(());
     }
-    refuse(
-        key,
-        format!("{value:?}"),
-        "must be 1 to 32 letters, digits, `_` or `-`",
-    )
-}
-
-fn robot(robot: &Robot) -> Checked {
-    name("robot.name", &robot.name)
+    refuse(key, format!("{value:?}"), "must be 1 to 16 letters, digits or `_`")
 }
 
 fn team(config: &Config) -> Checked {
     let team = &config.team;
     for (index, member) in team.iter().enumerate() {
-        name(&format!("team.{index}.name"), &member.name)?;
         let is_me = (
             member.id == config.robot.id,
             member.name == config.robot.name,
@@ -95,7 +88,7 @@ fn team(config: &Config) -> Checked {
             (true, false) => refuse(
                 &format!("team.{index}.id"),
                 member.id,
-                &format!("is the number of this robot, {:?}", config.robot.name),
+                &format!("is the number of this robot, `{}`", config.robot.name),
             )?,
             (false, true) => refuse(
                 &format!("team.{index}.id"),
@@ -110,7 +103,7 @@ fn team(config: &Config) -> Checked {
                 &format!("team.{index}.id"),
                 member.id,
                 &format!(
-                    "is already the number of {:?}; numbers must differ",
+                    "is already the number of `{}`; numbers must differ",
                     other.name
                 ),
             )?;
@@ -118,7 +111,7 @@ fn team(config: &Config) -> Checked {
         if earlier.iter().any(|other| other.name == member.name) {
             refuse(
                 &format!("team.{index}.name"),
-                format!("{:?}", member.name),
+                format!("`{}`", member.name),
                 "is listed twice; names must differ",
             )?;
         }
@@ -139,7 +132,16 @@ fn shm(shm: &Shm) -> Checked {
             ),
         )?;
     }
-    name("shm.prefix", &shm.prefix)
+    prefix("shm.prefix", &shm.prefix)
+}
+
+/// Whether the signals are in the DBC file and make sense together is the decoder's to say.
+fn odometry(config: &Config) -> Checked {
+    let Some(Err(error)) = config.odometry.as_ref().map(OdometryDecoder::new) else { return Ok(()) };
+    Err(match error {
+        ConfigError::Setting { setting, problem } => Refusal { key: format!("odometry.{setting}"), problem: format!(": {problem}") },
+        other => Refusal { key: "odometry".into(), problem: format!(": {other}") },
+    })
 }
 
 fn motion(motion: &Motion) -> Checked {
@@ -161,10 +163,10 @@ fn motion(motion: &Motion) -> Checked {
     seconds("motion.hold_s", motion.hold_s, 0.0..=60.0)?;
     not_negative("motion.hold_growth", motion.hold_growth)?;
     motion
-        .outage_sigma
+        .outage_variance
         .iter()
         .enumerate()
-        .try_for_each(|(axis, &sigma)| not_negative(&format!("motion.outage_sigma.{axis}"), sigma))
+        .try_for_each(|(axis, &sigma)| not_negative(&format!("motion.outage_variance.{axis}"), sigma))
 }
 
 fn initial(initial: &Initial) -> Checked {
@@ -267,7 +269,7 @@ fn realtime(realtime: &Realtime) -> Checked {
 }
 
 fn telemetry(telemetry: &Telemetry) -> Checked {
-    within("telemetry.state_hz", telemetry.state_hz, 0.0..=100.0)?;
+    within("telemetry.state_hz", telemetry.state_hz, 0.1..=100.0)?;
     if telemetry.watchdog_ticks < 2 {
         refuse(
             "telemetry.watchdog_ticks",

@@ -65,12 +65,12 @@ impl ConfigError {
         }
     }
 
-    pub(super) fn from_refusal(refusal: Refusal, text: &str, path: &Path) -> Self {
+    pub(super) fn from_refusal(refusal: &Refusal, text: &str, path: &Path) -> Self {
         let line = find(text, &refusal.key).map(|span| line_of(text, span.start));
         Self {
             file: path.into(),
             line,
-            message: format!("{} {}", refusal.key, refusal.problem),
+            message: format!("{}{}", refusal.key, refusal.problem),
         }
     }
 }

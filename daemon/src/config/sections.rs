@@ -2,14 +2,16 @@
 
 use std::path::PathBuf;
 
-use serde::Deserialize;
+use coloc_shm_types::RobotName;
+use serde::{Deserialize, Deserializer, de::Error};
 
 /// `[robot]`: who this robot is.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Robot {
     /// Part of its service names: `coloc/<name>/estimate`.
-    pub name: String,
+    #[serde(deserialize_with = "robot_name")]
+    pub name: RobotName,
     /// Its number in the team.
     pub id: u16,
 }
@@ -19,9 +21,14 @@ pub struct Robot {
 #[serde(deny_unknown_fields)]
 pub struct Member {
     /// As in that robot's own `[robot]`.
-    pub name: String,
+    #[serde(deserialize_with = "robot_name")]
+    pub name: RobotName,
     /// As in that robot's own `[robot]`.
     pub id: u16,
+}
+
+fn robot_name<'de, D: Deserializer<'de>>(value: D) -> Result<RobotName, D::Error> {
+    RobotName::new(&String::deserialize(value)?).map_err(D::Error::custom)
 }
 
 /// `[clock]`
@@ -94,8 +101,8 @@ pub struct Motion {
     pub hold_s: f64,
     /// Growth of the noise per reference period held.
     pub hold_growth: f64,
-    /// Standard deviations `[v_x, v_y, ω]` per reference period after that, the velocity being taken as zero.
-    pub outage_sigma: [f64; 3],
+    /// Variances `[v_x, v_y, ω]` per reference period after that, the velocity being taken as zero.
+    pub outage_variance: [f64; 3],
 }
 
 /// Coefficients of `σ² = a + b v² + c ω²`.
@@ -231,9 +238,9 @@ pub struct Telemetry {
     pub log: LogLevel,
     /// Logs go here; standard error if empty.
     pub log_file: PathBuf,
-    /// Where the last belief is saved for `initial.resume`; `<shm.root>/<robot.name>.belief.toml` if empty.
+    /// Where the last belief is saved if `initial.resume`; beside `shm.root`, with the robot's name, if empty.
     pub state_file: PathBuf,
-    /// How often it is saved; 0 never.
+    /// How often it is saved.
     pub state_hz: f64,
     /// The watchdog speaks when no tick was seen for as many periods.
     pub watchdog_ticks: u32,
@@ -274,7 +281,7 @@ impl Default for Shm {
     fn default() -> Self {
         Self {
             root: PathBuf::from("/tmp/coloc"),
-            prefix: "coloc_".into(),
+            prefix: "coloc".into(),
         }
     }
 }
@@ -294,7 +301,7 @@ impl Default for Motion {
             reference_period_s: 0.02,
             hold_s: 0.2,
             hold_growth: 0.5,
-            outage_sigma: [1.0, 0.0, 1.0],
+            outage_variance: [5.075, 5.075, 0.345],
         }
     }
 }
@@ -328,7 +335,7 @@ impl Default for History {
     fn default() -> Self {
         Self {
             length_s: 1.0,
-            future_tolerance_s: 0.05,
+            future_tolerance_s: 0.1,
             capacity: 1024,
         }
     }

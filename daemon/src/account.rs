@@ -1,0 +1,255 @@
+//! Step 5 of the tick: what it took, what was turned away, and what telemetry should know.
+
+use std::sync::Arc;
+
+use coloc_estimator::{Estimate, Report, Source, Span, Stamp, TickOutputs, Verdict};
+use coloc_shm_types::{BusState, CanCounters, Header, Health, Input, Reject, Status};
+
+use crate::clock::Reading;
+use crate::config::{Config, nanos};
+use crate::event::{Event, Link};
+use crate::health::Watch;
+use crate::ledger::Ledger;
+use crate::wait::Wake;
+
+/// Counts, on the real-time thread.
+#[derive(Debug)]
+pub struct Account {
+    link: Arc<Link>,
+    /// All counters since the start.
+    pub status: Status,
+    watch: Watch,
+    now: Stamp,
+    ledger: Box<Ledger>,
+    next_report_ns: i64,
+    next_belief_ns: i64,
+    belief_period_ns: Option<i64>,
+}
+
+const REPORT_PERIOD_NS: i64 = 1_000_000_000;
+
+impl Account {
+    /// Reports through `link`; hands on the belief as often as the configuration says, if it is to be saved.
+    #[must_use]
+    pub fn new(config: &Config, link: Arc<Link>, session_ns: i64) -> Self {
+        let header = Header { session_ns, ..Header::default() };
+        Self {
+            link,
+            status: Status { header, robot: config.robot.id, ..Status::default() },
+            watch: Watch::new(&config.health),
+            now: Stamp::default(),
+            ledger: Box::default(),
+            next_report_ns: 0,
+            next_belief_ns: 0,
+            belief_period_ns: config.initial.resume.then(|| nanos(1.0 / config.telemetry.state_hz)),
+        }
+    }
+
+    /// A tick stamped `now` begins, or one that may become a tick.
+    pub fn begin(&mut self, now: Stamp) {
+        self.now = now;
+    }
+
+    /// The configured clock was stepped: remembered stamps move along.
+    pub fn shift(&mut self, shift: Span) {
+        self.watch.shift(shift);
+    }
+
+    /// Tells telemetry, or counts that it could not be told.
+    pub fn tell(&mut self, event: Event) {
+        if self.link.events.push(event).is_err() {
+            self.status.lost_events += 1;
+        }
+    }
+
+    /// A valid sample, measured at `stamp`; whether it is fused is the estimator's business.
+    pub fn valid(&mut self, input: Input, stamp: Stamp) {
+        self.watch.valid(input, stamp);
+    }
+
+    /// An input that is no valid sample of its sensor.
+    pub fn invalid(&mut self, input: Input, reason: Reject) {
+        self.watch.invalid(input, self.now);
+        self.rejected(input, reason);
+    }
+
+    /// Something came that cannot even be read.
+    pub fn unreadable(&mut self, input: Input) {
+        self.watch.invalid(input, self.now);
+    }
+
+    /// An input that changed nothing.
+    pub fn rejected(&mut self, input: Input, reason: Reject) {
+        let count = self.status.rejected.get_mut(input as usize).and_then(|reasons| reasons.get_mut(reason as usize));
+        if let Some(count) = count {
+            *count += 1;
+        }
+        self.tell(Event::Rejected { input, reason });
+    }
+
+    /// What the estimator made of a tick's inputs, `samples` of odometry among them.
+    pub fn outputs(&mut self, outputs: &TickOutputs<'_>, samples: usize, now: &Reading) {
+        outputs.reports.iter().for_each(|report| self.verdict(report));
+        let refused = outputs.reports.iter().filter(|report| report.source == Source::Odometry).count();
+        self.accepted(Input::Odometry, samples.saturating_sub(refused));
+        self.accepted(Input::RelativePose, outputs.outgoing.len());
+        if outputs.overflowed > 0 || outputs.folded_early > 0 {
+            self.tell(Event::NoRoom { overflowed: outputs.overflowed, folded_early: outputs.folded_early });
+        }
+        if self.belief_is_due(now.monotonic_ns) {
+            let Estimate { stamp, belief, .. } = outputs.estimate;
+            self.tell(Event::Belief { stamp, realtime_ns: now.realtime_ns, belief });
+        }
+    }
+
+    fn verdict(&mut self, report: &Report) {
+        let input = input(report.source);
+        match reason(report.verdict) {
+            None => self.accepted(input, 1),
+            Some(reason) => self.rejected(input, reason),
+        }
+    }
+
+    fn accepted(&mut self, input: Input, count: usize) {
+        if let Some(total) = self.status.accepted.get_mut(input as usize) {
+            *total += count as u64;
+        }
+    }
+
+    /// The wake-up's lateness \[ns\]; the deadlines that passed before it are counted.
+    pub fn woke(&mut self, wake: Wake, now_ns: i64) -> u64 {
+        let Wake::Deadline { deadline_ns, missed } = wake else { return 0 };
+        let lateness_ns = u64::try_from(now_ns - deadline_ns).unwrap_or(0);
+        self.status.worst_lateness_ns = self.status.worst_lateness_ns.max(lateness_ns);
+        self.status.deadline_misses += missed;
+        if missed > 0 {
+            self.tell(Event::Missed { deadlines: missed, lateness_ns });
+        }
+        lateness_ns
+    }
+
+    /// Every sensor's health at this tick.
+    pub fn health(&mut self) -> [Health; Input::COUNT] {
+        let health = self.watch.at(self.now);
+        for (input, to) in Input::ALL.into_iter().zip(health) {
+            let Some(byte) = self.status.health.get_mut(input as usize) else { continue };
+            let from = Health::from_byte(std::mem::replace(byte, to as u8));
+            if from != to {
+                let tick = self.status.tick;
+                self.tell(Event::Health { input, from, to, tick });
+            }
+        }
+        health
+    }
+
+    /// How the wheels' buses are doing.
+    pub fn buses(&mut self, worst: BusState, counters: CanCounters) {
+        let from = BusState::from_byte(std::mem::replace(&mut self.status.bus, worst as u8));
+        if from != worst {
+            self.tell(Event::Bus { from, to: worst });
+        }
+        self.watch.broken(Input::Odometry, worst >= BusState::Off);
+        self.status.can = counters;
+    }
+
+    fn belief_is_due(&mut self, now_ns: i64) -> bool {
+        let Some(period) = self.belief_period_ns else { return false };
+        let due = now_ns >= self.next_belief_ns;
+        if due {
+            self.next_belief_ns = now_ns + period;
+        }
+        due
+    }
+
+    /// Closes the tick: latency, heartbeat and, once a second, the books.
+    pub fn close(&mut self, now_ns: i64, latency_ns: u64) {
+        self.ledger.record(latency_ns);
+        self.status.tick += 1;
+        self.link.beat(self.status.tick);
+        if now_ns >= self.next_report_ns {
+            self.next_report_ns = now_ns + REPORT_PERIOD_NS;
+            self.hand_over();
+        }
+    }
+
+    /// Swaps ledgers with telemetry; while it has none to give back, this one goes on.
+    fn hand_over(&mut self) {
+        let Some(spare) = self.link.spare.pop() else { return };
+        let mut full = std::mem::replace(&mut self.ledger, spare);
+        self.status.header.stamp_ns = self.now.as_nanos();
+        full.status = self.status;
+        if let Err(Event::Account(unsent)) = self.link.events.push(Event::Account(full)) {
+            let spare = std::mem::replace(&mut self.ledger, unsent);
+            // It came from there a moment ago.
+            let _ = self.link.spare.push(spare);
+        }
+    }
+}
+
+fn input(source: Source) -> Input {
+    match source {
+        Source::Odometry => Input::Odometry,
+        Source::Sighting(_) => Input::RelativePose,
+        Source::Neighbour(_) => Input::Neighbour,
+        Source::Fix => Input::Position,
+    }
+}
+
+/// Why the estimator turned an input away; `None` if it did not.
+fn reason(verdict: Verdict) -> Option<Reject> {
+    match verdict {
+        Verdict::Accepted { .. } => None,
+        Verdict::Gated { .. } => Some(Reject::Gated),
+        Verdict::TooOld => Some(Reject::TooOld),
+        Verdict::FromFuture => Some(Reject::FromFuture),
+        Verdict::Duplicate | Verdict::EmptyInterval => Some(Reject::Replayed),
+        Verdict::NoRoom => Some(Reject::HistoryFull),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn account() -> (Account, Arc<Link>) {
+        let link = Arc::new(Link::new());
+        let config = Config::parse("[robot]\nname = \"a\"\nid = 1\n", Path::new("a.toml")).unwrap();
+        (Account::new(&config, Arc::clone(&link), 0), link)
+    }
+
+    #[test]
+    fn health_is_told_when_it_changes_and_only_then() {
+        let (mut account, link) = account();
+        account.health();
+        assert!(link.events.is_empty());
+        account.valid(Input::Position, Stamp::default());
+        account.health();
+        account.health();
+        assert_eq!(link.events.len(), 1);
+        assert_eq!(account.status.health_of(Input::Position), Health::Ok);
+    }
+
+    #[test]
+    fn a_full_ring_loses_events_and_counts_them_but_no_latency() {
+        let (mut account, link) = account();
+        let capacity = link.events.capacity() as u64;
+        (0..capacity + 5).for_each(|_| account.rejected(Input::Neighbour, Reject::Gated));
+        assert_eq!(account.status.lost_events, 5);
+        assert_eq!(account.status.rejected_of(Input::Neighbour, Reject::Gated), capacity + 5);
+        account.close(1, 100);
+        while link.events.pop().is_some() {}
+        account.close(1 + REPORT_PERIOD_NS, 200);
+        let Some(Event::Account(ledger)) = link.events.pop() else { panic!("a second has passed") };
+        assert!(ledger.percentiles().p50_ns <= 101 && ledger.percentiles().max_ns >= 199);
+    }
+
+    #[test]
+    fn without_a_ledger_in_return_the_old_one_goes_on() {
+        let (mut account, link) = account();
+        (0..3).for_each(|second| account.close(second * REPORT_PERIOD_NS, 100));
+        assert_eq!(link.events.len(), 1);
+        assert!(link.spare.is_empty());
+    }
+}

@@ -1,0 +1,86 @@
+//! Step 2 of the tick: everything that has arrived, checked, converted and stamped with the configured clock.
+
+pub mod list;
+pub mod messages;
+pub mod wheels;
+
+use std::os::fd::BorrowedFd;
+
+use coloc_estimator::{Span, TickInputs};
+use coloc_shm_types::Space;
+
+use crate::account::Account;
+use crate::clock::Moment;
+use crate::config::Config;
+use crate::start::StartError;
+use messages::{Messages, Received};
+use wheels::Wheels;
+
+/// All inputs of a robot.
+#[derive(Debug)]
+pub struct Collect {
+    wheels: Wheels,
+    messages: Messages,
+    received: Received,
+}
+
+impl Collect {
+    /// Opens the buses and subscribes.
+    ///
+    /// # Errors
+    /// What could not be opened.
+    pub fn open(config: &Config, space: &Space) -> Result<Self, StartError> {
+        Ok(Self { wheels: Wheels::open(config)?, messages: Messages::open(config, space)?, received: Received::default() })
+    }
+
+    /// The buses, to be waited on.
+    pub fn buses(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
+        self.wheels.descriptors()
+    }
+
+    /// Drains the buses.
+    pub fn frames(&mut self, moment: &Moment, account: &mut Account) {
+        self.wheels.receive(moment, account);
+    }
+
+    /// Whether a whole odometry sample has come since the last tick.
+    #[must_use]
+    pub fn has_odometry(&self) -> bool {
+        !self.wheels.samples().is_empty()
+    }
+
+    /// Drains the subscribers.
+    pub fn messages(&mut self, moment: &Moment, account: &mut Account) {
+        self.messages.receive(moment.stamp, &mut self.received, account);
+    }
+
+    /// All that was collected, for the tick at `moment`.
+    #[must_use]
+    pub fn inputs(&self, moment: &Moment) -> TickInputs<'_> {
+        TickInputs {
+            stamp: moment.stamp,
+            odometry: self.wheels.samples(),
+            sightings: self.received.sightings.as_slice(),
+            neighbours: self.received.neighbours.as_slice(),
+            fixes: self.received.fixes.as_slice(),
+        }
+    }
+
+    /// The inputs have been used.
+    pub fn clear(&mut self) {
+        self.wheels.clear();
+        self.received.clear();
+    }
+
+    /// Stamp of the newest frame that an odometry sample ends with \[ns\]; 0 if there was none.
+    #[must_use]
+    pub fn newest_frame_ns(&self) -> i64 {
+        self.wheels.newest_frame_ns()
+    }
+
+    /// The clock was stepped.
+    pub fn shift(&mut self, shift: Span) {
+        self.wheels.shift(shift);
+        self.messages.forget();
+    }
+}

@@ -1,0 +1,56 @@
+//! A list with a fixed capacity: what does not fit is refused, and nothing is ever allocated after the start.
+
+/// At most as many as were reserved.
+#[derive(Debug)]
+pub struct List<T>(Vec<T>);
+
+impl<T> List<T> {
+    /// Reserves room for `capacity`.
+    #[must_use]
+    pub fn with_capacity(capacity: usize) -> Self {
+        Self(Vec::with_capacity(capacity))
+    }
+
+    /// Adds `value` if there is room.
+    #[must_use]
+    pub fn push(&mut self, value: T) -> bool {
+        let fits = !self.is_full();
+        if fits {
+            self.0.push(value);
+        }
+        fits
+    }
+
+    /// Whether there is no room.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.0.len() == self.0.capacity()
+    }
+
+    /// Empties the list.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// What is in it.
+    #[must_use]
+    pub fn as_slice(&self) -> &[T] {
+        &self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let mut list = List::with_capacity(2);
+        let room = list.0.capacity();
+        (0..room).for_each(|value| assert!(list.push(value)));
+        assert!(!list.push(0));
+        list.clear();
+        assert!(list.push(7));
+        assert_eq!(list.as_slice(), [7]);
+    }
+}

@@ -1,0 +1,100 @@
+//! Step 3 of the tick: the pure step, and nothing else.
+
+use coloc_estimator::settings::{Criterion, GateWeight};
+use coloc_estimator::{
+    Belief, Covariance3, Estimator, FusionSettings, OdometrySettings, Pose, Settings, Slot, Span, Stamp, TickInputs, TickOutputs, step,
+};
+
+use crate::config::{self, Config, nanos};
+
+/// The estimator with its storage, which is reserved once.
+#[derive(Debug)]
+pub struct Estimate {
+    estimator: Estimator<Box<[Slot]>>,
+}
+
+impl Estimate {
+    /// Believes `initial` at `stamp`.
+    #[must_use]
+    pub fn new(config: &Config, stamp: Stamp, initial: Belief) -> Self {
+        let storage = vec![Slot::default(); config.history.capacity].into_boxed_slice();
+        Self { estimator: Estimator::new(settings(config), stamp, initial, storage) }
+    }
+
+    /// What the robot believes after `inputs`.
+    pub fn step(&mut self, inputs: &TickInputs<'_>) -> TickOutputs<'_> {
+        step(&mut self.estimator, inputs)
+    }
+
+    /// The clock was stepped: what was `old` is now `new`.
+    pub fn rebase(&mut self, old: Stamp, new: Stamp) {
+        self.estimator.rebase(old, new);
+    }
+}
+
+/// The belief of `[initial]`.
+#[must_use]
+pub fn initial(config: &Config) -> Belief {
+    let [x, y, phi] = config.initial.pose;
+    // Squares of numbers that were checked with the configuration: always a covariance.
+    let covariance = Covariance3::diagonal(config.initial.sigma.map(|sigma| sigma * sigma)).unwrap_or(Covariance3::ZERO);
+    Belief::independent(Pose::new(x, y, phi), covariance)
+}
+
+/// The configuration in the estimator's words.
+#[must_use]
+pub fn settings(config: &Config) -> Settings {
+    Settings {
+        fusion: fusion(&config.fusion),
+        position_gate: config.fusion.position_gate,
+        odometry: OdometrySettings {
+            reference_period: span(config.motion.reference_period_s),
+            hold: span(config.motion.hold_s),
+            hold_growth: config.motion.hold_growth,
+            outage_variance: config.motion.outage_variance,
+        },
+        history: span(config.history.length_s),
+        future_tolerance: span(config.history.future_tolerance_s),
+    }
+}
+
+fn fusion(fusion: &config::Fusion) -> FusionSettings {
+    let criterion = match fusion.criterion {
+        config::Criterion::Trace => Criterion::Trace,
+        config::Criterion::Determinant => Criterion::Determinant,
+    };
+    let gate = fusion.neighbour_gate;
+    if fusion.paper {
+        return FusionSettings { criterion, gate, ..FusionSettings::paper() };
+    }
+    let gate_weight = match fusion.gate_weight {
+        config::GateWeight::Update => GateWeight::Update,
+        config::GateWeight::Half => GateWeight::Half,
+    };
+    FusionSettings { criterion, damping: fusion.damping, reset_on_transmit: fusion.reset_on_transmit, gate, gate_weight }
+}
+
+fn span(seconds: f64) -> Span {
+    Span::from_nanos(nanos(seconds))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn config(lines: &str) -> Config {
+        Config::parse(&format!("[robot]\nname = \"a\"\nid = 1\n{lines}"), Path::new("a.toml")).unwrap()
+    }
+
+    #[test]
+    fn the_defaults_are_the_estimators() {
+        assert_eq!(settings(&config("")), Settings::default());
+    }
+
+    #[test]
+    fn the_paper_is_the_estimators_paper() {
+        assert_eq!(settings(&config("[fusion]\npaper = true\n")), Settings::paper());
+    }
+}

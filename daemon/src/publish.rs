@@ -1,0 +1,110 @@
+//! Step 4 of the tick: the estimate to anyone, and to each robot that was seen what is known about it.
+
+use coloc_estimator::{OutgoingPose, TickOutputs};
+use coloc_shm_types::{self as shm, Header, Health, Input, Neighbour, PortError, Publisher, RobotName, Space};
+
+use crate::config::Config;
+
+/// The ports, all opened at start: a peer that is missing does not matter, its service waits for it.
+#[derive(Debug)]
+pub struct Publish {
+    robot: u16,
+    session_ns: i64,
+    estimates: Publisher<shm::Estimate>,
+    sequence: u64,
+    peers: Vec<Peer>,
+    /// Messages that did not reach everybody; they are not sent again, the next tick's are newer.
+    pub undelivered: u64,
+}
+
+#[derive(Debug)]
+struct Peer {
+    id: u16,
+    port: Publisher<Neighbour>,
+    sequence: u64,
+}
+
+/// What accompanies the belief of a tick.
+#[derive(Copy, Clone, Debug, Default)]
+pub struct Circumstances {
+    /// Ticks since the start.
+    pub tick: u64,
+    /// Kernel receive stamp of the newest encoder frame in the estimate \[ns\].
+    pub frame_stamp_ns: i64,
+    /// Since the wake-up \[ns\].
+    pub latency_ns: u64,
+    /// Of the wake-up \[ns\].
+    pub lateness_ns: u64,
+    /// By [`Input`].
+    pub health: [Health; Input::COUNT],
+}
+
+impl Publish {
+    /// Opens a port for the estimate and one for each peer; whoever listens already is connected before the first tick.
+    ///
+    /// # Errors
+    /// If a port cannot be opened.
+    pub fn open(config: &Config, space: &Space, session_ns: i64) -> Result<Self, PortError> {
+        let estimates = space.publisher(&config.robot.name)?;
+        // Whom this does not reach now the first message will.
+        let _ = estimates.refresh();
+        let peers = config.peers().map(|peer| Peer::open(space, peer.id, &peer.name)).collect::<Result<_, _>>()?;
+        Ok(Self { robot: config.robot.id, session_ns, estimates, sequence: 0, peers, undelivered: 0 })
+    }
+
+    /// Sends the estimate.
+    pub fn estimate(&mut self, outputs: &TickOutputs<'_>, with: &Circumstances) {
+        let message = self.message(outputs, with);
+        self.sequence += 1;
+        self.undelivered += u64::from(self.estimates.send(message).is_err());
+    }
+
+    /// Tells the robots that were seen.
+    pub fn neighbours(&mut self, outgoing: &[OutgoingPose]) {
+        for pose in outgoing {
+            let (robot, session_ns) = (self.robot, self.session_ns);
+            let Some(peer) = self.peers.iter_mut().find(|peer| peer.id == pose.to.0) else { continue };
+            self.undelivered += u64::from(!peer.send(robot, session_ns, pose));
+        }
+    }
+
+    fn message(&self, outputs: &TickOutputs<'_>, with: &Circumstances) -> shm::Estimate {
+        let estimate = &outputs.estimate;
+        let belief = &estimate.belief;
+        shm::Estimate {
+            header: Header { stamp_ns: estimate.stamp.as_nanos(), session_ns: self.session_ns, sequence: self.sequence },
+            tick: with.tick,
+            frame_stamp_ns: with.frame_stamp_ns,
+            latency_ns: with.latency_ns,
+            lateness_ns: with.lateness_ns,
+            pose: [belief.pose.x, belief.pose.y, belief.pose.phi],
+            velocity: estimate.velocity,
+            total: belief.total.to_row_major(),
+            independent: belief.independent.to_row_major(),
+            health: with.health.map(|health| health as u8),
+            robot: self.robot,
+            ..shm::Estimate::default()
+        }
+    }
+}
+
+impl Peer {
+    fn open(space: &Space, id: u16, name: &RobotName) -> Result<Self, PortError> {
+        let port = space.publisher(name)?;
+        let _ = port.refresh();
+        Ok(Self { id, port, sequence: 0 })
+    }
+
+    fn send(&mut self, sender: u16, session_ns: i64, pose: &OutgoingPose) -> bool {
+        let message = Neighbour {
+            header: Header { stamp_ns: pose.stamp.as_nanos(), session_ns, sequence: self.sequence },
+            sender,
+            pose: [pose.pose.x, pose.pose.y, pose.pose.phi],
+            total: pose.total.to_row_major(),
+            independent: pose.independent.to_row_major(),
+            ..Neighbour::default()
+        };
+        self.sequence += 1;
+        self.port.send(message).is_ok()
+    }
+}

@@ -1,0 +1,41 @@
+//! Why a daemon did not start.
+
+use coloc_drivers::can;
+use coloc_shm_types::{OpenError, PortError};
+use rustix::io::Errno;
+
+use crate::config::ConfigError;
+
+/// Nothing was published yet; whatever was opened is closed again.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The configuration was refused.
+    #[error("{0}")]
+    Config(#[from] ConfigError),
+    /// The shared memory cannot be entered, or the robot is run already.
+    #[error("{0}")]
+    Space(#[from] OpenError),
+    /// A port cannot be opened.
+    #[error("{0}")]
+    Port(#[from] PortError),
+    /// A bus cannot be opened.
+    #[error("{0}")]
+    Bus(#[from] can::OpenError),
+    /// The wheels' signals cannot be decoded.
+    #[error("odometry: {0}")]
+    Odometry(#[from] coloc_drivers::encoder::ConfigError),
+    /// The kernel refused a descriptor.
+    #[error("the tick's timer cannot be set up: {0}")]
+    Wait(#[from] Errno),
+    /// `realtime.required`, and not granted.
+    #[error("realtime.required = true, but {0}")]
+    Realtime(String),
+    /// The log, a signal handler or a thread.
+    #[error("{what}: {error}")]
+    System {
+        /// What was tried.
+        what: &'static str,
+        /// What the system said.
+        error: std::io::Error,
+    },
+}

@@ -1,0 +1,147 @@
+//! One tick, as the design draws it: wait ──► collect ──► estimate ──► publish ──► account.
+//!
+//! [`Robot`] is everything that a tick touches. The wait, the only step that blocks, is outside: whoever drives the
+//! ticks (the daemon's loop, a test, a bench) says why it ended.
+
+use std::sync::Arc;
+
+use coloc_estimator::{Span, Stamp};
+use coloc_shm_types::Space;
+
+use crate::account::Account;
+use crate::clock::{Moment, TimeSource, Timeline};
+use crate::collect::Collect;
+use crate::config::Config;
+use crate::estimate::{Estimate, initial};
+use crate::event::{Event, Link};
+use crate::publish::{Circumstances, Publish};
+use crate::saved::{Saved, Unusable};
+use crate::start::StartError;
+use crate::wait::Wake;
+
+/// A robot: its clocks, and the four steps after the wait.
+pub struct Robot {
+    time: Box<dyn TimeSource>,
+    timeline: Timeline,
+    /// The last tick's stamp.
+    last: Stamp,
+    collect: Collect,
+    estimate: Estimate,
+    publish: Publish,
+    account: Account,
+    resumed: Option<Result<f64, Unusable>>,
+}
+
+/// What a wake-up led to.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// A tick: an estimate was published.
+    Ticked,
+    /// Only a part of an odometry sample came: the rest is worth waiting for.
+    Incomplete,
+}
+
+impl Robot {
+    /// Opens every port and bus. Allocates, and is the last thing that does.
+    ///
+    /// # Errors
+    /// What could not be opened.
+    pub fn open(config: &Config, space: &Space, time: Box<dyn TimeSource>, link: Arc<Link>) -> Result<Self, StartError> {
+        let now = time.read();
+        let stamp = Stamp::from_nanos(now.of(config.clock.source));
+        let resumed = config.initial.resume.then(|| Saved::resume(config, now.realtime_ns));
+        let belief = match &resumed {
+            Some(Ok((belief, _))) => *belief,
+            _ => initial(config),
+        };
+        Ok(Self {
+            time,
+            timeline: Timeline::new(&config.clock, now),
+            last: stamp,
+            collect: Collect::open(config, space)?,
+            estimate: Estimate::new(config, stamp, belief),
+            publish: Publish::open(config, space, stamp.as_nanos())?,
+            account: Account::new(config, link, stamp.as_nanos()),
+            resumed: resumed.map(|outcome| outcome.map(|(_, age_s)| age_s)),
+        })
+    }
+
+    /// Whether the saved belief was taken up, if that was asked for: its age \[s\], or why not.
+    #[must_use]
+    pub fn resumed(&self) -> Option<&Result<f64, Unusable>> {
+        self.resumed.as_ref()
+    }
+
+    /// The steps of the tick that give a reason to wait for.
+    #[must_use]
+    pub fn collect(&self) -> &Collect {
+        &self.collect
+    }
+
+    /// All counters since the start.
+    #[must_use]
+    pub fn account(&self) -> &Account {
+        &self.account
+    }
+
+    /// What follows the wait: a tick, unless a frame ended it that is not yet a whole odometry sample.
+    pub fn wake(&mut self, wake: Wake) -> Outcome {
+        let moment = self.moment();
+        self.collect.frames(&moment, &mut self.account);
+        if wake == Wake::Frame && !self.collect.has_odometry() {
+            return Outcome::Incomplete;
+        }
+        self.tick(wake, &moment);
+        Outcome::Ticked
+    }
+
+    fn tick(&mut self, wake: Wake, moment: &Moment) {
+        let lateness_ns = self.account.woke(wake, moment.reading.monotonic_ns);
+        // collect
+        self.collect.messages(moment, &mut self.account);
+        let inputs = self.collect.inputs(moment);
+        // estimate
+        let outputs = self.estimate.step(&inputs);
+        // publish
+        let circumstances = Circumstances {
+            tick: self.account.status.tick,
+            frame_stamp_ns: self.collect.newest_frame_ns(),
+            latency_ns: since(&*self.time, moment),
+            lateness_ns,
+            health: self.account.health(),
+        };
+        self.publish.estimate(&outputs, &circumstances);
+        self.publish.neighbours(outputs.outgoing);
+        // account
+        self.account.outputs(&outputs, inputs.odometry.len(), &moment.reading);
+        self.collect.clear();
+        self.account.close(moment.reading.monotonic_ns, circumstances.latency_ns);
+        self.last = moment.stamp;
+    }
+
+    /// Reads the clocks; if one was stepped, everybody who remembers a stamp is told.
+    fn moment(&mut self) -> Moment {
+        let moment = self.timeline.advance(self.time.read());
+        self.account.begin(moment.stamp);
+        if moment.frames_unreliable || moment.shift != Span::ZERO {
+            self.account.tell(Event::ClockStepped { shift_ns: moment.shift.as_nanos() });
+        }
+        if moment.shift != Span::ZERO {
+            self.shift(moment.shift);
+        }
+        moment
+    }
+
+    fn shift(&mut self, shift: Span) {
+        let old = self.last;
+        self.last = old + shift;
+        self.estimate.rebase(old, self.last);
+        self.collect.shift(shift);
+        self.account.shift(shift);
+    }
+}
+
+/// Time since the tick's wake-up \[ns\].
+fn since(time: &dyn TimeSource, moment: &Moment) -> u64 {
+    u64::try_from(time.monotonic_ns() - moment.reading.monotonic_ns).unwrap_or(0)
+}

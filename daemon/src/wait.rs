@@ -1,0 +1,205 @@
+//! Step 1 of the tick: the one place that blocks.
+//!
+//! `timer`: a timerfd with absolute deadlines, so that lateness does not add up. `encoder`: a frame's arrival; the
+//! timer then stands half a period behind the next frame and takes over, at the same rate, when frames stop.
+
+use std::mem::MaybeUninit;
+use std::os::fd::{BorrowedFd, OwnedFd};
+
+use rustix::event::{Timespec, epoll};
+use rustix::io::Errno;
+use rustix::time::{Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime};
+
+use crate::config::Trigger;
+
+/// Why the wait ended.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Wake {
+    /// A deadline came. Those that passed while nobody waited are `missed`: one tick makes up for all of them.
+    Deadline {
+        /// The first deadline that no tick has served \[ns of `CLOCK_MONOTONIC`\].
+        deadline_ns: i64,
+        /// Deadlines after that which have passed as well.
+        missed: u64,
+    },
+    /// A CAN bus has something to read.
+    Frame,
+    /// The program is to end.
+    Stop,
+}
+
+/// Waits for deadlines, frames and the end.
+#[derive(Debug)]
+pub struct Wait {
+    epoll: OwnedFd,
+    timer: OwnedFd,
+    /// Kept open for as long as it is waited on.
+    _stop: OwnedFd,
+    trigger: Trigger,
+    period_ns: i64,
+    /// The first deadline that no tick has served.
+    next_ns: i64,
+}
+
+const TIMER: u64 = 0;
+const STOP: u64 = 1;
+const FRAME: u64 = 2;
+
+impl Wait {
+    /// The first deadline is one period after `now_ns` of `CLOCK_MONOTONIC`. Readable `stop` ends the wait for good.
+    ///
+    /// # Errors
+    /// What the kernel says: out of file descriptors, in practice.
+    pub fn new(trigger: Trigger, period_ns: i64, now_ns: i64, stop: OwnedFd) -> Result<Self, Errno> {
+        let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
+        let timer = timerfd_create(TimerfdClockId::Monotonic, TimerfdFlags::CLOEXEC | TimerfdFlags::NONBLOCK)?;
+        for (fd, tag) in [(&timer, TIMER), (&stop, STOP)] {
+            epoll::add(&epoll, fd, epoll::EventData::new_u64(tag), epoll::EventFlags::IN)?;
+        }
+        let mut wait = Self { epoll, timer, _stop: stop, trigger, period_ns, next_ns: 0 };
+        wait.arm(now_ns + period_ns)?;
+        Ok(wait)
+    }
+
+    /// Lets frames on `bus` end the wait, if that is the trigger.
+    ///
+    /// # Errors
+    /// What the kernel says: the descriptor cannot be waited on.
+    pub fn watch(&self, bus: BorrowedFd<'_>) -> Result<(), Errno> {
+        if self.trigger == Trigger::Timer {
+            return Ok(());
+        }
+        match epoll::add(&self.epoll, bus, epoll::EventData::new_u64(FRAME), epoll::EventFlags::IN) {
+            Err(Errno::EXIST) => Ok(()),
+            result => result,
+        }
+    }
+
+    /// Ends the watch, for a bus that has failed: its descriptor would be readable for ever.
+    pub fn unwatch(&self, bus: BorrowedFd<'_>) {
+        // A descriptor that was closed has left the set by itself.
+        let _ = epoll::delete(&self.epoll, bus);
+    }
+
+    /// Blocks until there is a reason for a tick, or to end.
+    ///
+    /// # Errors
+    /// What the kernel says; there is no going on without a clock.
+    pub fn wait(&mut self) -> Result<Wake, Errno> {
+        loop {
+            let mut storage = [MaybeUninit::<epoll::Event>::uninit(); 8];
+            let events = match epoll::wait(&self.epoll, &mut storage, None::<&Timespec>) {
+                Ok((events, _)) => events,
+                Err(Errno::INTR) => continue,
+                Err(error) => return Err(error),
+            };
+            let has = |tag: u64| events.iter().any(|event| event.data.u64() == tag);
+            let (stop, frame, timer) = (has(STOP), has(FRAME), has(TIMER));
+            match (stop, frame, timer) {
+                (true, ..) => return Ok(Wake::Stop),
+                (_, true, _) => return Ok(Wake::Frame),
+                (.., true) => if let Some(wake) = self.deadline()? { return Ok(wake) },
+                _ => {}
+            }
+        }
+    }
+
+    /// A frame started a tick at `now_ns`: moves the fallback behind the frame after it.
+    ///
+    /// # Errors
+    /// What the kernel says.
+    pub fn frame_came(&mut self, now_ns: i64) -> Result<(), Errno> {
+        self.arm(now_ns + self.period_ns + self.period_ns / 2)
+    }
+
+    fn arm(&mut self, first_ns: i64) -> Result<(), Errno> {
+        self.next_ns = first_ns;
+        let timer = Itimerspec { it_interval: timespec(self.period_ns), it_value: timespec(first_ns) };
+        timerfd_settime(&self.timer, TimerfdTimerFlags::ABSTIME, &timer).map(drop)
+    }
+
+    fn deadline(&mut self) -> Result<Option<Wake>, Errno> {
+        let mut count = [0; 8];
+        match rustix::io::read(&self.timer, &mut count) {
+            Ok(_) => {}
+            Err(Errno::AGAIN | Errno::INTR) => return Ok(None),
+            Err(error) => return Err(error),
+        }
+        let passed = u64::from_ne_bytes(count).max(1);
+        let deadline_ns = self.next_ns;
+        self.next_ns += self.period_ns.saturating_mul(i64::try_from(passed).unwrap_or(i64::MAX));
+        Ok(Some(Wake::Deadline { deadline_ns, missed: passed - 1 }))
+    }
+}
+
+fn timespec(nanos: i64) -> Timespec {
+    Timespec { tv_sec: nanos / 1_000_000_000, tv_nsec: nanos % 1_000_000_000 }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::fd::AsFd;
+    use std::os::unix::net::UnixDatagram;
+
+    use rustix::event::{EventfdFlags, eventfd};
+
+    use super::*;
+    use crate::clock::{KernelTime, TimeSource};
+
+    const PERIOD: i64 = 2_000_000;
+
+    fn wait(trigger: Trigger, start: i64) -> (Wait, OwnedFd) {
+        let stop = eventfd(0, EventfdFlags::CLOEXEC).unwrap();
+        let theirs = stop.try_clone().unwrap();
+        (Wait::new(trigger, PERIOD, start, theirs).unwrap(), stop)
+    }
+
+    #[test]
+    fn deadlines_stay_on_their_grid_and_are_never_early() {
+        let start = KernelTime.monotonic_ns();
+        let (mut wait, _stop) = wait(Trigger::Timer, start);
+        let mut expected = start + PERIOD;
+        for _ in 0..20 {
+            let Wake::Deadline { deadline_ns, missed } = wait.wait().unwrap() else { panic!("a deadline was due") };
+            assert_eq!(deadline_ns, expected);
+            assert!(KernelTime.monotonic_ns() >= deadline_ns);
+            expected += PERIOD * (1 + i64::try_from(missed).unwrap());
+        }
+    }
+
+    #[test]
+    fn deadlines_missed_are_one_wake_and_counted() {
+        let start = KernelTime.monotonic_ns();
+        let (mut wait, _stop) = wait(Trigger::Timer, start - 10 * PERIOD - PERIOD / 2);
+        let Wake::Deadline { deadline_ns, missed } = wait.wait().unwrap() else { panic!("deadlines have passed") };
+        assert_eq!(deadline_ns, start - 9 * PERIOD - PERIOD / 2);
+        assert!(missed >= 9);
+    }
+
+    #[test]
+    fn a_frame_ends_the_wait_only_where_it_is_the_trigger() {
+        for (trigger, frame_ends_it) in [(Trigger::Timer, false), (Trigger::Encoder, true)] {
+            let (mut wait, _stop) = wait(trigger, KernelTime.monotonic_ns());
+            let (bus, sender) = UnixDatagram::pair().unwrap();
+            wait.watch(bus.as_fd()).unwrap();
+            sender.send(&[0]).unwrap();
+            assert_eq!(wait.wait().unwrap() == Wake::Frame, frame_ends_it);
+        }
+    }
+
+    #[test]
+    fn the_timer_takes_over_when_frames_stop() {
+        let (mut wait, _stop) = wait(Trigger::Encoder, KernelTime.monotonic_ns());
+        let now = KernelTime.monotonic_ns();
+        wait.frame_came(now).unwrap();
+        let Wake::Deadline { deadline_ns, .. } = wait.wait().unwrap() else { panic!("nothing else can come") };
+        assert_eq!(deadline_ns, now + PERIOD + PERIOD / 2);
+    }
+
+    #[test]
+    fn stop_comes_before_everything_else() {
+        let (mut wait, stop) = wait(Trigger::Timer, 1);
+        rustix::io::write(&stop, &1_u64.to_ne_bytes()).unwrap();
+        assert_eq!(wait.wait().unwrap(), Wake::Stop);
+    }
+}
