@@ -143,7 +143,7 @@ impl SignalDecoder {
             Number::Float32 => f64::from(f32::from_bits(u32::try_from(raw).ok()?)),
             Number::Float64 => f64::from_bits(raw),
         };
-        Some(value.mul_add(self.factor, self.offset))
+        Some(value * self.factor + self.offset)
     }
 
     /// Width \[bits\].
@@ -199,6 +199,7 @@ fn number(
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "these results are exact")]
 mod tests {
     use super::*;
     use can_dbc::Dbc;
@@ -243,7 +244,7 @@ mod tests {
         );
         assert_eq!(
             decode("S : 6|15@0+ (0.01,-67.67)", [0x1A, 0x6F, 0, 0, 0, 0, 0, 0]),
-            6767.0_f64.mul_add(0.01, -67.67)
+            6767.0 * 0.01 - 67.67
         );
     }
 

@@ -328,33 +328,16 @@ fn short_and_remote_frames_are_refused() {
 fn an_impossible_jump_is_refused_and_a_restart_believed() {
     let mut robot = started();
     robot.drive([1.0, 1.0]);
-    let alive = 2;
-    robot.now_ns += PERIOD_NS;
-    assert_eq!(
-        robot.push(encoder_frame(LEFT_ID, 0x8000_0000, alive)),
-        Err(FrameReject::Implausible)
-    );
-    assert_eq!(
-        robot.push(encoder_frame(RIGHT_ID, 0x8000_0000, alive)),
-        Err(FrameReject::Implausible)
-    );
-    robot.now_ns += PERIOD_NS;
-    assert_eq!(
-        robot.push(encoder_frame(LEFT_ID, 0x8000_0064, alive + 1)),
-        Ok(None)
-    );
-    assert_eq!(
-        robot.push(encoder_frame(RIGHT_ID, 0x8000_0064, alive + 1)),
-        Ok(None)
-    );
-    robot.now_ns += PERIOD_NS;
-    robot
-        .push(encoder_frame(LEFT_ID, 0x8000_00C8, alive + 2))
-        .unwrap();
-    let sample = robot
-        .push(encoder_frame(RIGHT_ID, 0x8000_00C8, alive + 2))
-        .unwrap()
-        .unwrap();
+    let mut restarted = |ticks: u32, alive: u8| {
+        robot.now_ns += PERIOD_NS;
+        [LEFT_ID, RIGHT_ID].map(|id| robot.push(encoder_frame(id, 0x8000_0000 + ticks, alive)))
+    };
+    assert_eq!(restarted(0, 2), [Err(FrameReject::Implausible); 2]);
+    assert_eq!(restarted(100, 3), [Err(FrameReject::Implausible); 2]);
+    assert_eq!(restarted(200, 4), [Ok(None); 2]);
+    let [left, right] = restarted(300, 5);
+    assert_eq!(left, Ok(None));
+    let sample = right.unwrap().unwrap();
     assert!((sample.velocity[0] - 0.5).abs() < 1e-9);
     assert_eq!(robot.decoder.counters().resynchronised, 2);
 }

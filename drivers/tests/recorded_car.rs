@@ -1,6 +1,10 @@
 //! The CAN bus of a real car (`rav4_can`): 98,680 recorded frames against what their recorder decoded.
 
-#![allow(clippy::cast_precision_loss, reason = "a test")]
+#![allow(
+    clippy::cast_precision_loss,
+    clippy::float_cmp,
+    reason = "a test; nothing moves sideways, exactly"
+)]
 
 use std::error::Error;
 use std::io::{BufRead, BufReader};

@@ -168,7 +168,7 @@ mod tests {
         while health.state != BusState::Ended {
             poll(&mut [PollFd::new(&playback, PollFlags::IN)], None).unwrap();
             playback.receive(3, &Filter::All, &mut health, &mut |received| {
-                got.push(*received)
+                got.push(*received);
             });
         }
         let offsets_ns: Vec<_> = got

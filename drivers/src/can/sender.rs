@@ -1,6 +1,7 @@
 //! Sending frames: what simulators and tests do; the daemon only listens.
 
 use std::os::fd::OwnedFd;
+use std::os::unix::fs::FileTypeExt;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -134,7 +135,9 @@ impl Peers {
             .into_iter()
             .flatten()
             .flatten();
-        let paths = entries.map(|entry| entry.path());
+        // A file of another kind refuses connections like a dead socket does, but is not ours to bury.
+        let sockets = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_socket()));
+        let paths = sockets.map(|entry| entry.path());
         self.known = paths
             .filter_map(|path| Some((path.clone(), SocketAddrUnix::new(&path).ok()?)))
             .collect();

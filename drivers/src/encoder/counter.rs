@@ -20,7 +20,7 @@ pub(super) enum Reading {
     Resynchronised,
 }
 
-/// Turns counts into distances. A count that is too far away is refused; if the next one agrees with *that*, the encoder
+/// Turns counts into distances. A count that is too far away is refused; if the next ones agree with *that*, the encoder
 /// must have restarted, and counting goes on there.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) struct Counter {
@@ -28,8 +28,19 @@ pub(super) struct Counter {
     metres_per_count: f64,
     max_speed_mps: f64,
     last: Option<Count>,
-    suspect: Option<Count>,
+    suspect: Option<Suspect>,
 }
+
+/// A count that was refused, and how many in a row agreed with one another so far.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+struct Suspect {
+    count: Count,
+    agreeing: u32,
+}
+
+/// So many counts in a row must agree before they are believed against what was known: a second node on the same
+/// identifier gets that many through only if ours falls silent.
+const CONVINCING: u32 = 3;
 
 /// A frame may be stamped that much late and the next one in time \[s\].
 const STAMP_SLACK_S: f64 = 0.05;
@@ -65,13 +76,22 @@ impl Counter {
     }
 
     fn read_against_suspect(&self, count: Count) -> Result<Reading, FrameReject> {
-        let suspect = self.suspect.ok_or(FrameReject::Implausible)?;
-        let agrees = self.way_m(suspect, count).abs() <= self.reach_m(suspect, count);
-        if agrees {
+        let convinced = self.agreeing(count) >= CONVINCING;
+        if convinced {
             Ok(Reading::Resynchronised)
         } else {
             Err(FrameReject::Implausible)
         }
+    }
+
+    /// How many counts in a row agree, this one included.
+    fn agreeing(&self, count: Count) -> u32 {
+        let agrees = |suspect: &Suspect| {
+            self.way_m(suspect.count, count).abs() <= self.reach_m(suspect.count, count)
+        };
+        self.suspect
+            .filter(agrees)
+            .map_or(1, |suspect| suspect.agreeing.saturating_add(1))
     }
 
     /// `count` counts: the next one is measured from it.
@@ -79,9 +99,12 @@ impl Counter {
         (self.last, self.suspect) = (Some(count), None);
     }
 
-    /// `count` was refused: if the next one agrees with it, it was right.
+    /// `count` was refused: if the next ones agree with it, it was right.
     pub(super) fn suspect(&mut self, count: Count) {
-        self.suspect = Some(count);
+        self.suspect = Some(Suspect {
+            count,
+            agreeing: self.agreeing(count),
+        });
     }
 
     /// Forgets what was counted: the next count is the first.
@@ -160,12 +183,15 @@ mod tests {
     }
 
     #[test]
-    fn a_restarted_encoder_is_believed_the_second_time() {
+    fn a_restarted_encoder_is_believed_the_third_time() {
         let mut counter = started(32, 900_000);
-        counter.suspect(count(0, 20));
-        assert_eq!(counter.read(count(20, 40)), Ok(Reading::Resynchronised));
-        counter.accept(count(20, 40));
-        assert_eq!(counter.read(count(40, 60)), Ok(Reading::Travelled(0.020)));
+        for refused in [count(0, 20), count(20, 40)] {
+            assert_eq!(counter.read(refused), Err(FrameReject::Implausible));
+            counter.suspect(refused);
+        }
+        assert_eq!(counter.read(count(40, 60)), Ok(Reading::Resynchronised));
+        counter.accept(count(40, 60));
+        assert_eq!(counter.read(count(60, 80)), Ok(Reading::Travelled(0.020)));
     }
 
     #[test]
