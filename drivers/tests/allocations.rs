@@ -90,9 +90,9 @@ fn receiving_and_decoding_never_allocate() {
     let mut bus = Bus::open(&spec, 0, Filter::ids(decoder.wanted_ids(0))).unwrap();
     let mut sender = Sender::open(&spec).unwrap();
     let mut wheels = WheelFrames::new(1e-4);
-    for period in 0..1000 {
+    for (period, class) in (0..1000).zip(ErrorClass::ALL.into_iter().cycle()) {
         let way_m = f64::from(period) * 0.02;
-        let error = Frame::error_frame(ErrorClass::ALL[period as usize % 10].bit(), [0xFF; 8]);
+        let error = Frame::error_frame(class.bit(), [0xFF; 8]);
         let garbage = Frame::data_frame(LEFT_ID, &[0xFF; 5]).unwrap();
         for frame in wheels
             .encode(way_m, way_m)
