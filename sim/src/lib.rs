@@ -13,6 +13,9 @@
 #![forbid(unsafe_code)]
 
 pub mod dead_reckoning;
+pub mod evaluate;
+pub mod method;
+pub mod metrics;
 pub mod mrclam;
 pub mod random;
 pub mod scenario;

@@ -1,0 +1,94 @@
+//! One run of one method.
+
+use std::time::{Duration, Instant};
+
+use crate::evaluate::config::EvalConfig;
+use crate::method::{self, Innovation, Kind, Sensor};
+use crate::metrics::{NisTotals, Sample, Samples, Totals};
+use crate::sensors::{Sensors, StepInputs};
+use crate::world::World;
+
+/// How many steps are taken between two words about the progress.
+const STEPS_PER_REPORT: usize = 2500;
+
+/// What a run came to.
+#[derive(Clone, Debug)]
+pub(super) struct Outcome {
+    pub(super) robots: Vec<RobotOutcome>,
+    /// Sightings whose news were sent.
+    pub(super) messages: u64,
+    /// Spent in the estimators alone.
+    pub(super) time: Duration,
+}
+
+/// What a run came to for one robot.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RobotOutcome {
+    pub(super) samples: Samples,
+    pub(super) totals: Totals,
+    pub(super) neighbours: NisTotals,
+    pub(super) fixes: NisTotals,
+}
+
+pub(super) fn run(config: &EvalConfig, kind: Kind, run: u16, advance: &dyn Fn(u64)) -> Outcome {
+    let world = config.world(run);
+    let sensors = Sensors::new(&*world, &config.scenario, config.seed, run);
+    let mut team = method::build(
+        kind,
+        &config.filters(world.dt_s()),
+        &config.beginning(&*world),
+    );
+    let steps = config.steps();
+    let robot = RobotOutcome {
+        samples: Vec::with_capacity(steps),
+        ..RobotOutcome::default()
+    };
+    let mut outcome = Outcome {
+        robots: vec![robot; world.robots()],
+        messages: 0,
+        time: Duration::ZERO,
+    };
+    outcome.observe(&*world, 0, &*team);
+    let mut inputs = StepInputs::default();
+    for step in 1..steps {
+        sensors.fill(step, &mut inputs);
+        outcome.messages += inputs.sightings.len() as u64;
+        let before = Instant::now();
+        team.step(&inputs, &mut |innovation| {
+            outcome_log(&mut outcome.robots, innovation)
+        });
+        outcome.time += before.elapsed();
+        outcome.observe(&*world, step, &*team);
+        if step.is_multiple_of(STEPS_PER_REPORT) {
+            advance((STEPS_PER_REPORT * world.robots()) as u64);
+        }
+    }
+    advance(((steps - (steps - 1) / STEPS_PER_REPORT * STEPS_PER_REPORT) * world.robots()) as u64);
+    outcome
+}
+
+fn outcome_log(robots: &mut [RobotOutcome], innovation: Innovation) {
+    let Some(robot) = robots.get_mut(innovation.robot) else {
+        return;
+    };
+    let totals = match innovation.sensor {
+        Sensor::Neighbour => &mut robot.neighbours,
+        Sensor::Fix => &mut robot.fixes,
+    };
+    totals.add(innovation.accepted, innovation.d2);
+}
+
+impl Outcome {
+    fn observe(&mut self, world: &dyn World, step: usize, team: &dyn method::Method) {
+        for (robot, outcome) in self.robots.iter_mut().enumerate() {
+            let sample = world.truth(step, robot).map(|truth| {
+                let (pose, covariance) = team.estimate(robot);
+                Sample::new(&pose, &covariance, &truth)
+            });
+            if let Some(sample) = &sample {
+                outcome.totals.add(sample);
+            }
+            outcome.samples.push(sample);
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! The estimators under comparison. They share the inputs, the propagation, the conversion of sightings, the fixes
+//! and the gates, so that what differs is the fusion.
+//!
+//! | name | what a robot does with a pose received from a neighbour |
+//! | --- | --- |
+//! | `sl` | ignores it: prediction and own fixes |
+//! | `sl-plain` | the same with plain integration of the mean instead of the cubature mean |
+//! | `nb` | naive Bayes: takes it as independent, Kalman update |
+//! | `ei` | ellipsoidal intersection ([`ellipsoidal`]) |
+//! | `ci`, `ci-det` | covariance intersection, weight by trace or determinant |
+//! | `split-ci` | split covariance intersection, the paper to the letter |
+//! | `coloc` | the same, damped and with reset on transmit: the product's default |
+//! | `coloc-step` | the product's `step` with its history, message by message: the bits of the daemon |
+//! | `ccl` | no messages: one extended Kalman filter of the whole team ([`joint`]) |
+
+pub mod ellipsoidal;
+pub mod joint;
+pub mod plain;
+pub mod rule;
+pub mod stepwise;
+pub mod team;
+pub mod wheels;
+
+use coloc_estimator::noise::OdometryNoise;
+use coloc_estimator::{Belief, Covariance2, Covariance3, Pose, Settings};
+use nalgebra::Matrix3;
+use serde::Serialize;
+
+use crate::scenario::Scenario;
+use crate::sensors::StepInputs;
+use rule::Rule;
+
+/// Which estimator.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Single localization.
+    Sl,
+    /// Single localization by plain integration.
+    SlPlain,
+    /// Naive Bayes.
+    Nb,
+    /// Ellipsoidal intersection.
+    Ei,
+    /// Covariance intersection by trace.
+    Ci,
+    /// Covariance intersection by determinant.
+    CiDet,
+    /// Split covariance intersection, the paper's.
+    SplitCi,
+    /// The product's default.
+    Coloc,
+    /// The product's default through its `step`.
+    ColocStep,
+    /// Centralized.
+    Ccl,
+}
+
+impl Kind {
+    /// Every estimator.
+    pub const ALL: [Self; 10] = [
+        Self::Sl,
+        Self::SlPlain,
+        Self::Nb,
+        Self::Ei,
+        Self::Ci,
+        Self::CiDet,
+        Self::SplitCi,
+        Self::Coloc,
+        Self::ColocStep,
+        Self::Ccl,
+    ];
+
+    /// What the command line calls it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sl => "sl",
+            Self::SlPlain => "sl-plain",
+            Self::Nb => "nb",
+            Self::Ei => "ei",
+            Self::Ci => "ci",
+            Self::CiDet => "ci-det",
+            Self::SplitCi => "split-ci",
+            Self::Coloc => "coloc",
+            Self::ColocStep => "coloc-step",
+            Self::Ccl => "ccl",
+        }
+    }
+
+    /// What one message holds, at eight bytes a number: pose and covariances as upper triangles; for `ccl` the
+    /// relative pose, which goes to the centre (as does all odometry, not counted).
+    #[must_use]
+    pub fn message_bytes(self) -> usize {
+        match self {
+            Self::Sl | Self::SlPlain => 0,
+            Self::Nb | Self::Ei | Self::Ci | Self::CiDet => 8 * (3 + 6),
+            Self::SplitCi | Self::Coloc | Self::ColocStep => 8 * (3 + 6 + 6),
+            Self::Ccl => 8 * 3,
+        }
+    }
+
+    /// The estimator of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
+/// What all estimators are told about the sensors, and how the product's are set.
+#[derive(Clone, Debug)]
+pub struct FilterSettings {
+    /// Length of a step \[s\].
+    pub dt_s: f64,
+    /// Q as a function of the velocity.
+    pub odometry: OdometryNoise,
+    /// R of relative poses.
+    pub relative: Covariance3,
+    /// R_A of fixes.
+    pub fix: Covariance2,
+    /// Gates, holding of odometry, and how `coloc` fuses.
+    pub product: Settings,
+    /// The longest that a message is under way \[steps\].
+    pub longest_delay: usize,
+}
+
+impl FilterSettings {
+    /// Filters that know the scenario's sensors, and its odometry up to the scenario's error.
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A few steps.
+    pub fn new(scenario: &Scenario, dt_s: f64) -> Self {
+        let variances = scenario.sightings.sigma.map(|sigma| sigma * sigma);
+        let fix = scenario.fixes.sigma_m * scenario.fixes.sigma_m;
+        Self {
+            dt_s,
+            odometry: scaled(OdometryNoise::paper(), scenario.noise_factor),
+            relative: Covariance3::diagonal(variances).unwrap_or_default(),
+            fix: Covariance2::diagonal([fix, fix]).unwrap_or_default(),
+            product: Settings::default(),
+            longest_delay: (scenario.radio.delay_s[1] / dt_s).ceil() as usize,
+        }
+    }
+}
+
+fn scaled(noise: OdometryNoise, factor: f64) -> OdometryNoise {
+    let scale = |v: coloc_estimator::noise::Variance| coloc_estimator::noise::Variance {
+        a: v.a * factor,
+        b: v.b * factor,
+        c: v.c * factor,
+    };
+    OdometryNoise {
+        forward: scale(noise.forward),
+        sideways: scale(noise.sideways),
+        turning: scale(noise.turning),
+    }
+}
+
+/// The sensor that an innovation belongs to.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sensor {
+    /// Another robot: a pose received, or in `ccl` the relative pose itself.
+    Neighbour,
+    /// The satellites.
+    Fix,
+}
+
+/// What became of a measurement.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Innovation {
+    /// Which sensor.
+    pub sensor: Sensor,
+    /// Whose estimate it was to improve.
+    pub robot: usize,
+    /// Whether it passed the gate.
+    pub accepted: bool,
+    /// Normalised innovation squared.
+    pub d2: f64,
+}
+
+/// The estimators of a whole team.
+pub trait Method {
+    /// Goes on to `inputs.step`, and tells every innovation when it is first seen.
+    fn step(&mut self, inputs: &StepInputs, log: &mut dyn FnMut(Innovation));
+    /// Where `robot` is believed to be, and P.
+    fn estimate(&self, robot: usize) -> (Pose, Matrix3<f64>);
+}
+
+/// The estimator `kind` of a team that begins at `initial`.
+#[must_use]
+pub fn build(kind: Kind, settings: &FilterSettings, initial: &[Belief]) -> Box<dyn Method + Send> {
+    let team = |rule| Box::new(team::Team::new(rule, settings.clone(), initial));
+    match kind {
+        Kind::Sl => team(Rule::Single),
+        Kind::SlPlain => Box::new(plain::Plain::new(settings.clone(), initial)),
+        Kind::Nb => team(Rule::naive(&settings.product)),
+        Kind::Ei => team(Rule::ellipsoidal(&settings.product)),
+        Kind::Ci => team(Rule::intersection(
+            &settings.product,
+            coloc_estimator::settings::Criterion::Trace,
+        )),
+        Kind::CiDet => team(Rule::intersection(
+            &settings.product,
+            coloc_estimator::settings::Criterion::Determinant,
+        )),
+        Kind::SplitCi => team(Rule::paper(&settings.product)),
+        Kind::Coloc => team(Rule::Split(settings.product.fusion)),
+        Kind::ColocStep => Box::new(stepwise::Stepwise::new(settings.clone(), initial)),
+        Kind::Ccl => Box::new(joint::Joint::new(settings.clone(), initial)),
+    }
+}
