@@ -1,0 +1,131 @@
+//! The command line.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Cooperative localization: robots that tell one another where they are.
+#[derive(Debug, Parser)]
+#[command(
+    name = "coloc",
+    version,
+    arg_required_else_help = true,
+    after_help = "Examples:
+  coloc demo                            five robots for half a minute, here and now
+  coloc check robot.toml                what does this configuration mean?
+  coloc colocd run robot.toml           run the daemon of one robot"
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Watch a team of robots localize one another, live
+    Demo(DemoArgs),
+    /// Read a robot's configuration, say what it means, open nothing
+    Check {
+        /// The robot's configuration
+        config: PathBuf,
+    },
+    /// Be the daemon of one robot (see `coloc colocd --help`)
+    #[command(name = "colocd", disable_help_flag = true)]
+    Colocd {
+        /// As those of the program colocd
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        args: Vec<OsString>,
+    },
+}
+
+/// Starts a real `colocd` for every robot, sends each the CAN frames of its wheel encoders, gives them relative poses and
+/// satellite fixes over shared memory, and compares what they publish with the truth.
+///
+/// Ends by itself; Ctrl-C ends it early, with the summary of what was seen. While it runs, kill a daemon and start it again
+/// with the command that the table shows.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  coloc demo
+  coloc demo --robots 3 --seconds 60 --seed 7 --out pictures
+  coloc demo --data ../shared/data/mrclam1 --seconds 120
+  coloc demo --json > summary.json
+
+Exit status: 0 every bar was met, 1 one was missed or the demo could not run, 2 the arguments were not understood.")]
+pub(crate) struct DemoArgs {
+    /// How many robots [default: 5, or all that were recorded]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=32))]
+    pub(crate) robots: Option<u16>,
+    /// How long [s]
+    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = seconds)]
+    pub(crate) seconds: f64,
+    /// Where all randomness comes from
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Robots of a recording in MR.CLAM's format, rather than of a world made up from the seed
+    #[arg(long, value_name = "DIR")]
+    pub(crate) data: Option<PathBuf>,
+    /// Where to write pictures, summary and logs [default: demo-out, or the first demo-out-N that is free]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print the summary as JSON on standard output, everything else on standard error
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|seconds| (1.0..=86_400.0).contains(seconds))
+        .ok_or_else(|| "must be a number of seconds, 1 to 86400".into())
+}
+
+/// The command, or the exit status once help, version or the mistake has been printed.
+pub(crate) fn parse(args: impl Iterator<Item = OsString>) -> Result<Command, ExitCode> {
+    Cli::try_parse_from(args)
+        .map(|cli| cli.command)
+        .map_err(|error| {
+            let _ = error.print(); // Nobody is left to tell if standard error is closed.
+            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    fn demo(args: &[&str]) -> Result<DemoArgs, clap::Error> {
+        let all = ["coloc", "demo"].iter().chain(args);
+        Cli::try_parse_from(all).map(|cli| match cli.command {
+            Command::Demo(args) => args,
+            other => panic!("not a demo: {other:?}"),
+        })
+    }
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_demo_needs_no_arguments_and_ends_within_a_minute() {
+        let args = demo(&[]).unwrap();
+        assert!(args.seconds < 60.0 && args.robots.is_none() && args.data.is_none());
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        for wrong in [
+            ["--robots", "0"],
+            ["--robots", "33"],
+            ["--seconds", "0"],
+            ["--seconds", "NaN"],
+            ["--seed", "-1"],
+        ] {
+            assert!(demo(&wrong).is_err(), "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Estimate against truth: what every table and picture is made from.
+
+use coloc_estimator::Pose;
+use coloc_estimator::angle::wrap;
+use serde::Serialize;
+
+/// One published estimate beside the truth at its stamp.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Comparison {
+    /// World time of the estimate's stamp \[s\].
+    pub(crate) time_s: f64,
+    /// Where the robot was.
+    pub(crate) truth: Pose,
+    /// Where it said it was.
+    pub(crate) estimate: Pose,
+    /// Standard deviations it claimed: square roots of the diagonal of P \[m, m, rad\].
+    pub(crate) sigma: [f64; 3],
+}
+
+impl Comparison {
+    /// Estimate minus truth `[x, y, φ]`, the heading wrapped \[m, m, rad\].
+    pub(crate) fn error(&self) -> [f64; 3] {
+        [
+            self.estimate.x - self.truth.x,
+            self.estimate.y - self.truth.y,
+            wrap(self.estimate.phi - self.truth.phi),
+        ]
+    }
+
+    /// Three standard deviations \[m, m, rad\].
+    pub(crate) fn three_sigma(&self) -> [f64; 3] {
+        self.sigma.map(|sigma| 3.0 * sigma)
+    }
+
+    /// For each coordinate: is the error inside ±3σ?
+    fn inside(&self) -> [bool; 3] {
+        let (error, bound) = (self.error(), self.three_sigma());
+        std::array::from_fn(|i| error[i].abs() <= bound[i])
+    }
+}
+
+/// Averages over the ticks of a run, one value for each of x, y, φ.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Accuracy {
+    /// How many estimates it is made from.
+    pub(crate) estimates: usize,
+    /// Time mean of the absolute error \[m, m, rad\].
+    pub(crate) mean_abs_error: [f64; 3],
+    /// Root of the time mean of the squared error \[m, m, rad\].
+    pub(crate) rms_error: [f64; 3],
+    /// Share of the time inside ±3σ, 0 to 1.
+    pub(crate) inside_3_sigma: [f64; 3],
+}
+
+impl Accuracy {
+    /// `None` where there is nothing to average.
+    #[allow(clippy::cast_precision_loss)] // Counts of ticks.
+    pub(crate) fn of(comparisons: &[Comparison]) -> Option<Self> {
+        if comparisons.is_empty() {
+            return None;
+        }
+        let n = comparisons.len() as f64;
+        let mean = |value: &dyn Fn(&Comparison, usize) -> f64| {
+            std::array::from_fn(|i| comparisons.iter().map(|c| value(c, i)).sum::<f64>() / n)
+        };
+        Some(Self {
+            estimates: comparisons.len(),
+            mean_abs_error: mean(&|c, i| c.error()[i].abs()),
+            rms_error: mean(&|c, i| c.error()[i].powi(2)).map(f64::sqrt),
+            inside_3_sigma: mean(&|c, i| f64::from(u8::from(c.inside()[i]))),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn comparison(x_error: f64, sigma: f64) -> Comparison {
+        Comparison {
+            time_s: 0.0,
+            truth: Pose::new(1.0, 2.0, 3.1),
+            estimate: Pose::new(1.0 + x_error, 2.0, -3.1),
+            sigma: [sigma; 3],
+        }
+    }
+
+    #[test]
+    fn headings_are_compared_across_the_wrap() {
+        let turn = 2.0 * std::f64::consts::PI - 6.2;
+        assert!((comparison(0.0, 1.0).error()[2] - turn).abs() < 1e-12);
+    }
+
+    #[test]
+    fn averages_are_over_time() {
+        let accuracy = Accuracy::of(&[
+            comparison(0.3, 0.2),
+            comparison(-0.1, 0.01),
+            comparison(0.2, 0.1),
+            comparison(0.0, 0.1),
+        ])
+        .unwrap();
+        assert_eq!(accuracy.estimates, 4);
+        assert!((accuracy.mean_abs_error[0] - 0.15).abs() < 1e-12);
+        assert!((accuracy.rms_error[0] - 0.035_f64.sqrt()).abs() < 1e-12);
+        assert!((accuracy.inside_3_sigma[0] - 0.75).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_has_no_average() {
+        assert_eq!(Accuracy::of(&[]), None);
+    }
+}

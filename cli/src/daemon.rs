@@ -1,0 +1,80 @@
+//! Being `colocd`: the same program under another name.
+
+use std::ffi::{OsStr, OsString};
+use std::path::Path;
+use std::process::ExitCode;
+
+use rustix::process::{Signal, getppid, set_parent_process_death_signal};
+
+/// Set by the demo to its own process number: a daemon that finds it there ends with that process.
+pub(crate) const PARENT_VARIABLE: &str = "COLOC_DEMO_PID";
+
+const NAME: &str = "colocd";
+
+/// The daemon's arguments, its name first, if this call is meant for the daemon.
+pub(crate) fn arguments(args: impl Iterator<Item = OsString>) -> Option<Vec<OsString>> {
+    let mut args: Vec<OsString> = args.collect();
+    let called =
+        args.first().and_then(|name| Path::new(name).file_name()) == Some(OsStr::new(NAME));
+    let asked = args.get(1).is_some_and(|first| first == NAME);
+    if asked && !called {
+        args.remove(0);
+    }
+    (called || asked).then_some(args)
+}
+
+/// The whole daemon.
+pub(crate) fn run(args: Vec<OsString>) -> ExitCode {
+    if let Err(reason) = end_with_parent() {
+        eprintln!("colocd: {reason}");
+        return ExitCode::FAILURE;
+    }
+    coloc_daemon::main_from_args(args)
+}
+
+/// The daemon with `args` behind its name.
+pub(crate) fn run_with(args: Vec<OsString>) -> ExitCode {
+    run(std::iter::once(NAME.into()).chain(args).collect())
+}
+
+/// `colocd check`.
+pub(crate) fn check(config: &Path) -> ExitCode {
+    coloc_daemon::main_from_args([OsStr::new(NAME), OsStr::new("check"), config.as_os_str()])
+}
+
+/// Has the kernel end this process when the demo that started it is gone, even if that was killed.
+fn end_with_parent() -> Result<(), String> {
+    let Some(parent) = std::env::var_os(PARENT_VARIABLE) else {
+        return Ok(());
+    };
+    set_parent_process_death_signal(Some(Signal::TERM))
+        .map_err(|error| format!("cannot follow the demo's end: {error}"))?;
+    // It may have ended before the line above; then nobody will send the signal.
+    let now = getppid().map(|pid| pid.as_raw_nonzero().to_string());
+    if now.as_deref().map(OsStr::new) == Some(&parent) {
+        return Ok(());
+    }
+    Err("the demo that started this daemon has ended".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn arguments_of(args: &[&str]) -> Option<Vec<OsString>> {
+        arguments(args.iter().map(OsString::from))
+    }
+
+    #[test]
+    fn the_daemon_is_called_by_name_or_by_first_argument() {
+        let wanted: Option<Vec<OsString>> = Some(vec!["colocd".into(), "run".into(), "a".into()]);
+        assert_eq!(
+            arguments_of(&["target/coloc", "colocd", "run", "a"]),
+            wanted
+        );
+        let linked = arguments_of(&["/usr/bin/colocd", "run", "a"]).unwrap();
+        assert_eq!(linked[1..], ["run", "a"]);
+        assert_eq!(arguments_of(&["coloc", "demo"]), None);
+        assert_eq!(arguments_of(&["coloc"]), None);
+    }
+}

@@ -1,0 +1,27 @@
+//! The demo's time: the machine's monotonic clock, which never steps, and world time, which starts with the robots.
+
+use rustix::thread::clock_nanosleep_absolute;
+use rustix::time::{ClockId, Timespec, clock_gettime};
+
+const NANOS_PER_SECOND: i64 = 1_000_000_000;
+
+/// `CLOCK_MONOTONIC` \[ns\].
+pub(crate) fn now_ns() -> i64 {
+    let now = clock_gettime(ClockId::Monotonic);
+    now.tv_sec * NANOS_PER_SECOND + now.tv_nsec
+}
+
+/// Sleeps until `CLOCK_MONOTONIC` shows `deadline_ns`, or a little later; signals do not cut it short.
+pub(crate) fn sleep_until(deadline_ns: i64) {
+    let deadline = Timespec {
+        tv_sec: deadline_ns / NANOS_PER_SECOND,
+        tv_nsec: deadline_ns % NANOS_PER_SECOND,
+    };
+    while clock_nanosleep_absolute(ClockId::Monotonic, &deadline) == Err(rustix::io::Errno::INTR) {}
+}
+
+/// World time of a stamp, where the world started at `start_ns` \[s\].
+#[allow(clippy::cast_precision_loss)] // A run is far below 2^53 ns (104 days).
+pub(crate) fn world_time_s(stamp_ns: i64, start_ns: i64) -> f64 {
+    stamp_ns.saturating_sub(start_ns) as f64 / 1e9
+}

@@ -1,0 +1,253 @@
+//! What the robots' sensors say, as the daemons hear it: encoder frames on each robot's bus, sightings and fixes through
+//! shared memory. Open loop: on absolute deadlines, whoever listens.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, OnceLock};
+
+use coloc_drivers::can::{BusSpec, Sender};
+use coloc_drivers::encoder::WheelFrames;
+use coloc_shm_types::{Header, Position, Publisher, RelativePose, RobotName, Space};
+use coloc_sim::{StepInputs, sensors};
+
+use super::clock::{now_ns, sleep_until};
+use super::robot_file::{METRES_PER_TICK, TRACK_M, name};
+use super::world::Stage;
+use super::{DemoError, PREFIX};
+
+/// How the demo and its feed tell one another where they are.
+#[derive(Debug, Default)]
+pub(crate) struct Signals {
+    /// The demo: the robots may drive.
+    pub(crate) go: AtomicBool,
+    /// The demo: enough.
+    pub(crate) stop: AtomicBool,
+    /// The feed: they drive since then \[ns of `CLOCK_MONOTONIC`\].
+    pub(crate) start_ns: OnceLock<i64>,
+}
+
+/// What the sensors of the whole team send into.
+pub(crate) struct Feed {
+    stage: Arc<Stage>,
+    robots: Vec<Robot>,
+    session_ns: i64,
+}
+
+struct Robot {
+    bus: Sender,
+    wheels: WheelFrames,
+    /// Ways of the left and the right wheel so far \[m\].
+    ways_m: [f64; 2],
+    sightings: Publisher<RelativePose>,
+    fixes: Publisher<Position>,
+    sightings_sent: u64,
+    fixes_sent: u64,
+}
+
+impl Feed {
+    /// Opens every bus and port.
+    fn open(stage: Arc<Stage>, root: &Path, buses: &[BusSpec]) -> Result<Self, DemoError> {
+        let space = Space::open(root, PREFIX, "coloc-demo-feed").map_err(DemoError::shm)?;
+        let open = |(index, bus): (usize, &BusSpec)| Robot::open(&space, index, bus);
+        let robots = buses
+            .iter()
+            .enumerate()
+            .map(open)
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            stage,
+            robots,
+            session_ns: now_ns(),
+        })
+    }
+
+    /// Sends until told to stop. Reports on `opened` as soon as all buses and ports are there.
+    pub(crate) fn run(
+        stage: Arc<Stage>,
+        root: &Path,
+        buses: &[BusSpec],
+        signals: &Signals,
+        opened: &SyncSender<()>,
+    ) -> Result<(), DemoError> {
+        let mut feed = Self::open(stage, root, buses)?;
+        // Nobody waits for it only if the demo has failed already.
+        let _ = opened.send(());
+        let first_ns = feed.stand_still(signals)?;
+        feed.drive(first_ns, signals)
+    }
+
+    /// The encoders speak while the robots stand, until they may drive. Returns when the world starts.
+    fn stand_still(&mut self, signals: &Signals) -> Result<i64, DemoError> {
+        let mut deadline_ns = now_ns();
+        while !signals.go.load(Ordering::Acquire) && !signals.stop.load(Ordering::Acquire) {
+            self.send_frames()?;
+            deadline_ns = (deadline_ns + self.stage.step_ns()).max(now_ns());
+            sleep_until(deadline_ns);
+        }
+        Ok(*signals.start_ns.get_or_init(|| deadline_ns))
+    }
+
+    /// Step `k` is due `k` steps after the start. Who wakes late sends what was measured meanwhile under its own stamps,
+    /// but only the newest encoder frames: counters are cumulative.
+    fn drive(&mut self, start_ns: i64, signals: &Signals) -> Result<(), DemoError> {
+        let stage = Arc::clone(&self.stage);
+        let (sensors, step_ns) = (stage.sensors(), stage.step_ns());
+        let mut inputs = StepInputs::default();
+        let mut step = 0;
+        while !signals.stop.load(Ordering::Acquire) {
+            while due_ns(start_ns, step, step_ns) <= now_ns() {
+                sensors.fill(step, &mut inputs);
+                self.roll(&inputs);
+                self.send_measurements(&inputs, due_ns(start_ns, step, step_ns));
+                step += 1;
+            }
+            self.send_frames()?;
+            sleep_until(due_ns(start_ns, step, step_ns));
+        }
+        Ok(())
+    }
+
+    fn roll(&mut self, inputs: &StepInputs) {
+        let step_s = self.stage.step_s();
+        for (robot, velocity) in self.robots.iter_mut().zip(&inputs.odometry) {
+            robot.roll(velocity.unwrap_or_default(), step_s);
+        }
+    }
+
+    fn send_frames(&mut self) -> Result<(), DemoError> {
+        self.robots.iter_mut().try_for_each(Robot::send_frames)
+    }
+
+    fn send_measurements(&mut self, inputs: &StepInputs, stamp_ns: i64) {
+        let header = |sequence| Header {
+            stamp_ns,
+            session_ns: self.session_ns,
+            sequence,
+        };
+        let scenario = self.stage.scenario();
+        let team = self.robots.len();
+        for sighting in inputs
+            .sightings
+            .iter()
+            .filter(|sighting| sighting.observed < team)
+        {
+            if let Some(robot) = self.robots.get_mut(sighting.observer) {
+                let message = relative_pose(
+                    header(robot.sightings_sent),
+                    sighting,
+                    scenario.sightings.sigma,
+                );
+                robot.send_sighting(message);
+            }
+        }
+        for fix in &inputs.fixes {
+            if let Some(robot) = self.robots.get_mut(fix.robot) {
+                let message = position(header(robot.fixes_sent), fix, scenario.fixes.sigma_m);
+                robot.send_fix(message);
+            }
+        }
+    }
+}
+
+impl Robot {
+    fn open(space: &Space, index: usize, bus: &BusSpec) -> Result<Self, DemoError> {
+        let robot = RobotName::new(&name(index + 1)).map_err(DemoError::shm)?;
+        Ok(Self {
+            bus: Sender::open(bus).map_err(|error| DemoError::Bus(error.to_string()))?,
+            wheels: WheelFrames::new(METRES_PER_TICK),
+            ways_m: [0.0; 2],
+            sightings: space.publisher(&robot).map_err(DemoError::shm)?,
+            fixes: space.publisher(&robot).map_err(DemoError::shm)?,
+            sightings_sent: 0,
+            fixes_sent: 0,
+        })
+    }
+
+    fn roll(&mut self, [v, omega]: [f64; 2], step_s: f64) {
+        let turn = omega * TRACK_M / 2.0;
+        self.ways_m[0] += (v - turn) * step_s;
+        self.ways_m[1] += (v + turn) * step_s;
+    }
+
+    fn send_frames(&mut self) -> Result<(), DemoError> {
+        let [left_m, right_m] = self.ways_m;
+        let frames = self.wheels.encode(left_m, right_m);
+        frames
+            .iter()
+            .try_for_each(|frame| self.bus.send(frame))
+            .map_err(|error| DemoError::Bus(error.to_string()))
+    }
+
+    // A message that did not reach everybody was for somebody who just died or was too slow: the others have it.
+
+    fn send_sighting(&mut self, message: RelativePose) {
+        let _ = self.sightings.send(message);
+        self.sightings_sent += 1;
+    }
+
+    fn send_fix(&mut self, message: Position) {
+        let _ = self.fixes.send(message);
+        self.fixes_sent += 1;
+    }
+}
+
+fn due_ns(start_ns: i64, step: usize, step_ns: i64) -> i64 {
+    start_ns.saturating_add(step_ns.saturating_mul(i64::try_from(step).unwrap_or(i64::MAX)))
+}
+
+fn relative_pose(header: Header, sighting: &sensors::Sighting, sigma: [f64; 3]) -> RelativePose {
+    let [a, b, c] = sigma.map(|sigma| sigma * sigma);
+    RelativePose {
+        header,
+        observed: id(sighting.observed),
+        reserved: [0; 6],
+        pose: [
+            sighting.relative.x,
+            sighting.relative.y,
+            sighting.relative.phi,
+        ],
+        covariance: [a, 0.0, 0.0, 0.0, b, 0.0, 0.0, 0.0, c],
+    }
+}
+
+fn position(header: Header, fix: &sensors::Fix, sigma_m: f64) -> Position {
+    let variance = sigma_m * sigma_m;
+    let differential = 2;
+    Position {
+        header,
+        quality: differential,
+        reserved: [0; 7],
+        position: fix.position,
+        covariance: [variance, 0.0, 0.0, variance],
+    }
+}
+
+/// Number in the team of the robot with that index.
+fn id(index: usize) -> u16 {
+    u16::try_from(index + 1).unwrap_or(u16::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_due_on_absolute_deadlines() {
+        assert_eq!(due_ns(5, 3, 20_000_000), 60_000_005);
+        assert_eq!(due_ns(5, usize::MAX, 20_000_000), i64::MAX);
+    }
+
+    #[test]
+    fn a_sighting_is_a_valid_message() {
+        let sighting = sensors::Sighting {
+            observer: 0,
+            observed: 1,
+            relative: coloc_estimator::Pose::new(1.0, 2.0, 3.0),
+            arrives: Some(4),
+        };
+        let message = relative_pose(Header::default(), &sighting, [0.1, 0.2, 0.3]);
+        assert_eq!((message.observed, message.pose), (2, [1.0, 2.0, 3.0]));
+        assert!((message.covariance[4] - 0.04).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,135 @@
+//! The daemons: one process for each robot, started, watched and ended here.
+
+use std::fs::File;
+use std::io;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use super::DemoError;
+use crate::daemon::PARENT_VARIABLE;
+
+/// How long a daemon may take to leave shared memory as it found it.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// A process for each robot; all end with it.
+pub(crate) struct Fleet {
+    daemons: Vec<Daemon>,
+}
+
+/// One robot's process.
+pub(crate) struct Daemon {
+    child: Child,
+    exit: Option<ExitStatus>,
+    log: PathBuf,
+}
+
+impl Fleet {
+    /// Starts a daemon for each configuration; what they log goes into `logs`.
+    pub(crate) fn start(files: &[PathBuf], logs: &Path) -> Result<Self, DemoError> {
+        let mut fleet = Self {
+            daemons: Vec::new(),
+        };
+        for file in files {
+            let log = logs.join(file.with_extension("log").file_name().unwrap_or_default());
+            let daemon =
+                Daemon::start(file, &log).map_err(|error| DemoError::Spawn(error.to_string()))?;
+            fleet.daemons.push(daemon);
+        }
+        Ok(fleet)
+    }
+
+    /// The process of each robot, or how it ended.
+    pub(crate) fn look(&mut self) -> Vec<Result<u32, ExitStatus>> {
+        self.daemons.iter_mut().map(Daemon::look).collect()
+    }
+
+    /// What the robot's daemon said last.
+    pub(crate) fn last_words(&self, robot: usize) -> String {
+        let text = self
+            .daemons
+            .get(robot)
+            .and_then(|daemon| std::fs::read_to_string(&daemon.log).ok())
+            .unwrap_or_default();
+        text.lines()
+            .rfind(|line| !line.trim().is_empty())
+            .unwrap_or("it said nothing")
+            .trim()
+            .to_owned()
+    }
+
+    /// Asks all to end, waits for them, and kills who does not. Says which had to be killed.
+    pub(crate) fn stop(&mut self) -> Vec<usize> {
+        self.daemons
+            .iter()
+            .filter(|daemon| daemon.exit.is_none())
+            .for_each(|daemon| signal(daemon.child.id(), Signal::TERM));
+        let deadline = Instant::now() + PATIENCE;
+        while self.look().iter().any(Result::is_ok) && Instant::now() < deadline {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let stubborn = |(robot, daemon): (usize, &mut Daemon)| daemon.kill().then_some(robot);
+        self.daemons
+            .iter_mut()
+            .enumerate()
+            .filter_map(stubborn)
+            .collect()
+    }
+}
+
+impl Drop for Fleet {
+    fn drop(&mut self) {
+        self.daemons.iter_mut().for_each(|daemon| {
+            daemon.kill();
+        });
+    }
+}
+
+impl Daemon {
+    fn start(file: &Path, log: &Path) -> io::Result<Self> {
+        let output = File::create(log)?;
+        let child = Command::new(std::env::current_exe()?)
+            .args(["colocd", "run"])
+            .arg(file)
+            .env(PARENT_VARIABLE, std::process::id().to_string())
+            // A Ctrl-C is for the demo, which then ends them in order.
+            .process_group(0)
+            .stdin(Stdio::null())
+            .stdout(output.try_clone()?)
+            .stderr(output)
+            .spawn()?;
+        Ok(Self {
+            child,
+            exit: None,
+            log: log.into(),
+        })
+    }
+
+    fn look(&mut self) -> Result<u32, ExitStatus> {
+        if self.exit.is_none() {
+            self.exit = self.child.try_wait().ok().flatten();
+        }
+        self.exit.map_or(Ok(self.child.id()), Err)
+    }
+
+    /// Whether there was somebody to kill.
+    fn kill(&mut self) -> bool {
+        let alive = self.look().is_ok();
+        if alive {
+            // Both fail only if it is gone already.
+            let _ = self.child.kill();
+            self.exit = self.child.wait().ok();
+        }
+        alive
+    }
+}
+
+/// Sends `signal` to a process that is known to be one of the demo's daemons.
+pub(crate) fn signal(pid: u32, signal: Signal) {
+    let pid = i32::try_from(pid).ok().and_then(Pid::from_raw);
+    // It fails only if the process is gone, which is what is wanted.
+    let _ = pid.map(|pid| kill_process(pid, signal));
+}

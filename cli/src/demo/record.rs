@@ -1,0 +1,189 @@
+//! What was heard of one robot in the course of the demo.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use coloc_shm_types::{Estimate, Input, Reject, Status};
+use hdrhistogram::Histogram;
+
+use crate::comparison::Comparison;
+
+/// One robot's estimates and counters, over all starts of its daemon.
+pub(crate) struct Record {
+    /// Every estimate since the world started, beside the truth.
+    pub(crate) comparisons: Vec<Comparison>,
+    /// The newest one, whenever it was.
+    pub(crate) latest: Option<(Estimate, Instant)>,
+    /// The newest counters of every start of the daemon, by its session.
+    statuses: BTreeMap<i64, Status>,
+    /// Ticks that were published later than the next one was due, and that woke later than that, by session.
+    missed: BTreeMap<i64, Missed>,
+    /// From wake-up to publication \[ns\].
+    latency: Histogram<u64>,
+}
+
+#[derive(Copy, Clone, Debug, Default)]
+struct Missed {
+    at_all: u64,
+    by_more_than_a_period: u64,
+}
+
+/// Latencies of the ticks \[µs\].
+#[derive(Copy, Clone, Debug, Default, serde::Serialize)]
+pub(crate) struct Latency {
+    pub(crate) p50: f64,
+    pub(crate) p99: f64,
+    pub(crate) max: f64,
+}
+
+impl Record {
+    pub(crate) fn new() -> Self {
+        let latency =
+            Histogram::new(3).unwrap_or_else(|_| unreachable!("three digits are allowed"));
+        Self {
+            comparisons: Vec::new(),
+            latest: None,
+            statuses: BTreeMap::new(),
+            missed: BTreeMap::new(),
+            latency,
+        }
+    }
+
+    /// Notes an estimate, with the truth at its stamp where that is known.
+    pub(crate) fn hear_estimate(
+        &mut self,
+        estimate: &Estimate,
+        comparison: Option<Comparison>,
+        period_ns: u64,
+    ) {
+        self.latest = Some((*estimate, Instant::now()));
+        self.comparisons.extend(comparison);
+        self.latency.saturating_record(estimate.latency_ns);
+        let missed = self.missed.entry(estimate.header.session_ns).or_default();
+        missed.at_all +=
+            u64::from(estimate.lateness_ns.saturating_add(estimate.latency_ns) > period_ns);
+        missed.by_more_than_a_period += u64::from(estimate.lateness_ns > period_ns);
+    }
+
+    /// Notes the counters.
+    pub(crate) fn hear_status(&mut self, status: &Status) {
+        self.statuses.insert(status.header.session_ns, *status);
+    }
+
+    /// How often its daemon was started.
+    pub(crate) fn starts(&self) -> usize {
+        self.missed.len()
+    }
+
+    /// Ticks that were not published before the next was due.
+    pub(crate) fn missed(&self) -> u64 {
+        self.missed.values().map(|missed| missed.at_all).sum()
+    }
+
+    /// Ticks that woke later than one period: the daemon's own count or ours, whichever saw more.
+    pub(crate) fn missed_by_more_than_a_period(&self) -> u64 {
+        let told = |session| {
+            self.statuses
+                .get(session)
+                .map_or(0, |status| status.deadline_misses)
+        };
+        self.missed
+            .iter()
+            .map(|(session, seen)| seen.by_more_than_a_period.max(told(session)))
+            .sum()
+    }
+
+    /// Inputs that changed the belief.
+    pub(crate) fn accepted(&self, input: Input) -> u64 {
+        self.statuses
+            .values()
+            .map(|status| status.accepted_of(input))
+            .sum()
+    }
+
+    /// Inputs that were turned away for `reason`.
+    pub(crate) fn rejected(&self, input: Input, reason: Reject) -> u64 {
+        self.statuses
+            .values()
+            .map(|status| status.rejected_of(input, reason))
+            .sum()
+    }
+
+    /// All inputs that changed the belief, and all that did not.
+    pub(crate) fn totals(&self) -> [u64; 2] {
+        let accepted = Input::ALL
+            .into_iter()
+            .map(|input| self.accepted(input))
+            .sum();
+        let rejected = self
+            .statuses
+            .values()
+            .flat_map(|status| Input::ALL.map(|input| status.rejected_total(input)))
+            .sum();
+        [accepted, rejected]
+    }
+
+    /// Percentiles of all ticks that were heard.
+    #[allow(clippy::cast_precision_loss)] // Nanoseconds of one tick.
+    pub(crate) fn latency(&self) -> Latency {
+        let us = |ns: u64| ns as f64 / 1e3;
+        Latency {
+            p50: us(self.latency.value_at_quantile(0.5)),
+            p99: us(self.latency.value_at_quantile(0.99)),
+            max: us(self.latency.max()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use coloc_shm_types::Header;
+
+    use super::*;
+
+    fn estimate(session_ns: i64, lateness_ns: u64) -> Estimate {
+        let header = Header {
+            session_ns,
+            ..Header::default()
+        };
+        Estimate {
+            header,
+            latency_ns: 100_000,
+            lateness_ns,
+            ..Estimate::default()
+        }
+    }
+
+    #[test]
+    fn counters_add_up_over_restarts() {
+        let mut record = Record::new();
+        for (session, accepted) in [(1, 10), (1, 25), (2, 7)] {
+            let header = Header {
+                session_ns: session,
+                ..Header::default()
+            };
+            record.hear_status(&Status {
+                header,
+                accepted: [accepted, 0, 0, 0],
+                ..Status::default()
+            });
+        }
+        assert_eq!(record.totals(), [32, 0]);
+    }
+
+    #[test]
+    fn a_miss_is_by_more_than_a_period_only_if_the_wake_up_was() {
+        let mut record = Record::new();
+        for lateness_ns in [50_000, 19_950_000, 20_000_001] {
+            record.hear_estimate(&estimate(1, lateness_ns), None, 20_000_000);
+        }
+        assert_eq!(
+            (
+                record.missed(),
+                record.missed_by_more_than_a_period(),
+                record.starts()
+            ),
+            (2, 1, 1)
+        );
+    }
+}

@@ -1,0 +1,248 @@
+//! Everything that runs during the demo, from its first process to its last.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use rustix::process::Signal;
+
+use super::DemoError;
+use super::bus::Buses;
+use super::clock::now_ns;
+use super::console::Console;
+use super::feed_thread::FeedThread;
+use super::fleet::{Fleet, signal};
+use super::process::running;
+use super::record::Record;
+use super::robot_file::{name, write_all};
+use super::table::{Progress, State, line, lines};
+use super::watch::Watch;
+use super::world::Stage;
+
+/// How often estimates are taken in: well before their queue of 16 ticks is full.
+const LISTEN_INTERVAL: Duration = Duration::from_millis(10);
+const REDRAW_INTERVAL: Duration = Duration::from_millis(250);
+const LINE_INTERVAL: Duration = Duration::from_secs(2);
+/// How long the daemons may take to speak.
+const START_PATIENCE: Duration = Duration::from_secs(15);
+/// How long one that somebody started by hand may take to end.
+const END_PATIENCE: Duration = Duration::from_secs(3);
+
+/// The daemons, what they are fed and what is heard of them.
+pub(crate) struct Show {
+    seconds: f64,
+    feed: FeedThread,
+    fleet: Fleet,
+    watch: Watch,
+    /// The robots' configurations.
+    files: Vec<PathBuf>,
+    /// What a person types to start a daemon, up to its configuration.
+    command: String,
+    root: PathBuf,
+}
+
+/// What remains of it.
+pub(crate) struct Ended {
+    /// How long the robots drove \[s\].
+    pub(crate) seconds: f64,
+    /// In the order of the robots.
+    pub(crate) records: Vec<Record>,
+    /// Whose daemon spoke until the end.
+    pub(crate) up: Vec<bool>,
+    /// Files in shared memory that should not be there.
+    pub(crate) left: Vec<PathBuf>,
+}
+
+impl Show {
+    /// Opens the ports and buses, then starts the daemons: they find everything in place. Call it on the main thread, with
+    /// which the daemons end.
+    pub(crate) fn set_up(
+        stage: &Arc<Stage>,
+        seconds: f64,
+        home: &Path,
+        buses: &Buses,
+        folder: &Path,
+    ) -> Result<Self, DemoError> {
+        let root = home.join("shm");
+        let files = write_all(home, &root, stage, &buses.specs)?;
+        let watch = Watch::open(Arc::clone(stage), &root, seconds)?;
+        let feed = FeedThread::start(stage, &root, &buses.specs)?;
+        let logs = folder.join("logs");
+        std::fs::create_dir_all(&logs).map_err(|error| DemoError::files(&logs, &error))?;
+        let fleet = Fleet::start(&files, &logs)?;
+        let command = run_command(buses.private);
+        Ok(Self {
+            seconds,
+            feed,
+            fleet,
+            watch,
+            files,
+            command,
+            root,
+        })
+    }
+
+    /// Waits until every daemon has published a pose.
+    pub(crate) fn wait_for_everybody(
+        &mut self,
+        console: &mut Console,
+        interrupted: &AtomicBool,
+    ) -> Result<(), DemoError> {
+        let started = Instant::now();
+        let mut said = false;
+        while !self.watch.all_heard() && !interrupted.load(Ordering::Relaxed) {
+            self.watch.listen(None)?;
+            self.complain_of_absentees(started.elapsed() > START_PATIENCE)?;
+            if !said && started.elapsed() > LINE_INTERVAL {
+                console.say("waiting for the daemons to come up");
+                said = true;
+            }
+            std::thread::sleep(LISTEN_INTERVAL);
+        }
+        Ok(())
+    }
+
+    fn complain_of_absentees(&mut self, too_long: bool) -> Result<(), DemoError> {
+        let ended = self.fleet.look().iter().position(Result::is_err);
+        let silent = self
+            .watch
+            .records()
+            .iter()
+            .position(|record| record.latest.is_none());
+        let Some(robot) = ended.or(silent.filter(|_| too_long)) else {
+            return Ok(());
+        };
+        Err(DemoError::NotUp {
+            robot: name(robot + 1),
+            last_words: self.fleet.last_words(robot),
+        })
+    }
+
+    /// Lets the robots drive, and shows it, until the time is over or a person has seen enough.
+    pub(crate) fn drive(
+        &mut self,
+        console: &mut Console,
+        interrupted: &AtomicBool,
+    ) -> Result<(), DemoError> {
+        self.feed.go();
+        let interval = if console.is_terminal() {
+            REDRAW_INTERVAL
+        } else {
+            LINE_INTERVAL
+        };
+        let mut shown = Instant::now();
+        while !interrupted.load(Ordering::Relaxed) && self.advance()?.is_continue() {
+            if shown.elapsed() >= interval {
+                self.show(console);
+                shown = Instant::now();
+            }
+            std::thread::sleep(LISTEN_INTERVAL);
+        }
+        self.show(console);
+        Ok(())
+    }
+
+    fn advance(&mut self) -> Result<ControlFlow<()>, DemoError> {
+        self.watch.listen(self.feed.start_ns())?;
+        if self.feed.has_ended() {
+            self.feed.stop()?;
+            return Err(DemoError::Feed);
+        }
+        let progress = self.progress();
+        Ok(if progress.time_s < self.seconds {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        })
+    }
+
+    fn show(&mut self, console: &mut Console) {
+        let (progress, states) = (self.progress(), self.states());
+        if console.is_terminal() {
+            console.redraw(&lines(progress, self.watch.records(), &states));
+        } else {
+            console.say(&line(progress, self.watch.records(), &states));
+        }
+    }
+
+    fn progress(&self) -> Progress {
+        Progress::at(now_ns(), self.feed.start_ns(), self.seconds)
+    }
+
+    /// A daemon that was started again by hand is not a child of ours, but acts for its robot all the same.
+    fn states(&mut self) -> Vec<State> {
+        let children = self.fleet.look();
+        let robots = self.watch.records().iter().zip(children).zip(&self.files);
+        let state = |((record, child), file): ((&Record, Result<u32, _>), &PathBuf)| {
+            let restart = format!("{} {}", self.command, file.display());
+            State::of(record, child.ok().or_else(|| running(file)), &restart)
+        };
+        robots.map(state).collect()
+    }
+
+    /// Ends everybody, the sensors first, and looks at what is left.
+    pub(crate) fn end(mut self, console: &mut Console) -> Result<Ended, DemoError> {
+        let (seconds, states) = (self.progress().time_s, self.states());
+        let start_ns = self.feed.start_ns();
+        self.feed.stop()?;
+        for robot in self.fleet.stop() {
+            console.say(&format!(
+                "{} did not end when asked and was killed",
+                name(robot + 1)
+            ));
+        }
+        self.end_strangers();
+        self.watch.listen(start_ns)?;
+        let prefix = self.watch.full_prefix();
+        let records = self.watch.close();
+        let up = states
+            .iter()
+            .map(|state| matches!(state, State::Up(_)))
+            .collect();
+        Ok(Ended {
+            seconds,
+            records,
+            up,
+            left: left_behind(&self.root, &prefix),
+        })
+    }
+
+    /// Daemons that somebody started by hand would go on without sensors, in a folder that is about to go.
+    fn end_strangers(&self) {
+        let strangers = || self.files.iter().filter_map(|file| running(file));
+        strangers().for_each(|pid| signal(pid, Signal::TERM));
+        let deadline = Instant::now() + END_PATIENCE;
+        while strangers().next().is_some() && Instant::now() < deadline {
+            std::thread::sleep(LISTEN_INTERVAL);
+        }
+        strangers().for_each(|pid| signal(pid, Signal::KILL));
+    }
+}
+
+fn run_command(private_network: bool) -> String {
+    let program = std::env::current_exe().unwrap_or_else(|_| "coloc".into());
+    let inside = format!("nsenter --net=/proc/{}/ns/net ", std::process::id());
+    let enter = if private_network { inside.as_str() } else { "" };
+    format!("{enter}{} colocd run", program.display())
+}
+
+/// Files of the space that are still there although everybody has left it.
+fn left_behind(root: &Path, prefix: &str) -> Vec<PathBuf> {
+    let entries = |folder: &Path| {
+        std::fs::read_dir(folder)
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.path())
+    };
+    let ours = |path: &PathBuf| {
+        path.file_name()
+            .is_some_and(|name| name.to_string_lossy().starts_with(prefix))
+    };
+    entries(Path::new("/dev/shm"))
+        .filter(ours)
+        .chain(entries(root))
+        .collect()
+}

@@ -1,0 +1,120 @@
+//! Listening to what every daemon publishes, and comparing it with the truth at the moment it speaks of.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use coloc_estimator::Pose;
+use coloc_shm_types::{Estimate, RobotName, Space, Status, Subscriber};
+
+use super::clock::world_time_s;
+use super::record::Record;
+use super::robot_file::name;
+use super::world::Stage;
+use super::{DemoError, PREFIX};
+use crate::comparison::Comparison;
+
+/// Everybody's estimates and counters.
+pub(crate) struct Watch {
+    stage: Arc<Stage>,
+    space: Space,
+    ears: Vec<Ears>,
+    records: Vec<Record>,
+    /// The world runs from 0 to this \[s\].
+    seconds: f64,
+}
+
+struct Ears {
+    estimates: Subscriber<Estimate>,
+    statuses: Subscriber<Status>,
+}
+
+impl Watch {
+    /// Listens to every robot of the stage.
+    pub(crate) fn open(stage: Arc<Stage>, root: &Path, seconds: f64) -> Result<Self, DemoError> {
+        let space = Space::open(root, PREFIX, "coloc-demo-watch").map_err(DemoError::shm)?;
+        let ears = (0..stage.robots())
+            .map(|robot| Ears::open(&space, robot))
+            .collect::<Result<Vec<_>, _>>()?;
+        let records = ears.iter().map(|_| Record::new()).collect();
+        Ok(Self {
+            stage,
+            space,
+            ears,
+            records,
+            seconds,
+        })
+    }
+
+    /// Takes in whatever was published since the last call. `start_ns` is when the world started, if it has.
+    pub(crate) fn listen(&mut self, start_ns: Option<i64>) -> Result<(), DemoError> {
+        let period_ns = self.stage.step_ns().unsigned_abs();
+        for (robot, (ears, record)) in self.ears.iter().zip(&mut self.records).enumerate() {
+            while let Some(estimate) = ears.estimates.receive().map_err(DemoError::shm)? {
+                let comparison = start_ns.and_then(|start_ns| {
+                    compare(&self.stage, self.seconds, robot, &estimate, start_ns)
+                });
+                record.hear_estimate(&estimate, comparison, period_ns);
+            }
+            while let Some(status) = ears.statuses.receive().map_err(DemoError::shm)? {
+                record.hear_status(&status);
+            }
+        }
+        Ok(())
+    }
+
+    /// What was heard, in the order of the robots.
+    pub(crate) fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    /// Whether every robot has been heard.
+    pub(crate) fn all_heard(&self) -> bool {
+        self.records.iter().all(|record| record.latest.is_some())
+    }
+
+    /// How every file of this space in `/dev/shm` begins.
+    pub(crate) fn full_prefix(&self) -> String {
+        self.space.full_prefix().to_owned()
+    }
+
+    /// Stops listening; what was heard remains.
+    pub(crate) fn close(self) -> Vec<Record> {
+        self.records
+    }
+}
+
+impl Ears {
+    fn open(space: &Space, robot: usize) -> Result<Self, DemoError> {
+        let robot = RobotName::new(&name(robot + 1)).map_err(DemoError::shm)?;
+        Ok(Self {
+            estimates: space.subscriber(&robot).map_err(DemoError::shm)?,
+            statuses: space.subscriber(&robot).map_err(DemoError::shm)?,
+        })
+    }
+}
+
+/// `None` before the world starts, after it ends, and where nobody knows the truth.
+fn compare(
+    stage: &Stage,
+    seconds: f64,
+    robot: usize,
+    estimate: &Estimate,
+    start_ns: i64,
+) -> Option<Comparison> {
+    let time_s = world_time_s(estimate.header.stamp_ns, start_ns);
+    if !(0.0..=seconds).contains(&time_s) {
+        return None;
+    }
+    let [x, y, phi] = estimate.pose;
+    Some(Comparison {
+        time_s,
+        truth: stage.truth_at(robot, time_s)?,
+        estimate: Pose::new(x, y, phi),
+        sigma: sigma(estimate),
+    })
+}
+
+/// Standard deviations of x, y, φ.
+pub(crate) fn sigma(estimate: &Estimate) -> [f64; 3] {
+    [0, 4, 8].map(|diagonal| estimate.total[diagonal].max(0.0).sqrt())
+}

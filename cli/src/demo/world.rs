@@ -1,0 +1,187 @@
+//! What the demo's robots live in: a recording or a synthetic world, and where everybody is at any time.
+
+use std::path::Path;
+
+use coloc_estimator::Pose;
+use coloc_estimator::angle::wrap;
+use coloc_sim::mrclam::Recording;
+use coloc_sim::{Scenario, Sensors, Synthetic, SyntheticConfig, World};
+
+use super::DemoError;
+use crate::args::DemoArgs;
+
+/// The truth, and the sensors that look at it.
+pub(crate) struct Stage {
+    world: Box<dyn World + Send>,
+    scenario: Scenario,
+    seed: u64,
+    robots: usize,
+    description: String,
+}
+
+impl Stage {
+    /// The world that `args` ask for.
+    pub(crate) fn new(args: &DemoArgs) -> Result<Self, DemoError> {
+        let (world, description): (Box<dyn World + Send>, _) = match &args.data {
+            Some(folder) => (
+                recorded(folder)?,
+                format!("recorded in {}", folder.display()),
+            ),
+            None => (
+                synthetic(args),
+                format!("synthetic world, seed {}", args.seed),
+            ),
+        };
+        let robots = args.robots.map_or(world.robots(), usize::from);
+        let stage = Self {
+            world,
+            scenario: Scenario::paper(),
+            seed: args.seed,
+            robots,
+            description,
+        };
+        stage.check(args.seconds)?;
+        Ok(stage)
+    }
+
+    fn check(&self, seconds: f64) -> Result<(), DemoError> {
+        let refuse = |reason| Err(DemoError::World(reason));
+        if self.robots > self.world.robots() {
+            return refuse(format!(
+                "{} robots were recorded: use --robots 1 to {0}",
+                self.world.robots()
+            ));
+        }
+        if seconds > self.length_s() {
+            return refuse(format!(
+                "the recording ends after {} s: use --seconds up to that",
+                self.length_s()
+            ));
+        }
+        let lost = (0..self.robots).find(|&robot| self.world.initial(robot).is_none());
+        lost.map_or(Ok(()), |robot| {
+            refuse(format!(
+                "the truth of robot {} is nowhere in the recording",
+                robot + 1
+            ))
+        })
+    }
+
+    #[allow(clippy::cast_precision_loss)] // Steps of a run.
+    fn length_s(&self) -> f64 {
+        self.world.steps().saturating_sub(1) as f64 * self.world.dt_s()
+    }
+
+    /// Robots of the team, numbered from 0 here.
+    pub(crate) fn robots(&self) -> usize {
+        self.robots
+    }
+
+    /// As a person would say it.
+    pub(crate) fn description(&self) -> &str {
+        &self.description
+    }
+
+    /// Length of a step \[ns\].
+    #[allow(clippy::cast_possible_truncation)] // A fraction of a second.
+    pub(crate) fn step_ns(&self) -> i64 {
+        (self.world.dt_s() * 1e9).round() as i64
+    }
+
+    /// Length of a step \[s\].
+    pub(crate) fn step_s(&self) -> f64 {
+        self.world.dt_s()
+    }
+
+    /// What the sensors are like.
+    pub(crate) fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// The sensors of the team.
+    pub(crate) fn sensors(&self) -> Sensors<'_, dyn World + Send> {
+        Sensors::new(self.world.as_ref(), &self.scenario, self.seed, 0)
+    }
+
+    /// Where the robot begins.
+    pub(crate) fn initial(&self, robot: usize) -> Pose {
+        self.world.initial(robot).unwrap_or_default()
+    }
+
+    /// Where the robot is `time_s` after the start, between steps on a straight line; before the start where it begins.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Not negative, and saturates.
+    pub(crate) fn truth_at(&self, robot: usize, time_s: f64) -> Option<Pose> {
+        let steps = (time_s / self.world.dt_s()).max(0.0);
+        let (step, part) = (steps.floor() as usize, steps.fract());
+        let here = self.world.truth(step, robot)?;
+        if part == 0.0 {
+            return Some(here);
+        }
+        let there = self.world.truth(step + 1, robot)?;
+        Some(between(&here, &there, part))
+    }
+}
+
+fn between(a: &Pose, b: &Pose, part: f64) -> Pose {
+    let turn = wrap(b.phi - a.phi);
+    Pose::new(
+        a.x + part * (b.x - a.x),
+        a.y + part * (b.y - a.y),
+        a.phi + part * turn,
+    )
+}
+
+fn recorded(folder: &Path) -> Result<Box<dyn World + Send>, DemoError> {
+    let recording = Recording::load(folder).map_err(|error| DemoError::World(error.to_string()))?;
+    Ok(Box::new(recording.resample()))
+}
+
+/// A little longer than asked for: estimates are compared up to the last tick.
+fn synthetic(args: &DemoArgs) -> Box<dyn World + Send> {
+    let config = SyntheticConfig {
+        robots: args.robots.map_or(5, usize::from),
+        seconds: args.seconds + 1.0,
+        seed: args.seed,
+        ..SyntheticConfig::default()
+    };
+    Box::new(Synthetic::new(&config))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn args() -> DemoArgs {
+        DemoArgs {
+            robots: Some(2),
+            seconds: 5.0,
+            seed: 3,
+            data: None,
+            out: None,
+            json: false,
+        }
+    }
+
+    #[test]
+    fn between_steps_the_truth_is_on_the_line_and_turns_the_short_way() {
+        let pose = between(&Pose::new(0.0, 1.0, 3.1), &Pose::new(1.0, 1.0, -3.1), 0.5);
+        assert!((pose.x - 0.5).abs() < 1e-12 && (pose.y - 1.0).abs() < 1e-12);
+        assert!(pose.phi.abs() > 3.1, "{}", pose.phi);
+    }
+
+    #[test]
+    fn before_the_start_everybody_stands_where_they_begin() {
+        let stage = Stage::new(&args()).unwrap();
+        assert_eq!(stage.truth_at(1, -0.7), Some(stage.initial(1)));
+        assert_ne!(stage.truth_at(1, 4.0), Some(stage.initial(1)));
+    }
+
+    #[test]
+    fn a_folder_without_a_recording_is_refused_by_name() {
+        let data = Some("/nonexistent".into());
+        let error = Stage::new(&DemoArgs { data, ..args() })
+            .err()
+            .expect("refused");
+        assert!(error.to_string().contains("/nonexistent"), "{error}");
+    }
+}

@@ -1,0 +1,186 @@
+//! A robot's errors inside their ±3σ bounds: three panels under one another, x, y and heading over time.
+
+use std::path::Path;
+
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+
+use super::PictureError;
+use super::style::{GRID, INK, extent, line, robot_color, thinned, tick_label};
+use crate::comparison::Comparison;
+
+const SIZE_PX: (u32, u32) = (1000, 800);
+const CAPTION_PX: u32 = 36;
+const MOST_POINTS: usize = 3000;
+const BOUND_RED: RGBColor = RGBColor(190, 60, 60);
+const AXES: [&str; 3] = ["x error [m]", "y error [m]", "heading error [rad]"];
+
+/// Draws estimate minus truth of one robot over world time, with the ±3σ that it claimed.
+/// `index` picks the robot's colour, the same as in [`super::draw_paths`].
+pub(crate) fn draw_errors(
+    file: &Path,
+    caption: &str,
+    index: usize,
+    comparisons: &[Comparison],
+) -> Result<(), PictureError> {
+    let area = SVGBackend::new(file, SIZE_PX).into_drawing_area();
+    draw(&area, caption, index, comparisons).map_err(|error| PictureError::new(file, &error))
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+type Panel<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+fn draw(
+    area: &Area<'_>,
+    caption: &str,
+    index: usize,
+    comparisons: &[Comparison],
+) -> Result<(), Box<dyn std::error::Error>> {
+    area.fill(&WHITE)?;
+    let (title, panels) = area.split_vertically(CAPTION_PX);
+    title.draw(&Text::new(
+        caption.to_owned(),
+        (10, 10),
+        ("sans-serif", 20).into_font().color(&INK),
+    ))?;
+    for (coordinate, panel) in panels.split_evenly((3, 1)).iter().enumerate() {
+        draw_panel(panel, coordinate, index, comparisons)?;
+    }
+    area.present()?;
+    Ok(())
+}
+
+fn draw_panel(
+    area: &Area<'_>,
+    coordinate: usize,
+    index: usize,
+    comparisons: &[Comparison],
+) -> Result<(), Box<dyn std::error::Error>> {
+    let (start, end) = extent(comparisons.iter().map(|c| c.time_s));
+    let half = half_height(coordinate, comparisons);
+    let mut chart = ChartBuilder::on(area)
+        .margin(8)
+        .margin_right(20)
+        .x_label_area_size(40)
+        .y_label_area_size(70)
+        .build_cartesian_2d(start..end.max(start + 1e-3), -half..half)?;
+    draw_axes(&mut chart, AXES[coordinate])?;
+    let points = |value: fn(&Comparison, usize) -> f64| {
+        thinned(comparisons, MOST_POINTS).map(move |c| (c.time_s, value(c, coordinate)))
+    };
+    let bound = line(BOUND_RED, 1);
+    chart
+        .draw_series(LineSeries::new(points(|c, i| c.three_sigma()[i]), bound))?
+        .label("±3σ")
+        .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], bound));
+    chart.draw_series(LineSeries::new(points(|c, i| -c.three_sigma()[i]), bound))?;
+    let style = line(robot_color(index), 1);
+    chart
+        .draw_series(LineSeries::new(points(|c, i| c.error()[i]), style))?
+        .label("error")
+        .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+    if coordinate == 0 {
+        draw_legend(&mut chart)?;
+    }
+    Ok(())
+}
+
+fn draw_axes(chart: &mut Panel<'_>, y_axis: &str) -> Result<(), Box<dyn std::error::Error>> {
+    chart
+        .configure_mesh()
+        .x_desc("time [s]")
+        .y_desc(y_axis)
+        .label_style(("sans-serif", 14).into_font().color(&INK))
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(GRID)
+        .axis_style(INK)
+        .x_label_formatter(&tick_label)
+        .y_label_formatter(&tick_label)
+        .y_labels(7)
+        .draw()?;
+    Ok(())
+}
+
+fn draw_legend(chart: &mut Panel<'_>) -> Result<(), Box<dyn std::error::Error>> {
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.85))
+        .border_style(GRID)
+        .label_font(("sans-serif", 14).into_font().color(&INK))
+        .draw()?;
+    Ok(())
+}
+
+/// Half the panel's height: the bounds with some air, but not the first second's, which would dwarf the rest;
+/// the errors always fit.
+fn half_height(coordinate: usize, comparisons: &[Comparison]) -> f64 {
+    let mut bounds: Vec<f64> = comparisons
+        .iter()
+        .map(|c| c.three_sigma()[coordinate])
+        .collect();
+    bounds.sort_by(f64::total_cmp);
+    let usual = bounds.get(bounds.len() * 98 / 100).copied().unwrap_or(1.0);
+    let worst = comparisons
+        .iter()
+        .map(|c| c.error()[coordinate].abs())
+        .fold(0.0, f64::max);
+    (1.15 * usual.max(worst)).max(1e-6)
+}
+
+#[cfg(test)]
+mod tests {
+    use coloc_estimator::Pose;
+
+    use super::*;
+
+    fn wiggle() -> Vec<Comparison> {
+        (0..500)
+            .map(|k| {
+                let t = f64::from(k) * 0.02;
+                let truth = Pose::new(t, 0.0, 0.0);
+                let estimate =
+                    Pose::new(t + 0.05 * t.sin(), 0.03 * t.cos(), 0.02 * (2.0 * t).sin());
+                Comparison {
+                    time_s: t,
+                    truth,
+                    estimate,
+                    sigma: [0.04, 0.05, 0.02],
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn three_panels_with_units_and_a_legend() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("errors.svg");
+        draw_errors(&file, "Robot 1", 0, &wiggle()).unwrap();
+        let svg = std::fs::read_to_string(&file).unwrap();
+        for text in [
+            "time [s]",
+            "x error [m]",
+            "y error [m]",
+            "heading error [rad]",
+            "±3σ",
+            "Robot 1",
+        ] {
+            assert!(svg.contains(text), "{text} is missing");
+        }
+    }
+
+    #[test]
+    fn the_panel_holds_every_error() {
+        let mut comparisons = wiggle();
+        comparisons[7].estimate.x += 3.0;
+        assert!(half_height(0, &comparisons) > 3.0);
+    }
+
+    #[test]
+    fn an_empty_run_still_draws() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("errors.svg");
+        draw_errors(&file, "Robot 1", 0, &[]).unwrap();
+        assert!(std::fs::metadata(&file).unwrap().len() > 500);
+    }
+}

@@ -1,0 +1,81 @@
+//! Colours, sizes and axis arithmetic that the pictures share.
+
+use plotters::style::{Color, RGBColor, ShapeStyle};
+
+pub(super) const INK: RGBColor = RGBColor(40, 44, 52);
+pub(super) const TRUTH: RGBColor = RGBColor(150, 155, 165);
+pub(super) const GRID: RGBColor = RGBColor(226, 229, 234);
+
+/// Okabe and Ito's palette: told apart by colour-blind readers too.
+const PALETTE: [RGBColor; 6] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+];
+
+/// The colour of the `index`-th robot; after six it starts over.
+pub(super) fn robot_color(index: usize) -> RGBColor {
+    PALETTE[index % PALETTE.len()]
+}
+
+pub(super) fn line(color: RGBColor, width: u32) -> ShapeStyle {
+    color.stroke_width(width)
+}
+
+/// A number at an axis: no more digits than it needs, and no minus before zero.
+pub(super) fn tick_label(value: &f64) -> String {
+    let rounded = (value * 1e6).round() / 1e6 + 0.0;
+    if rounded == 0.0 {
+        "0".into()
+    } else {
+        rounded.to_string()
+    }
+}
+
+/// Smallest and largest finite value; `[0, 1]` if there is none.
+pub(super) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (low, high) = values
+        .filter(|v| v.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+    if low <= high { (low, high) } else { (0.0, 1.0) }
+}
+
+/// At most `most` of the items, evenly spread: a picture has fewer pixels than a run has ticks.
+pub(super) fn thinned<T>(items: &[T], most: usize) -> impl Iterator<Item = &T> {
+    let step = items.len().div_ceil(most.max(1)).max(1);
+    items.iter().step_by(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extents_ignore_what_is_not_a_number() {
+        assert_eq!(
+            extent([f64::NAN, 2.0, -1.0, f64::INFINITY].into_iter()),
+            (-1.0, 2.0)
+        );
+        assert_eq!(extent(std::iter::empty()), (0.0, 1.0));
+    }
+
+    #[test]
+    fn labels_are_short() {
+        assert_eq!(
+            [-0.0, 0.30000000000000004, -2.0].map(|value| tick_label(&value)),
+            ["0", "0.3", "-2"]
+        );
+    }
+
+    #[test]
+    fn thinning_never_exceeds_its_limit() {
+        let items: Vec<u32> = (0..1001).collect();
+        assert!(thinned(&items, 100).count() <= 100);
+        assert_eq!(thinned(&items[..7], 100).count(), 7);
+    }
+}
