@@ -32,16 +32,26 @@ impl Account {
     /// Reports through `link`; hands on the belief as often as the configuration says, if it is to be saved.
     #[must_use]
     pub fn new(config: &Config, link: Arc<Link>, session_ns: i64) -> Self {
-        let header = Header { session_ns, ..Header::default() };
+        let header = Header {
+            session_ns,
+            ..Header::default()
+        };
         Self {
             link,
-            status: Status { header, robot: config.robot.id, ..Status::default() },
+            status: Status {
+                header,
+                robot: config.robot.id,
+                ..Status::default()
+            },
             watch: Watch::new(&config.health),
             now: Stamp::default(),
             ledger: Box::default(),
             next_report_ns: 0,
             next_belief_ns: 0,
-            belief_period_ns: config.initial.resume.then(|| nanos(1.0 / config.telemetry.state_hz)),
+            belief_period_ns: config
+                .initial
+                .resume
+                .then(|| nanos(1.0 / config.telemetry.state_hz)),
         }
     }
 
@@ -80,7 +90,11 @@ impl Account {
 
     /// An input that changed nothing.
     pub fn rejected(&mut self, input: Input, reason: Reject) {
-        let count = self.status.rejected.get_mut(input as usize).and_then(|reasons| reasons.get_mut(reason as usize));
+        let count = self
+            .status
+            .rejected
+            .get_mut(input as usize)
+            .and_then(|reasons| reasons.get_mut(reason as usize));
         if let Some(count) = count {
             *count += 1;
         }
@@ -89,16 +103,30 @@ impl Account {
 
     /// What the estimator made of a tick's inputs, `samples` of odometry among them.
     pub fn outputs(&mut self, outputs: &TickOutputs<'_>, samples: usize, now: &Reading) {
-        outputs.reports.iter().for_each(|report| self.verdict(report));
-        let refused = outputs.reports.iter().filter(|report| report.source == Source::Odometry).count();
+        outputs
+            .reports
+            .iter()
+            .for_each(|report| self.verdict(report));
+        let refused = outputs
+            .reports
+            .iter()
+            .filter(|report| report.source == Source::Odometry)
+            .count();
         self.accepted(Input::Odometry, samples.saturating_sub(refused));
         self.accepted(Input::RelativePose, outputs.outgoing.len());
         if outputs.overflowed > 0 || outputs.folded_early > 0 {
-            self.tell(Event::NoRoom { overflowed: outputs.overflowed, folded_early: outputs.folded_early });
+            self.tell(Event::NoRoom {
+                overflowed: outputs.overflowed,
+                folded_early: outputs.folded_early,
+            });
         }
         if self.belief_is_due(now.monotonic_ns) {
             let Estimate { stamp, belief, .. } = outputs.estimate;
-            self.tell(Event::Belief { stamp, realtime_ns: now.realtime_ns, belief });
+            self.tell(Event::Belief {
+                stamp,
+                realtime_ns: now.realtime_ns,
+                belief,
+            });
         }
     }
 
@@ -118,12 +146,21 @@ impl Account {
 
     /// The wake-up's lateness \[ns\]; the deadlines that passed before it are counted.
     pub fn woke(&mut self, wake: Wake, now_ns: i64) -> u64 {
-        let Wake::Deadline { deadline_ns, missed } = wake else { return 0 };
+        let Wake::Deadline {
+            deadline_ns,
+            missed,
+        } = wake
+        else {
+            return 0;
+        };
         let lateness_ns = u64::try_from(now_ns - deadline_ns).unwrap_or(0);
         self.status.worst_lateness_ns = self.status.worst_lateness_ns.max(lateness_ns);
         self.status.deadline_misses += missed;
         if missed > 0 {
-            self.tell(Event::Missed { deadlines: missed, lateness_ns });
+            self.tell(Event::Missed {
+                deadlines: missed,
+                lateness_ns,
+            });
         }
         lateness_ns
     }
@@ -132,11 +169,18 @@ impl Account {
     pub fn health(&mut self) -> [Health; Input::COUNT] {
         let health = self.watch.at(self.now);
         for (input, to) in Input::ALL.into_iter().zip(health) {
-            let Some(byte) = self.status.health.get_mut(input as usize) else { continue };
+            let Some(byte) = self.status.health.get_mut(input as usize) else {
+                continue;
+            };
             let from = Health::from_byte(std::mem::replace(byte, to as u8));
             if from != to {
                 let tick = self.status.tick;
-                self.tell(Event::Health { input, from, to, tick });
+                self.tell(Event::Health {
+                    input,
+                    from,
+                    to,
+                    tick,
+                });
             }
         }
         health
@@ -153,7 +197,9 @@ impl Account {
     }
 
     fn belief_is_due(&mut self, now_ns: i64) -> bool {
-        let Some(period) = self.belief_period_ns else { return false };
+        let Some(period) = self.belief_period_ns else {
+            return false;
+        };
         let due = now_ns >= self.next_belief_ns;
         if due {
             self.next_belief_ns = now_ns + period;
@@ -174,7 +220,9 @@ impl Account {
 
     /// Swaps ledgers with telemetry; while it has none to give back, this one goes on.
     fn hand_over(&mut self) {
-        let Some(spare) = self.link.spare.pop() else { return };
+        let Some(spare) = self.link.spare.pop() else {
+            return;
+        };
         let mut full = std::mem::replace(&mut self.ledger, spare);
         self.status.header.stamp_ns = self.now.as_nanos();
         full.status = self.status;
@@ -237,11 +285,16 @@ mod tests {
         let capacity = link.events.capacity() as u64;
         (0..capacity + 5).for_each(|_| account.rejected(Input::Neighbour, Reject::Gated));
         assert_eq!(account.status.lost_events, 5);
-        assert_eq!(account.status.rejected_of(Input::Neighbour, Reject::Gated), capacity + 5);
+        assert_eq!(
+            account.status.rejected_of(Input::Neighbour, Reject::Gated),
+            capacity + 5
+        );
         account.close(1, 100);
         while link.events.pop().is_some() {}
         account.close(1 + REPORT_PERIOD_NS, 200);
-        let Some(Event::Account(ledger)) = link.events.pop() else { panic!("a second has passed") };
+        let Some(Event::Account(ledger)) = link.events.pop() else {
+            panic!("a second has passed")
+        };
         assert!(ledger.percentiles().p50_ns <= 101 && ledger.percentiles().max_ns >= 199);
     }
 

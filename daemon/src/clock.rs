@@ -51,7 +51,9 @@ impl TimeSource for KernelTime {
 }
 
 fn nanos(time: Timespec) -> i64 {
-    time.tv_sec.saturating_mul(1_000_000_000).saturating_add(time.tv_nsec)
+    time.tv_sec
+        .saturating_mul(1_000_000_000)
+        .saturating_add(time.tv_nsec)
 }
 
 impl Reading {
@@ -97,7 +99,11 @@ impl Timeline {
     #[must_use]
     pub fn new(clock: &Clock, now: Reading) -> Self {
         let step = to_nanos(clock.step_s);
-        Self { source: clock.source, step, last: now }
+        Self {
+            source: clock.source,
+            step,
+            last: now,
+        }
     }
 
     /// The moment of the tick that begins at `now`.
@@ -128,7 +134,11 @@ impl Moment {
     pub fn of_frame(&self, kernel_ns: i64) -> i64 {
         let stamp = kernel_ns.saturating_add(self.offset);
         let plausible = (self.earliest..=self.latest).contains(&stamp);
-        if plausible && !self.frames_unreliable { stamp } else { self.stamp.as_nanos() }
+        if plausible && !self.frames_unreliable {
+            stamp
+        } else {
+            self.stamp.as_nanos()
+        }
     }
 }
 
@@ -139,20 +149,40 @@ mod tests {
     const SECOND: i64 = 1_000_000_000;
 
     fn reading(monotonic: i64, realtime: i64) -> Reading {
-        Reading { monotonic_ns: monotonic, realtime_ns: realtime, tai_ns: realtime + 37 * SECOND }
+        Reading {
+            monotonic_ns: monotonic,
+            realtime_ns: realtime,
+            tai_ns: realtime + 37 * SECOND,
+        }
     }
 
     fn timeline(source: ClockSource) -> Timeline {
-        Timeline::new(&Clock { source, ..Clock::default() }, reading(SECOND, 1000 * SECOND))
+        Timeline::new(
+            &Clock {
+                source,
+                ..Clock::default()
+            },
+            reading(SECOND, 1000 * SECOND),
+        )
     }
 
     #[test]
     fn a_frame_keeps_its_distance_to_the_read() {
-        for source in [ClockSource::Realtime, ClockSource::Tai, ClockSource::Monotonic] {
+        for source in [
+            ClockSource::Realtime,
+            ClockSource::Tai,
+            ClockSource::Monotonic,
+        ] {
             let now = reading(SECOND + 20_000_000, 1000 * SECOND + 20_000_000);
             let moment = timeline(source).advance(now);
-            assert_eq!(moment.of_frame(now.realtime_ns - 3_000_000), now.of(source) - 3_000_000);
-            assert_eq!((moment.shift, moment.frames_unreliable), (Span::ZERO, false));
+            assert_eq!(
+                moment.of_frame(now.realtime_ns - 3_000_000),
+                now.of(source) - 3_000_000
+            );
+            assert_eq!(
+                (moment.shift, moment.frames_unreliable),
+                (Span::ZERO, false)
+            );
         }
     }
 
@@ -161,7 +191,10 @@ mod tests {
         for step in [-3600 * SECOND, -SECOND, SECOND, 3600 * SECOND] {
             let mut timeline = timeline(ClockSource::Monotonic);
             let before = 1000 * SECOND + 10_000_000; // Received before the step, read after it.
-            let moment = timeline.advance(reading(SECOND + 20_000_000, 1000 * SECOND + 20_000_000 + step));
+            let moment = timeline.advance(reading(
+                SECOND + 20_000_000,
+                1000 * SECOND + 20_000_000 + step,
+            ));
             assert_eq!((moment.shift, moment.frames_unreliable), (Span::ZERO, true));
             assert_eq!(moment.of_frame(before), SECOND + 20_000_000);
         }
@@ -188,6 +221,9 @@ mod tests {
     fn slewing_is_no_step() {
         let mut timeline = timeline(ClockSource::Realtime);
         let moment = timeline.advance(reading(SECOND + 20_000_000, 1000 * SECOND + 20_010_000));
-        assert_eq!((moment.shift, moment.frames_unreliable), (Span::ZERO, false));
+        assert_eq!(
+            (moment.shift, moment.frames_unreliable),
+            (Span::ZERO, false)
+        );
     }
 }

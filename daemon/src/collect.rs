@@ -30,7 +30,11 @@ impl Collect {
     /// # Errors
     /// What could not be opened.
     pub fn open(config: &Config, space: &Space) -> Result<Self, StartError> {
-        Ok(Self { wheels: Wheels::open(config)?, messages: Messages::open(config, space)?, received: Received::default() })
+        Ok(Self {
+            wheels: Wheels::open(config)?,
+            messages: Messages::open(config, space)?,
+            received: Received::default(),
+        })
     }
 
     /// The buses, to be waited on.
@@ -51,7 +55,8 @@ impl Collect {
 
     /// Drains the subscribers.
     pub fn messages(&mut self, moment: &Moment, account: &mut Account) {
-        self.messages.receive(moment.stamp, &mut self.received, account);
+        self.messages
+            .receive(moment.stamp, &mut self.received, account);
     }
 
     /// All that was collected, for the tick at `moment`.
@@ -81,6 +86,6 @@ impl Collect {
     /// The clock was stepped.
     pub fn shift(&mut self, shift: Span) {
         self.wheels.shift(shift);
-        self.messages.forget();
+        self.messages.shift(shift);
     }
 }

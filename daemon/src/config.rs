@@ -15,8 +15,8 @@ use serde::Deserialize;
 
 pub use error::ConfigError;
 pub use sections::{
-    Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Member, Motion, Realtime, Robot, Scheduler, Shm,
-    Telemetry, Tick, Trigger, Variance,
+    Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Member,
+    Motion, Realtime, Robot, Scheduler, Shm, Telemetry, Tick, Trigger, Variance,
 };
 
 /// A whole `robot.toml`. Only `[robot]` must be written; every other section has defaults.
@@ -79,7 +79,8 @@ impl Config {
     /// # Errors
     /// As [`Config::load`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
-        let mut config: Self = toml::from_str(text).map_err(|error| ConfigError::from_toml(&error, text, path))?;
+        let mut config: Self =
+            toml::from_str(text).map_err(|error| ConfigError::from_toml(&error, text, path))?;
         config.resolve(path.parent().unwrap_or(Path::new("")));
         check::check(&config).map_err(|refusal| ConfigError::from_refusal(&refusal, text, path))?;
         Ok(config)
@@ -89,7 +90,11 @@ impl Config {
 impl Config {
     /// A DBC file is looked for where the configuration is.
     fn resolve(&mut self, directory: &Path) {
-        if let Some(dbc) = self.odometry.as_mut().and_then(|odometry| odometry.dbc.as_mut()) {
+        if let Some(dbc) = self
+            .odometry
+            .as_mut()
+            .and_then(|odometry| odometry.dbc.as_mut())
+        {
             *dbc = directory.join(&*dbc);
         }
     }

@@ -2,7 +2,8 @@
 
 use coloc_estimator::settings::{Criterion, GateWeight};
 use coloc_estimator::{
-    Belief, Covariance3, Estimator, FusionSettings, OdometrySettings, Pose, Settings, Slot, Span, Stamp, TickInputs, TickOutputs, step,
+    Belief, Covariance3, Estimator, FusionSettings, OdometrySettings, Pose, Settings, Slot, Span,
+    Stamp, TickInputs, TickOutputs, step,
 };
 
 use crate::config::{self, Config, nanos};
@@ -18,7 +19,9 @@ impl Estimate {
     #[must_use]
     pub fn new(config: &Config, stamp: Stamp, initial: Belief) -> Self {
         let storage = vec![Slot::default(); config.history.capacity].into_boxed_slice();
-        Self { estimator: Estimator::new(settings(config), stamp, initial, storage) }
+        Self {
+            estimator: Estimator::new(settings(config), stamp, initial, storage),
+        }
     }
 
     /// What the robot believes after `inputs`.
@@ -37,7 +40,8 @@ impl Estimate {
 pub fn initial(config: &Config) -> Belief {
     let [x, y, phi] = config.initial.pose;
     // Squares of numbers that were checked with the configuration: always a covariance.
-    let covariance = Covariance3::diagonal(config.initial.sigma.map(|sigma| sigma * sigma)).unwrap_or(Covariance3::ZERO);
+    let covariance = Covariance3::diagonal(config.initial.sigma.map(|sigma| sigma * sigma))
+        .unwrap_or(Covariance3::ZERO);
     Belief::independent(Pose::new(x, y, phi), covariance)
 }
 
@@ -65,13 +69,23 @@ fn fusion(fusion: &config::Fusion) -> FusionSettings {
     };
     let gate = fusion.neighbour_gate;
     if fusion.paper {
-        return FusionSettings { criterion, gate, ..FusionSettings::paper() };
+        return FusionSettings {
+            criterion,
+            gate,
+            ..FusionSettings::paper()
+        };
     }
     let gate_weight = match fusion.gate_weight {
         config::GateWeight::Update => GateWeight::Update,
         config::GateWeight::Half => GateWeight::Half,
     };
-    FusionSettings { criterion, damping: fusion.damping, reset_on_transmit: fusion.reset_on_transmit, gate, gate_weight }
+    FusionSettings {
+        criterion,
+        damping: fusion.damping,
+        reset_on_transmit: fusion.reset_on_transmit,
+        gate,
+        gate_weight,
+    }
 }
 
 fn span(seconds: f64) -> Span {
@@ -85,7 +99,11 @@ mod tests {
     use super::*;
 
     fn config(lines: &str) -> Config {
-        Config::parse(&format!("[robot]\nname = \"a\"\nid = 1\n{lines}"), Path::new("a.toml")).unwrap()
+        Config::parse(
+            &format!("[robot]\nname = \"a\"\nid = 1\n{lines}"),
+            Path::new("a.toml"),
+        )
+        .unwrap()
     }
 
     #[test]
@@ -95,6 +113,9 @@ mod tests {
 
     #[test]
     fn the_paper_is_the_estimators_paper() {
-        assert_eq!(settings(&config("[fusion]\npaper = true\n")), Settings::paper());
+        assert_eq!(
+            settings(&config("[fusion]\npaper = true\n")),
+            Settings::paper()
+        );
     }
 }

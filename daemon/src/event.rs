@@ -88,7 +88,11 @@ impl Link {
         let spare = ArrayQueue::new(2);
         // The queue is new: there is room.
         let _ = spare.push(Box::default());
-        Self { events: ArrayQueue::new(CAPACITY), spare, heartbeat: AtomicU64::new(0) }
+        Self {
+            events: ArrayQueue::new(CAPACITY),
+            spare,
+            heartbeat: AtomicU64::new(0),
+        }
     }
 
     /// Says that the real-time thread has finished `tick`.

@@ -31,8 +31,15 @@ impl Watch {
     /// Nothing seen yet.
     #[must_use]
     pub fn new(config: &config::Health) -> Self {
-        let thresholds = [config.odometry_stale_s, config.relative_pose_stale_s, config.position_stale_s, config.neighbours_stale_s];
-        Self { sensors: thresholds.map(Sensor::new) }
+        let thresholds = [
+            config.odometry_stale_s,
+            config.relative_pose_stale_s,
+            config.position_stale_s,
+            config.neighbours_stale_s,
+        ];
+        Self {
+            sensors: thresholds.map(Sensor::new),
+        }
     }
 
     /// A valid sample of `input`, measured at `stamp`.
@@ -74,7 +81,12 @@ impl Watch {
 impl Sensor {
     fn new(stale_s: f64) -> Self {
         let stale = Span::from_nanos(config::nanos(stale_s));
-        Self { stale, valid: None, invalid: None, broken: false }
+        Self {
+            stale,
+            valid: None,
+            invalid: None,
+            broken: false,
+        }
     }
 
     fn at(&self, now: Stamp) -> Health {
@@ -111,7 +123,10 @@ mod tests {
         assert_eq!(at(&watch, 1000), Health::NeverSeen);
         watch.valid(Input::Odometry, stamp(1000));
         assert_eq!(at(&watch, 1100), Health::Ok);
-        assert_eq!(watch.at(stamp(1100) + Span::from_nanos(1))[0], Health::Stale);
+        assert_eq!(
+            watch.at(stamp(1100) + Span::from_nanos(1))[0],
+            Health::Stale
+        );
     }
 
     #[test]

@@ -18,8 +18,12 @@ const DIGITS: u8 = 2;
 impl Default for Ledger {
     fn default() -> Self {
         #[allow(clippy::expect_used)] // Constants of this file; any test would show it.
-        let latency = Histogram::new_with_bounds(RANGE_NS.0, RANGE_NS.1, DIGITS).expect("the bounds are legal");
-        let mut ledger = Self { status: Status::default(), latency };
+        let latency = Histogram::new_with_bounds(RANGE_NS.0, RANGE_NS.1, DIGITS)
+            .expect("the bounds are legal");
+        let mut ledger = Self {
+            status: Status::default(),
+            latency,
+        };
         ledger.clear(); // Writes every count: no page of them is missing later.
         ledger
     }
@@ -46,7 +50,13 @@ impl Ledger {
     #[must_use]
     pub fn percentiles(&self) -> Latency {
         let at = |quantile| self.latency.value_at_quantile(quantile);
-        Latency { p50_ns: at(0.5), p90_ns: at(0.9), p99_ns: at(0.99), p999_ns: at(0.999), max_ns: self.latency.max() }
+        Latency {
+            p50_ns: at(0.5),
+            p90_ns: at(0.9),
+            p99_ns: at(0.99),
+            p999_ns: at(0.999),
+            max_ns: self.latency.max(),
+        }
     }
 }
 
@@ -58,7 +68,12 @@ mod tests {
     fn percentiles_are_within_a_percent() {
         let mut ledger = Ledger::default();
         (1..=1000).for_each(|micros| ledger.record(micros * 1000));
-        let Latency { p50_ns, p99_ns, max_ns, .. } = ledger.percentiles();
+        let Latency {
+            p50_ns,
+            p99_ns,
+            max_ns,
+            ..
+        } = ledger.percentiles();
         assert!((495_000..=505_000).contains(&p50_ns), "{p50_ns}");
         assert!((980_000..=1_000_000).contains(&p99_ns), "{p99_ns}");
         assert!(max_ns >= 1_000_000, "{max_ns}");

@@ -45,8 +45,12 @@ where
     T: Into<OsString> + Clone,
 {
     match Args::try_parse_from(args) {
-        Ok(Args { command: Command::Check { config } }) => check(&config),
-        Ok(Args { command: Command::Run { config } }) => run(&config),
+        Ok(Args {
+            command: Command::Check { config },
+        }) => check(&config),
+        Ok(Args {
+            command: Command::Run { config },
+        }) => run(&config),
         Err(error) => {
             let _ = error.print(); // Nobody is left to tell if standard error is closed.
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
@@ -55,15 +59,25 @@ where
 }
 
 fn check(path: &Path) -> ExitCode {
-    finish(Config::load(path).map_err(StartError::from).map(|config| println!("{}", Summary(&config))))
+    finish(
+        Config::load(path)
+            .map_err(StartError::from)
+            .map(|config| println!("{}", Summary(&config))),
+    )
 }
 
 fn run(path: &Path) -> ExitCode {
-    finish(Config::load(path).map_err(StartError::from).and_then(|config| run::run(&config)))
+    finish(
+        Config::load(path)
+            .map_err(StartError::from)
+            .and_then(|config| run::run(&config)),
+    )
 }
 
 fn finish(result: Result<(), StartError>) -> ExitCode {
-    let Err(problem) = result else { return ExitCode::SUCCESS };
+    let Err(problem) = result else {
+        return ExitCode::SUCCESS;
+    };
     eprintln!("colocd: {problem}");
     match problem {
         StartError::Config(_) => ExitCode::from(2),

@@ -1,7 +1,9 @@
 //! Step 4 of the tick: the estimate to anyone, and to each robot that was seen what is known about it.
 
 use coloc_estimator::{OutgoingPose, TickOutputs};
-use coloc_shm_types::{self as shm, Header, Health, Input, Neighbour, PortError, Publisher, RobotName, Space};
+use coloc_shm_types::{
+    self as shm, Header, Health, Input, Neighbour, PortError, Publisher, RobotName, Space,
+};
 
 use crate::config::Config;
 
@@ -48,8 +50,18 @@ impl Publish {
         let estimates = space.publisher(&config.robot.name)?;
         // Whom this does not reach now the first message will.
         let _ = estimates.refresh();
-        let peers = config.peers().map(|peer| Peer::open(space, peer.id, &peer.name)).collect::<Result<_, _>>()?;
-        Ok(Self { robot: config.robot.id, session_ns, estimates, sequence: 0, peers, undelivered: 0 })
+        let peers = config
+            .peers()
+            .map(|peer| Peer::open(space, peer.id, &peer.name))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            robot: config.robot.id,
+            session_ns,
+            estimates,
+            sequence: 0,
+            peers,
+            undelivered: 0,
+        })
     }
 
     /// Sends the estimate.
@@ -63,7 +75,9 @@ impl Publish {
     pub fn neighbours(&mut self, outgoing: &[OutgoingPose]) {
         for pose in outgoing {
             let (robot, session_ns) = (self.robot, self.session_ns);
-            let Some(peer) = self.peers.iter_mut().find(|peer| peer.id == pose.to.0) else { continue };
+            let Some(peer) = self.peers.iter_mut().find(|peer| peer.id == pose.to.0) else {
+                continue;
+            };
             self.undelivered += u64::from(!peer.send(robot, session_ns, pose));
         }
     }
@@ -72,7 +86,11 @@ impl Publish {
         let estimate = &outputs.estimate;
         let belief = &estimate.belief;
         shm::Estimate {
-            header: Header { stamp_ns: estimate.stamp.as_nanos(), session_ns: self.session_ns, sequence: self.sequence },
+            header: Header {
+                stamp_ns: estimate.stamp.as_nanos(),
+                session_ns: self.session_ns,
+                sequence: self.sequence,
+            },
             tick: with.tick,
             frame_stamp_ns: with.frame_stamp_ns,
             latency_ns: with.latency_ns,
@@ -92,12 +110,20 @@ impl Peer {
     fn open(space: &Space, id: u16, name: &RobotName) -> Result<Self, PortError> {
         let port = space.publisher(name)?;
         let _ = port.refresh();
-        Ok(Self { id, port, sequence: 0 })
+        Ok(Self {
+            id,
+            port,
+            sequence: 0,
+        })
     }
 
     fn send(&mut self, sender: u16, session_ns: i64, pose: &OutgoingPose) -> bool {
         let message = Neighbour {
-            header: Header { stamp_ns: pose.stamp.as_nanos(), session_ns, sequence: self.sequence },
+            header: Header {
+                stamp_ns: pose.stamp.as_nanos(),
+                session_ns,
+                sequence: self.sequence,
+            },
             sender,
             pose: [pose.pose.x, pose.pose.y, pose.pose.phi],
             total: pose.total.to_row_major(),

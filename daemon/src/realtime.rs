@@ -23,7 +23,11 @@ pub struct Refused {
 
 impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} was refused ({}): {}", self.what, self.why, self.remedy)
+        write!(
+            f,
+            "{} was refused ({}): {}",
+            self.what, self.why, self.remedy
+        )
     }
 }
 
@@ -46,7 +50,9 @@ fn pin(cpus: &[usize]) -> Result<(), Refused> {
         return Ok(());
     }
     let mut set = CpuSet::new();
-    cpus.iter().for_each(|&cpu| set.set(cpu));
+    for &cpu in cpus {
+        set.set(cpu);
+    }
     sched_setaffinity(None, &set).map_err(|errno| Refused {
         what: format!("realtime.cpus = {cpus:?}"),
         why: errno.into(),
@@ -57,8 +63,13 @@ fn pin(cpus: &[usize]) -> Result<(), Refused> {
 /// Everything that is mapped now; everything to come as well only where no limit can be hit by it, because a
 /// mapping beyond the limit would fail altogether.
 fn lock_memory() -> Result<(), Refused> {
-    let unlimited = rustix::process::geteuid().is_root() || getrlimit(Resource::Memlock).current.is_none();
-    let flags = if unlimited { MlockAllFlags::CURRENT | MlockAllFlags::FUTURE } else { MlockAllFlags::CURRENT };
+    let unlimited =
+        rustix::process::geteuid().is_root() || getrlimit(Resource::Memlock).current.is_none();
+    let flags = if unlimited {
+        MlockAllFlags::CURRENT | MlockAllFlags::FUTURE
+    } else {
+        MlockAllFlags::CURRENT
+    };
     mlockall(flags).map_err(|errno| Refused {
         what: "realtime.lock_memory".into(),
         why: errno.into(),
@@ -88,14 +99,19 @@ fn schedule(wanted: &Realtime) -> Result<(), Refused> {
         Scheduler::Fifo => libc::SCHED_FIFO,
         Scheduler::Rr => libc::SCHED_RR,
     };
-    let param = libc::sched_param { sched_priority: wanted.priority.into() };
+    let param = libc::sched_param {
+        sched_priority: wanted.priority.into(),
+    };
     // SAFETY: `param` is a valid sched_param for the duration of the call; 0 is the calling thread.
     let result = unsafe { libc::sched_setscheduler(0, policy, &raw const param) };
     if result == 0 {
         return Ok(());
     }
     Err(Refused {
-        what: format!("realtime.scheduler = {:?} {}", wanted.scheduler, wanted.priority),
+        what: format!(
+            "realtime.scheduler = {:?} {}",
+            wanted.scheduler, wanted.priority
+        ),
         why: io::Error::last_os_error(),
         remedy: "allow it: `rtprio 99` in /etc/security/limits.conf, LimitRTPRIO=99 in the unit, or CAP_SYS_NICE",
     })
@@ -107,15 +123,32 @@ mod tests {
 
     #[test]
     fn a_processor_that_does_not_exist_is_refused_with_a_remedy() {
-        let wanted = Realtime { cpus: vec![1023], scheduler: Scheduler::Other, lock_memory: false, ..Realtime::default() };
+        let wanted = Realtime {
+            cpus: vec![1023],
+            scheduler: Scheduler::Other,
+            lock_memory: false,
+            ..Realtime::default()
+        };
         let refused = std::thread::spawn(move || set_up(&wanted)).join().unwrap();
         let text = refused.first().expect("refused").to_string();
-        assert!(text.contains("realtime.cpus = [1023]") && text.contains("online"), "{text}");
+        assert!(
+            text.contains("realtime.cpus = [1023]") && text.contains("online"),
+            "{text}"
+        );
     }
 
     #[test]
     fn nothing_asked_nothing_refused() {
-        let wanted = Realtime { scheduler: Scheduler::Other, lock_memory: false, ..Realtime::default() };
-        assert!(std::thread::spawn(move || set_up(&wanted)).join().unwrap().is_empty());
+        let wanted = Realtime {
+            scheduler: Scheduler::Other,
+            lock_memory: false,
+            ..Realtime::default()
+        };
+        assert!(
+            std::thread::spawn(move || set_up(&wanted))
+                .join()
+                .unwrap()
+                .is_empty()
+        );
     }
 }

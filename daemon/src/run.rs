@@ -30,7 +30,8 @@ const SPARE_STACK: usize = 2 << 20;
 pub fn run(config: &Config) -> Result<(), StartError> {
     open_log(&config.telemetry).map_err(system("telemetry.log_file cannot be opened"))?;
     // Before any thread, so that no signal finds its default action.
-    let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(system("signals cannot be handled"))?;
+    let mut signals =
+        Signals::new([SIGINT, SIGTERM]).map_err(system("signals cannot be handled"))?;
     let stop = eventfd(0, EventfdFlags::CLOEXEC)?;
     let link = Arc::new(Link::new());
     let ticking = Ticking::start(config, &link, &stop, signals.handle())?;
@@ -48,30 +49,45 @@ pub fn run(config: &Config) -> Result<(), StartError> {
 struct Ticking(JoinHandle<()>);
 
 impl Ticking {
-    fn start(config: &Config, link: &Arc<Link>, stop: &OwnedFd, signals: Handle) -> Result<Self, StartError> {
+    fn start(
+        config: &Config,
+        link: &Arc<Link>,
+        stop: &OwnedFd,
+        signals: Handle,
+    ) -> Result<Self, StartError> {
         let (started, outcome) = channel();
         let (config, link) = (config.clone(), Arc::clone(link));
-        let stop = stop.try_clone().map_err(system("a descriptor cannot be duplicated"))?;
+        let stop = stop
+            .try_clone()
+            .map_err(system("a descriptor cannot be duplicated"))?;
         let stack = config.realtime.prefault_stack_kib * 1024 + SPARE_STACK;
         let body = move || {
             // However this thread ends, the main thread must not wait for a signal that nobody sends.
             let _end = EndOfTicks(signals);
             tick_until_stopped(&config, link, stop, &started);
         };
-        let thread = Builder::new().name("colocd-tick".into()).stack_size(stack).spawn(body).map_err(system("no thread"))?;
+        let thread = Builder::new()
+            .name("colocd-tick".into())
+            .stack_size(stack)
+            .spawn(body)
+            .map_err(system("no thread"))?;
         match outcome.recv() {
             Ok(Ok(())) => Ok(Self(thread)),
             Ok(Err(problem)) => {
                 let _ = thread.join();
                 Err(problem)
             }
-            Err(_) => Err(system("the real-time thread ended while it started")(std::io::ErrorKind::Other.into())),
+            Err(_) => Err(system("the real-time thread ended while it started")(
+                std::io::ErrorKind::Other.into(),
+            )),
         }
     }
 
     fn join(self) {
         if self.0.join().is_err() {
-            error!("the real-time thread panicked: this is a defect of colocd, please report it with this log");
+            error!(
+                "the real-time thread panicked: this is a defect of colocd, please report it with this log"
+            );
         }
     }
 }
@@ -85,7 +101,12 @@ impl Drop for EndOfTicks {
 }
 
 /// Everything about the ports stays on the thread that uses them, so start-up happens here too.
-fn tick_until_stopped(config: &Config, link: Arc<Link>, stop: OwnedFd, started: &Sender<Result<(), StartError>>) {
+fn tick_until_stopped(
+    config: &Config,
+    link: Arc<Link>,
+    stop: OwnedFd,
+    started: &Sender<Result<(), StartError>>,
+) {
     match start(config, link, stop) {
         Ok((robot, wait, _space)) => {
             // The main thread waits for this; if it is gone, so is the process.
@@ -103,16 +124,27 @@ fn tick_until_stopped(config: &Config, link: Arc<Link>, stop: OwnedFd, started: 
 type Started = (Robot, Wait, (coloc_shm_types::Claim, Space));
 
 fn start(config: &Config, link: Arc<Link>, stop: OwnedFd) -> Result<Started, StartError> {
-    let space = Space::open(&config.shm.root, &config.shm.prefix, &format!("colocd {}", config.robot.name))?;
+    let space = Space::open(
+        &config.shm.root,
+        &config.shm.prefix,
+        &format!("colocd {}", config.robot.name),
+    )?;
     let claim = space.claim_robot(&config.robot.name)?;
     let robot = Robot::open(config, &space, Box::new(KernelTime), link)?;
     report(config, &robot);
     let refused = realtime::set_up(&config.realtime);
     match refused.first() {
-        Some(first) if config.realtime.required => return Err(StartError::Realtime(first.to_string())),
+        Some(first) if config.realtime.required => {
+            return Err(StartError::Realtime(first.to_string()));
+        }
         _ => refused.iter().for_each(|refused| warn!("{refused}")),
     }
-    let wait = Wait::new(config.tick.trigger, config.period_ns(), KernelTime.monotonic_ns(), stop)?;
+    let wait = Wait::new(
+        config.tick.trigger,
+        config.period_ns(),
+        KernelTime.monotonic_ns(),
+        stop,
+    )?;
     for bus in robot.collect().buses() {
         wait.watch(bus)?;
     }
@@ -122,7 +154,10 @@ fn start(config: &Config, link: Arc<Link>, stop: OwnedFd) -> Result<Started, Sta
 fn report(config: &Config, robot: &Robot) {
     match robot.resumed() {
         Some(Ok(age_s)) => info!(age_s, "going on from the saved belief"),
-        Some(Err(problem)) => info!("starting from [initial]: {}: {problem}", config.state_file().display()),
+        Some(Err(problem)) => info!(
+            "starting from [initial]: {}: {problem}",
+            config.state_file().display()
+        ),
         None => {}
     }
     let trigger = match config.tick.trigger {
@@ -157,7 +192,10 @@ impl Telemetering {
         let (stop, stopped) = channel();
         let (config, link) = (config.clone(), Arc::clone(link));
         let body = move || telemetry(&config, link, &stopped);
-        let thread = Builder::new().name("colocd-log".into()).spawn(body).map_err(system("no thread"))?;
+        let thread = Builder::new()
+            .name("colocd-log".into())
+            .spawn(body)
+            .map_err(system("no thread"))?;
         Ok(Self { thread, stop })
     }
 
@@ -171,7 +209,11 @@ impl Telemetering {
 /// Without a status the robot still knows where it is, so a failure here is logged and survived.
 fn telemetry(config: &Config, link: Arc<Link>, stop: &Receiver<()>) {
     let open = || -> Result<_, StartError> {
-        let space = Space::open(&config.shm.root, &config.shm.prefix, &format!("colocd {} status", config.robot.name))?;
+        let space = Space::open(
+            &config.shm.root,
+            &config.shm.prefix,
+            &format!("colocd {} status", config.robot.name),
+        )?;
         Ok((Telemetry::open(config, &space, link)?, space))
     };
     match open() {

@@ -47,7 +47,10 @@ impl fmt::Display for Unusable {
             Self::Unreadable(error) => write!(f, "it cannot be read: {error}"),
             Self::Malformed(problem) => write!(f, "it is not a saved belief: {problem}"),
             Self::OtherRobot(id) => write!(f, "it is robot {id}'s"),
-            Self::Age(age_s) => write!(f, "it is {age_s:.1} s old, more than initial.resume_max_age_s or from the future"),
+            Self::Age(age_s) => write!(
+                f,
+                "it is {age_s:.1} s old, more than initial.resume_max_age_s or from the future"
+            ),
         }
     }
 }
@@ -57,7 +60,13 @@ impl Saved {
     #[must_use]
     pub fn new(robot: u16, realtime_ns: i64, belief: &Belief) -> Self {
         let Pose { x, y, phi } = belief.pose;
-        Self { robot, realtime_ns, pose: [x, y, phi], total: belief.total.to_row_major(), independent: belief.independent.to_row_major() }
+        Self {
+            robot,
+            realtime_ns,
+            pose: [x, y, phi],
+            total: belief.total.to_row_major(),
+            independent: belief.independent.to_row_major(),
+        }
     }
 
     /// Replaces the file at `path`.
@@ -78,7 +87,8 @@ impl Saved {
     /// Why there is none.
     pub fn resume(config: &Config, realtime_ns: i64) -> Result<(Belief, f64), Unusable> {
         let text = std::fs::read_to_string(config.state_file()).map_err(Unusable::Unreadable)?;
-        let saved: Self = toml::from_str(&text).map_err(|error| Unusable::Malformed(error.message().into()))?;
+        let saved: Self =
+            toml::from_str(&text).map_err(|error| Unusable::Malformed(error.message().into()))?;
         if saved.robot != config.robot.id {
             return Err(Unusable::OtherRobot(saved.robot));
         }
@@ -94,13 +104,18 @@ impl Saved {
     fn inflated(&self, motion: &Motion, age_s: f64) -> Result<Belief, Unusable> {
         let [forward, sideways, turning] = motion.outage_variance;
         let across = forward.max(sideways);
-        let growth = [across, across, turning].map(|variance| variance * motion.reference_period_s * age_s);
+        let growth =
+            [across, across, turning].map(|variance| variance * motion.reference_period_s * age_s);
         let [x, y, phi] = self.pose;
         let pose = Pose::new(x, y, phi);
         if !pose.is_finite() {
             return Err(Unusable::Malformed("the pose is not finite".into()));
         }
-        Ok(Belief { pose, total: grown(self.total, growth)?, independent: grown(self.independent, growth)? })
+        Ok(Belief {
+            pose,
+            total: grown(self.total, growth)?,
+            independent: grown(self.independent, growth)?,
+        })
     }
 }
 
@@ -108,7 +123,8 @@ fn grown(mut rows: [f64; 9], growth: [f64; 3]) -> Result<Covariance3, Unusable> 
     for (variance, growth) in rows.iter_mut().step_by(4).zip(growth) {
         *variance += growth;
     }
-    Covariance3::from_row_major(rows).map_err(|problem| Unusable::Malformed(format!("a covariance is {problem:?}")))
+    Covariance3::from_row_major(rows)
+        .map_err(|problem| Unusable::Malformed(format!("a covariance is {problem:?}")))
 }
 
 #[cfg(test)]
@@ -118,13 +134,20 @@ mod tests {
     const SECOND: i64 = 1_000_000_000;
 
     fn config(directory: &Path) -> Config {
-        let text = format!("[robot]\nname = \"a\"\nid = 3\n[initial]\nresume = true\n[shm]\nroot = \"{}/shm\"\n", directory.display());
+        let text = format!(
+            "[robot]\nname = \"a\"\nid = 3\n[initial]\nresume = true\n[shm]\nroot = \"{}/shm\"\n",
+            directory.display()
+        );
         Config::parse(&text, Path::new("a.toml")).unwrap()
     }
 
     fn saved(robot: u16) -> Saved {
         let p = Covariance3::diagonal([0.01, 0.04, 0.0025]).unwrap();
-        let belief = Belief { pose: Pose::new(1.0, -2.0, 3.0), total: p, independent: Covariance3::ZERO };
+        let belief = Belief {
+            pose: Pose::new(1.0, -2.0, 3.0),
+            total: p,
+            independent: Covariance3::ZERO,
+        };
         Saved::new(robot, 100 * SECOND, &belief)
     }
 
@@ -134,7 +157,10 @@ mod tests {
         let config = config(directory.path());
         saved(3).write(&config.state_file()).unwrap();
         let (belief, age_s) = Saved::resume(&config, 102 * SECOND).unwrap();
-        assert_eq!((belief.pose, age_s.to_bits()), (Pose::new(1.0, -2.0, 3.0), 2.0_f64.to_bits()));
+        assert_eq!(
+            (belief.pose, age_s.to_bits()),
+            (Pose::new(1.0, -2.0, 3.0), 2.0_f64.to_bits())
+        );
         let [forward, ..] = config.motion.outage_variance;
         let expected = 0.01 + forward * 0.02 * 2.0;
         assert!((belief.total.to_row_major()[0] - expected).abs() < 1e-12);
@@ -145,16 +171,37 @@ mod tests {
     fn what_cannot_be_trusted_is_not_used() {
         let directory = tempfile::tempdir().unwrap();
         let config = config(directory.path());
-        assert!(matches!(Saved::resume(&config, 0), Err(Unusable::Unreadable(_))));
+        assert!(matches!(
+            Saved::resume(&config, 0),
+            Err(Unusable::Unreadable(_))
+        ));
         saved(4).write(&config.state_file()).unwrap();
-        assert!(matches!(Saved::resume(&config, 101 * SECOND), Err(Unusable::OtherRobot(4))));
+        assert!(matches!(
+            Saved::resume(&config, 101 * SECOND),
+            Err(Unusable::OtherRobot(4))
+        ));
         saved(3).write(&config.state_file()).unwrap();
-        assert!(matches!(Saved::resume(&config, 99 * SECOND), Err(Unusable::Age(_))));
-        assert!(matches!(Saved::resume(&config, 161 * SECOND), Err(Unusable::Age(_))));
-        let broken = Saved { total: [-1.0; 9], ..saved(3) };
+        assert!(matches!(
+            Saved::resume(&config, 99 * SECOND),
+            Err(Unusable::Age(_))
+        ));
+        assert!(matches!(
+            Saved::resume(&config, 161 * SECOND),
+            Err(Unusable::Age(_))
+        ));
+        let broken = Saved {
+            total: [-1.0; 9],
+            ..saved(3)
+        };
         broken.write(&config.state_file()).unwrap();
-        assert!(matches!(Saved::resume(&config, 101 * SECOND), Err(Unusable::Malformed(_))));
+        assert!(matches!(
+            Saved::resume(&config, 101 * SECOND),
+            Err(Unusable::Malformed(_))
+        ));
         std::fs::write(config.state_file(), "half a fi").unwrap();
-        assert!(matches!(Saved::resume(&config, 101 * SECOND), Err(Unusable::Malformed(_))));
+        assert!(matches!(
+            Saved::resume(&config, 101 * SECOND),
+            Err(Unusable::Malformed(_))
+        ));
     }
 }

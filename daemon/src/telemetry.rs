@@ -49,8 +49,14 @@ impl Telemetry {
     ///
     /// # Errors
     /// If the port cannot be opened.
-    pub fn open(config: &Config, space: &Space, link: Arc<Link>) -> Result<Self, coloc_shm_types::PortError> {
-        let patience = Duration::from_secs_f64(f64::from(config.telemetry.watchdog_ticks) / config.tick.rate_hz);
+    pub fn open(
+        config: &Config,
+        space: &Space,
+        link: Arc<Link>,
+    ) -> Result<Self, coloc_shm_types::PortError> {
+        let patience = Duration::from_secs_f64(
+            f64::from(config.telemetry.watchdog_ticks) / config.tick.rate_hz,
+        );
         Ok(Self {
             link,
             robot: config.robot.id,
@@ -60,7 +66,12 @@ impl Telemetry {
             rejects: Throttle::default(),
             state_file: config.state_file(),
             state_file_works: true,
-            watchdog: Watchdog { patience: patience.max(2 * PERIOD), last_beat: 0, since: Instant::now(), barked: false },
+            watchdog: Watchdog {
+                patience: patience.max(2 * PERIOD),
+                last_beat: 0,
+                since: Instant::now(),
+                barked: false,
+            },
         })
     }
 
@@ -87,7 +98,11 @@ impl Telemetry {
         match event {
             Event::Account(ledger) => self.publish(ledger),
             Event::Rejected { input, reason } => self.rejects.note(input, reason),
-            Event::Belief { realtime_ns, belief, .. } => self.save(&Saved::new(self.robot, realtime_ns, &belief)),
+            Event::Belief {
+                realtime_ns,
+                belief,
+                ..
+            } => self.save(&Saved::new(self.robot, realtime_ns, &belief)),
             other => log::log(&other),
         }
     }
@@ -108,9 +123,14 @@ impl Telemetry {
 
     fn save(&mut self, belief: &Saved) {
         match belief.write(&self.state_file) {
-            Ok(()) if !self.state_file_works => info!("the belief is saved to {} again", self.state_file.display()),
+            Ok(()) if !self.state_file_works => {
+                info!("the belief is saved to {} again", self.state_file.display());
+            }
             Err(problem) if self.state_file_works => {
-                warn!("the belief cannot be saved to {}: {problem}; set telemetry.state_file", self.state_file.display());
+                warn!(
+                    "the belief cannot be saved to {}: {problem}; set telemetry.state_file",
+                    self.state_file.display()
+                );
             }
             _ => return,
         }
@@ -122,11 +142,18 @@ impl Watchdog {
     fn look(&mut self, beat: u64) {
         if beat != self.last_beat {
             if self.barked {
-                info!(silent_ms = self.since.elapsed().as_millis(), "the tick is back");
+                info!(
+                    silent_ms = self.since.elapsed().as_millis(),
+                    "the tick is back"
+                );
             }
             (self.last_beat, self.since, self.barked) = (beat, Instant::now(), false);
         } else if self.since.elapsed() > self.patience && !self.barked {
-            error!(tick = beat, silent_ms = self.since.elapsed().as_millis(), "no tick: the real-time thread does not run");
+            error!(
+                tick = beat,
+                silent_ms = self.since.elapsed().as_millis(),
+                "no tick: the real-time thread does not run"
+            );
             self.barked = true;
         }
     }

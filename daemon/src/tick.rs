@@ -46,10 +46,18 @@ impl Robot {
     ///
     /// # Errors
     /// What could not be opened.
-    pub fn open(config: &Config, space: &Space, time: Box<dyn TimeSource>, link: Arc<Link>) -> Result<Self, StartError> {
+    pub fn open(
+        config: &Config,
+        space: &Space,
+        time: Box<dyn TimeSource>,
+        link: Arc<Link>,
+    ) -> Result<Self, StartError> {
         let now = time.read();
         let stamp = Stamp::from_nanos(now.of(config.clock.source));
-        let resumed = config.initial.resume.then(|| Saved::resume(config, now.realtime_ns));
+        let resumed = config
+            .initial
+            .resume
+            .then(|| Saved::resume(config, now.realtime_ns));
         let belief = match &resumed {
             Some(Ok((belief, _))) => *belief,
             _ => initial(config),
@@ -113,9 +121,11 @@ impl Robot {
         self.publish.estimate(&outputs, &circumstances);
         self.publish.neighbours(outputs.outgoing);
         // account
-        self.account.outputs(&outputs, inputs.odometry.len(), &moment.reading);
+        self.account
+            .outputs(&outputs, inputs.odometry.len(), &moment.reading);
         self.collect.clear();
-        self.account.close(moment.reading.monotonic_ns, circumstances.latency_ns);
+        self.account
+            .close(moment.reading.monotonic_ns, circumstances.latency_ns);
         self.last = moment.stamp;
     }
 
@@ -124,7 +134,9 @@ impl Robot {
         let moment = self.timeline.advance(self.time.read());
         self.account.begin(moment.stamp);
         if moment.frames_unreliable || moment.shift != Span::ZERO {
-            self.account.tell(Event::ClockStepped { shift_ns: moment.shift.as_nanos() });
+            self.account.tell(Event::ClockStepped {
+                shift_ns: moment.shift.as_nanos(),
+            });
         }
         if moment.shift != Span::ZERO {
             self.shift(moment.shift);

@@ -8,7 +8,9 @@ use std::os::fd::{BorrowedFd, OwnedFd};
 
 use rustix::event::{Timespec, epoll};
 use rustix::io::Errno;
-use rustix::time::{Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime};
+use rustix::time::{
+    Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
+};
 
 use crate::config::Trigger;
 
@@ -50,13 +52,33 @@ impl Wait {
     ///
     /// # Errors
     /// What the kernel says: out of file descriptors, in practice.
-    pub fn new(trigger: Trigger, period_ns: i64, now_ns: i64, stop: OwnedFd) -> Result<Self, Errno> {
+    pub fn new(
+        trigger: Trigger,
+        period_ns: i64,
+        now_ns: i64,
+        stop: OwnedFd,
+    ) -> Result<Self, Errno> {
         let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
-        let timer = timerfd_create(TimerfdClockId::Monotonic, TimerfdFlags::CLOEXEC | TimerfdFlags::NONBLOCK)?;
+        let timer = timerfd_create(
+            TimerfdClockId::Monotonic,
+            TimerfdFlags::CLOEXEC | TimerfdFlags::NONBLOCK,
+        )?;
         for (fd, tag) in [(&timer, TIMER), (&stop, STOP)] {
-            epoll::add(&epoll, fd, epoll::EventData::new_u64(tag), epoll::EventFlags::IN)?;
+            epoll::add(
+                &epoll,
+                fd,
+                epoll::EventData::new_u64(tag),
+                epoll::EventFlags::IN,
+            )?;
         }
-        let mut wait = Self { epoll, timer, _stop: stop, trigger, period_ns, next_ns: 0 };
+        let mut wait = Self {
+            epoll,
+            timer,
+            _stop: stop,
+            trigger,
+            period_ns,
+            next_ns: 0,
+        };
         wait.arm(now_ns + period_ns)?;
         Ok(wait)
     }
@@ -69,7 +91,12 @@ impl Wait {
         if self.trigger == Trigger::Timer {
             return Ok(());
         }
-        match epoll::add(&self.epoll, bus, epoll::EventData::new_u64(FRAME), epoll::EventFlags::IN) {
+        match epoll::add(
+            &self.epoll,
+            bus,
+            epoll::EventData::new_u64(FRAME),
+            epoll::EventFlags::IN,
+        ) {
             Err(Errno::EXIST) => Ok(()),
             result => result,
         }
@@ -98,7 +125,11 @@ impl Wait {
             match (stop, frame, timer) {
                 (true, ..) => return Ok(Wake::Stop),
                 (_, true, _) => return Ok(Wake::Frame),
-                (.., true) => if let Some(wake) = self.deadline()? { return Ok(wake) },
+                (.., true) => {
+                    if let Some(wake) = self.deadline()? {
+                        return Ok(wake);
+                    }
+                }
                 _ => {}
             }
         }
@@ -114,7 +145,10 @@ impl Wait {
 
     fn arm(&mut self, first_ns: i64) -> Result<(), Errno> {
         self.next_ns = first_ns;
-        let timer = Itimerspec { it_interval: timespec(self.period_ns), it_value: timespec(first_ns) };
+        let timer = Itimerspec {
+            it_interval: timespec(self.period_ns),
+            it_value: timespec(first_ns),
+        };
         timerfd_settime(&self.timer, TimerfdTimerFlags::ABSTIME, &timer).map(drop)
     }
 
@@ -127,13 +161,21 @@ impl Wait {
         }
         let passed = u64::from_ne_bytes(count).max(1);
         let deadline_ns = self.next_ns;
-        self.next_ns += self.period_ns.saturating_mul(i64::try_from(passed).unwrap_or(i64::MAX));
-        Ok(Some(Wake::Deadline { deadline_ns, missed: passed - 1 }))
+        self.next_ns += self
+            .period_ns
+            .saturating_mul(i64::try_from(passed).unwrap_or(i64::MAX));
+        Ok(Some(Wake::Deadline {
+            deadline_ns,
+            missed: passed - 1,
+        }))
     }
 }
 
 fn timespec(nanos: i64) -> Timespec {
-    Timespec { tv_sec: nanos / 1_000_000_000, tv_nsec: nanos % 1_000_000_000 }
+    Timespec {
+        tv_sec: nanos / 1_000_000_000,
+        tv_nsec: nanos % 1_000_000_000,
+    }
 }
 
 #[cfg(test)]
@@ -160,7 +202,13 @@ mod tests {
         let (mut wait, _stop) = wait(Trigger::Timer, start);
         let mut expected = start + PERIOD;
         for _ in 0..20 {
-            let Wake::Deadline { deadline_ns, missed } = wait.wait().unwrap() else { panic!("a deadline was due") };
+            let Wake::Deadline {
+                deadline_ns,
+                missed,
+            } = wait.wait().unwrap()
+            else {
+                panic!("a deadline was due")
+            };
             assert_eq!(deadline_ns, expected);
             assert!(KernelTime.monotonic_ns() >= deadline_ns);
             expected += PERIOD * (1 + i64::try_from(missed).unwrap());
@@ -171,7 +219,13 @@ mod tests {
     fn deadlines_missed_are_one_wake_and_counted() {
         let start = KernelTime.monotonic_ns();
         let (mut wait, _stop) = wait(Trigger::Timer, start - 10 * PERIOD - PERIOD / 2);
-        let Wake::Deadline { deadline_ns, missed } = wait.wait().unwrap() else { panic!("deadlines have passed") };
+        let Wake::Deadline {
+            deadline_ns,
+            missed,
+        } = wait.wait().unwrap()
+        else {
+            panic!("deadlines have passed")
+        };
         assert_eq!(deadline_ns, start - 9 * PERIOD - PERIOD / 2);
         assert!(missed >= 9);
     }
@@ -192,7 +246,9 @@ mod tests {
         let (mut wait, _stop) = wait(Trigger::Encoder, KernelTime.monotonic_ns());
         let now = KernelTime.monotonic_ns();
         wait.frame_came(now).unwrap();
-        let Wake::Deadline { deadline_ns, .. } = wait.wait().unwrap() else { panic!("nothing else can come") };
+        let Wake::Deadline { deadline_ns, .. } = wait.wait().unwrap() else {
+            panic!("nothing else can come")
+        };
         assert_eq!(deadline_ns, now + PERIOD + PERIOD / 2);
     }
 

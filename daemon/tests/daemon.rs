@@ -18,8 +18,13 @@ fn frames_become_a_pose() {
     drive.straight(100, STRAIGHT_MPS);
     drive.stand();
     let way_m = drive.way_m();
-    let estimate = listener.until("the way driven", |estimate| (estimate.pose[0] - way_m).abs() < 1e-3);
-    assert!(estimate.pose[1].abs() < 1e-6 && estimate.pose[2].abs() < 1e-6, "{estimate:?}");
+    let estimate = listener.until("the way driven", |estimate| {
+        (estimate.pose[0] - way_m).abs() < 1e-3
+    });
+    assert!(
+        estimate.pose[1].abs() < 1e-6 && estimate.pose[2].abs() < 1e-6,
+        "{estimate:?}"
+    );
     assert_eq!(estimate.robot, 1);
     assert!(estimate.frame_stamp_ns > 0 && estimate.frame_stamp_ns <= estimate.header.stamp_ns);
     assert!(Covariance3::from_row_major(estimate.total).is_ok());
@@ -30,7 +35,10 @@ fn frames_become_a_pose() {
 
 #[test]
 fn the_encoder_trigger_ticks_once_a_sample() {
-    let site = Site::new("robot1", &format!("{PRECISE}[tick]\ntrigger = \"encoder\"\nrate_hz = 10\n"));
+    let site = Site::new(
+        "robot1",
+        &format!("{PRECISE}[tick]\ntrigger = \"encoder\"\nrate_hz = 10\n"),
+    );
     let mut daemon = site.start();
     let mut drive = site.drive();
     let listener = site.listen();
@@ -38,8 +46,14 @@ fn the_encoder_trigger_ticks_once_a_sample() {
     drive.stand();
     let way_m = drive.way_m();
     // At 10 Hz the timer alone would give a fifth of these ticks.
-    let estimate = listener.until("the way driven", |estimate| (estimate.pose[0] - way_m).abs() < 1e-3);
-    assert!((60..=160).contains(&estimate.tick), "{} ticks for 100 pairs of frames", estimate.tick);
+    let estimate = listener.until("the way driven", |estimate| {
+        (estimate.pose[0] - way_m).abs() < 1e-3
+    });
+    assert!(
+        (60..=160).contains(&estimate.tick),
+        "{} ticks for 100 pairs of frames",
+        estimate.tick
+    );
     drop(listener);
     daemon.terminate();
     site.assert_nothing_left();
@@ -50,10 +64,16 @@ fn health_follows_the_wheels() {
     let site = Site::new("robot1", PRECISE);
     let mut daemon = site.start();
     let listener = site.listen();
-    listener.until("a first estimate", |estimate| estimate.health_of(Input::Odometry) == Health::NeverSeen);
+    listener.until("a first estimate", |estimate| {
+        estimate.health_of(Input::Odometry) == Health::NeverSeen
+    });
     site.drive().straight(10, STRAIGHT_MPS);
-    listener.until("odometry", |estimate| estimate.health_of(Input::Odometry) == Health::Ok);
-    let stale = listener.until("silence", |estimate| estimate.health_of(Input::Odometry) == Health::Stale);
+    listener.until("odometry", |estimate| {
+        estimate.health_of(Input::Odometry) == Health::Ok
+    });
+    let stale = listener.until("silence", |estimate| {
+        estimate.health_of(Input::Odometry) == Health::Stale
+    });
     // Not a tick later than the threshold allows: 0.1 s of silence, a period of 20 ms, and no missed deadline between.
     let silent_ns = stale.header.stamp_ns - stale.frame_stamp_ns;
     assert!(silent_ns > 100_000_000, "{silent_ns}");
@@ -68,18 +88,33 @@ fn fixes_are_fused_and_bad_ones_counted() {
     let fixes = site.space().publisher::<Position>(&site.robot()).unwrap();
     let first = listener.until("a first estimate", |_| true);
     let covariance = Covariance2::diagonal([0.01, 0.01]).unwrap().to_row_major();
-    let mut fix = Position { quality: 4, position: [0.5, -0.5], covariance, ..Position::default() };
+    let mut fix = Position {
+        quality: 4,
+        position: [0.5, -0.5],
+        covariance,
+        ..Position::default()
+    };
     fix.header.session_ns = first.header.stamp_ns;
     fix.header.stamp_ns = first.header.stamp_ns;
     fixes.send(fix).unwrap();
-    listener.until("the fix", |estimate| (estimate.pose[0] - 0.5).abs() < 0.05 && (estimate.pose[1] + 0.5).abs() < 0.05);
+    listener.until("the fix", |estimate| {
+        (estimate.pose[0] - 0.5).abs() < 0.05 && (estimate.pose[1] + 0.5).abs() < 0.05
+    });
     fixes.send(fix).unwrap();
     fix.header.sequence = 1;
     fix.position = [f64::NAN, 0.0];
     fixes.send(fix).unwrap();
-    let status = site.status_until("two rejects", |status| status.rejected_total(Input::Position) == 2);
+    let status = site.status_until("two rejects", |status| {
+        status.rejected_total(Input::Position) == 2
+    });
     let count = |status: &Status, reason| status.rejected_of(Input::Position, reason);
-    assert_eq!((count(&status, Reject::Replayed), count(&status, Reject::NotFinite)), (1, 1));
+    assert_eq!(
+        (
+            count(&status, Reject::Replayed),
+            count(&status, Reject::NotFinite)
+        ),
+        (1, 1)
+    );
     assert_eq!(status.accepted_of(Input::Position), 1);
     drop((listener, fixes));
     daemon.terminate();
@@ -93,24 +128,40 @@ fn the_same_robot_is_not_run_twice() {
     site.listen().until("the first", |_| true);
     let (code, said) = site.try_run();
     assert_eq!(code, Some(1));
-    assert!(said.contains("robot1") && said.contains(&first.pid().to_string()), "{said}");
+    assert!(
+        said.contains("robot1") && said.contains(&first.pid().to_string()),
+        "{said}"
+    );
     first.terminate();
 }
 
 #[test]
 fn after_a_kill_it_goes_on_from_where_it_was() {
-    let site = Site::new("robot1", "[initial]\nsigma = [0.1, 0.1, 0.001]\nresume = true\n[telemetry]\nstate_hz = 50\n");
+    let site = Site::new(
+        "robot1",
+        "[initial]\nsigma = [0.1, 0.1, 0.001]\nresume = true\n[telemetry]\nstate_hz = 50\n",
+    );
     let mut daemon = site.start();
     let mut drive = site.drive();
     drive.straight(50, STRAIGHT_MPS);
     drive.stand();
     let way_m = drive.way_m();
-    let before = site.listen().until("the way driven", |estimate| (estimate.pose[0] - way_m).abs() < 1e-3);
-    site.saved_until("the saved belief", |saved| (saved.pose[0] - way_m).abs() < 1e-3);
+    let before = site.listen().until("the way driven", |estimate| {
+        (estimate.pose[0] - way_m).abs() < 1e-3
+    });
+    site.saved_until("the saved belief", |saved| {
+        (saved.pose[0] - way_m).abs() < 1e-3
+    });
     daemon.kill();
     let mut again = site.start();
-    let after = site.listen().until("the next session", |estimate| estimate.header.session_ns > before.header.session_ns);
-    assert!((after.pose[0] - way_m).abs() < 1e-3, "{} instead of {way_m}", after.pose[0]);
+    let after = site.listen().until("the next session", |estimate| {
+        estimate.header.session_ns > before.header.session_ns
+    });
+    assert!(
+        (after.pose[0] - way_m).abs() < 1e-3,
+        "{} instead of {way_m}",
+        after.pose[0]
+    );
     assert!(after.total[0] > before.total[0], "grown by the gap");
     again.terminate();
     site.assert_nothing_left();
@@ -121,8 +172,17 @@ fn a_wrong_configuration_opens_nothing() {
     let site = Site::new("robot1", "[tick]\nrate_hz = 0\n");
     let (code, said) = site.try_run();
     assert_eq!(code, Some(2));
-    let line = 1 + site.config().lines().position(|line| line == "rate_hz = 0").unwrap();
-    assert!(said.contains(&format!("robot.toml:{line}: tick.rate_hz = 0: must be in 1..=1000")), "{said}");
+    let line = 1 + site
+        .config()
+        .lines()
+        .position(|line| line == "rate_hz = 0")
+        .unwrap();
+    assert!(
+        said.contains(&format!(
+            "robot.toml:{line}: tick.rate_hz = 0: must be in 1..=1000"
+        )),
+        "{said}"
+    );
     site.assert_nothing_left();
     assert!(!site.root().exists());
 }
@@ -130,7 +190,9 @@ fn a_wrong_configuration_opens_nothing() {
 #[test]
 fn check_says_what_it_understood_and_opens_nothing() {
     let site = Site::new("robot1", "[[team]]\nname = \"robot2\"\nid = 2\n");
-    let output = Daemon::command(&["check", site.config_path().to_str().unwrap()]).output().unwrap();
+    let output = Daemon::command(&["check", site.config_path().to_str().unwrap()])
+        .output()
+        .unwrap();
     assert!(output.status.success());
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.contains("robot1 (number 1), 2 in the team"), "{said}");

@@ -14,6 +14,9 @@ pub struct Limits<'a> {
     pub history_ns: i64,
     /// By how much clocks of the team may differ (ns).
     pub future_tolerance_ns: i64,
+    /// By how much the clock was set back while this program ran (ns): senders that started before that have sessions
+    /// that seem to begin in the future.
+    pub set_back_ns: i64,
     /// Team number of the robot that validates.
     pub own: u16,
     /// Team numbers of all robots.
@@ -54,12 +57,10 @@ impl Limits<'_> {
     pub(crate) fn check_time(&self, header: &Header) -> Result<(), Reject> {
         let latest_ns = self.now_ns.saturating_add(self.future_tolerance_ns);
         let earliest_ns = self.now_ns.saturating_sub(self.history_ns);
+        let latest_session_ns = latest_ns.saturating_add(self.set_back_ns);
         match header {
-            Header {
-                stamp_ns,
-                session_ns,
-                ..
-            } if *stamp_ns.max(session_ns) > latest_ns => Err(Reject::FromFuture),
+            Header { stamp_ns, .. } if *stamp_ns > latest_ns => Err(Reject::FromFuture),
+            Header { session_ns, .. } if *session_ns > latest_session_ns => Err(Reject::FromFuture),
             Header { stamp_ns, .. } if *stamp_ns < earliest_ns => Err(Reject::TooOld),
             _ => Ok(()),
         }

@@ -104,6 +104,7 @@ fn checking_allocates_nothing() {
         now_ns: 10,
         history_ns: 5,
         future_tolerance_ns: 1,
+        set_back_ns: 0,
         own: 1,
         robots: &[1, 2, 3],
     };

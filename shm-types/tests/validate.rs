@@ -13,6 +13,7 @@ const LIMITS: Limits = Limits {
     now_ns: NOW_NS,
     history_ns: HISTORY_NS,
     future_tolerance_ns: TOLERANCE_NS,
+    set_back_ns: 0,
     own: 1,
     robots: &[1, 2, 3],
 };
@@ -350,6 +351,7 @@ fn limits_at_the_ends_of_time_do_not_overflow() {
             now_ns,
             history_ns: i64::MAX,
             future_tolerance_ns: i64::MAX,
+            set_back_ns: 0,
             ..LIMITS
         };
         let header = Header {

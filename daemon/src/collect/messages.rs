@@ -1,8 +1,11 @@
 //! The three subscribers: drained, validated, and turned into what the estimator computes on.
 
-use coloc_estimator::{Covariance2, Covariance3, NeighbourPose, PositionFix, Pose, RobotId, Sighting, Stamp};
+use coloc_estimator::{
+    Covariance2, Covariance3, NeighbourPose, Pose, PositionFix, RobotId, Sighting, Span, Stamp,
+};
 use coloc_shm_types::{
-    Header, Input, Limits, Message, Neighbour, PortError, Position, Reject, RelativePose, Replay, Space, Subscriber,
+    Header, Input, Limits, Message, Neighbour, PortError, Position, Reject, RelativePose, Replay,
+    Space, Subscriber,
 };
 
 use super::list::List;
@@ -34,6 +37,7 @@ struct Team {
     robots: Box<[u16]>,
     history_ns: i64,
     future_tolerance_ns: i64,
+    set_back_ns: i64,
 }
 
 /// What this tick's messages are, valid and converted.
@@ -73,7 +77,9 @@ impl Messages {
     /// If a port cannot be opened.
     pub fn open(config: &Config, space: &Space) -> Result<Self, PortError> {
         let own = config.robot.id;
-        let robots: Box<[u16]> = std::iter::once(own).chain(config.peers().map(|peer| peer.id)).collect();
+        let robots: Box<[u16]> = std::iter::once(own)
+            .chain(config.peers().map(|peer| peer.id))
+            .collect();
         let name = &config.robot.name;
         let history_ns = nanos(config.history.length_s);
         let future_tolerance_ns = nanos(config.history.future_tolerance_s);
@@ -84,10 +90,20 @@ impl Messages {
             seen_sightings: Replay::new(),
             seen_fixes: Replay::new(),
             seen_neighbours: robots.iter().map(|_| Replay::new()).collect(),
-            team: Team { own, robots, history_ns, future_tolerance_ns },
+            team: Team {
+                own,
+                robots,
+                history_ns,
+                future_tolerance_ns,
+                set_back_ns: 0,
+            },
         };
         // Whom this does not reach now the first receive will.
-        let _ = (opened.sightings.refresh(), opened.fixes.refresh(), opened.neighbours.refresh());
+        let _ = (
+            opened.sightings.refresh(),
+            opened.fixes.refresh(),
+            opened.neighbours.refresh(),
+        );
         Ok(opened)
     }
 
@@ -95,29 +111,61 @@ impl Messages {
     pub fn receive(&mut self, now: Stamp, into: &mut Received, account: &mut Account) {
         let limits = self.team.limits(now);
         let seen = &mut self.seen_sightings;
-        drain(&self.sightings, &mut into.sightings, Input::RelativePose, account, |message: &RelativePose| {
-            message.validate(&limits)?;
-            let sighting = sighting(message)?;
-            seen.accept(&message.header).map(|()| (sighting, message.header))
-        });
+        drain(
+            &self.sightings,
+            &mut into.sightings,
+            Input::RelativePose,
+            account,
+            |message: &RelativePose| {
+                message.validate(&limits)?;
+                let sighting = sighting(message)?;
+                seen.accept(&message.header)
+                    .map(|()| (sighting, message.header))
+            },
+        );
         let seen = &mut self.seen_fixes;
-        drain(&self.fixes, &mut into.fixes, Input::Position, account, |message: &Position| {
-            message.validate(&limits)?;
-            let fix = fix(message)?;
-            seen.accept(&message.header).map(|()| (fix, message.header))
-        });
+        drain(
+            &self.fixes,
+            &mut into.fixes,
+            Input::Position,
+            account,
+            |message: &Position| {
+                message.validate(&limits)?;
+                let fix = fix(message)?;
+                seen.accept(&message.header).map(|()| (fix, message.header))
+            },
+        );
         let seen = &mut self.seen_neighbours;
-        drain(&self.neighbours, &mut into.neighbours, Input::Neighbour, account, |message: &Neighbour| {
-            message.validate(&limits)?;
-            let neighbour = neighbour(message)?;
-            let place = limits.robots.iter().position(|&robot| robot == message.sender);
-            let window = place.and_then(|place| seen.get_mut(place)).ok_or(Reject::UnknownRobot)?;
-            window.accept(&message.header).map(|()| (neighbour, message.header))
-        });
+        drain(
+            &self.neighbours,
+            &mut into.neighbours,
+            Input::Neighbour,
+            account,
+            |message: &Neighbour| {
+                message.validate(&limits)?;
+                let neighbour = neighbour(message)?;
+                let place = limits
+                    .robots
+                    .iter()
+                    .position(|&robot| robot == message.sender);
+                let window = place
+                    .and_then(|place| seen.get_mut(place))
+                    .ok_or(Reject::UnknownRobot)?;
+                window
+                    .accept(&message.header)
+                    .map(|()| (neighbour, message.header))
+            },
+        );
     }
 
-    /// The clock was stepped: sessions that began under the old one say nothing about which is newer.
-    pub fn forget(&mut self) {
+    /// The clock was stepped: sessions that began under the old one say nothing about which is newer, and after a
+    /// step back they may seem to lie in the future.
+    pub fn shift(&mut self, shift: Span) {
+        self.team.set_back_ns = self
+            .team
+            .set_back_ns
+            .saturating_sub(shift.as_nanos())
+            .max(0);
         self.seen_sightings = Replay::new();
         self.seen_fixes = Replay::new();
         self.seen_neighbours.fill(Replay::new());
@@ -130,6 +178,7 @@ impl Team {
             now_ns: now.as_nanos(),
             history_ns: self.history_ns,
             future_tolerance_ns: self.future_tolerance_ns,
+            set_back_ns: self.set_back_ns,
             own: self.own,
             robots: &self.robots,
         }

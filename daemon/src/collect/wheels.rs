@@ -41,17 +41,30 @@ impl Wheels {
     /// # Errors
     /// A signal that the DBC file does not have, or a bus that cannot be opened.
     pub fn open(config: &Config) -> Result<Self, StartError> {
-        let decoder = config.odometry.as_ref().map(OdometryDecoder::new).transpose()?;
+        let decoder = config
+            .odometry
+            .as_ref()
+            .map(OdometryDecoder::new)
+            .transpose()?;
         let odometry = config.odometry.as_ref();
-        let specs = odometry.map(|odometry| odometry.buses.as_slice()).unwrap_or_default();
+        let specs = odometry
+            .map(|odometry| odometry.buses.as_slice())
+            .unwrap_or_default();
         let buses = specs.iter().zip(0_u8..).map(|(spec, number)| {
-            let ids = decoder.iter().flat_map(|decoder| decoder.wanted_ids(number));
+            let ids = decoder
+                .iter()
+                .flat_map(|decoder| decoder.wanted_ids(number));
             Bus::open(spec, number, Filter::ids(ids))
         });
-        let holonomic = odometry.and_then(|odometry| odometry.body.as_ref()).is_some_and(|body| body.sideways.is_some());
+        let holonomic = odometry
+            .and_then(|odometry| odometry.body.as_ref())
+            .is_some_and(|body| body.sideways.is_some());
         Ok(Self {
             buses: buses.collect::<Result<_, _>>()?,
-            to_motion: ToMotion { noise: noise(&config.motion), holonomic },
+            to_motion: ToMotion {
+                noise: noise(&config.motion),
+                holonomic,
+            },
             decoder,
             samples: List::with_capacity(SAMPLES),
             newest_ns: 0,
@@ -61,11 +74,21 @@ impl Wheels {
 
     /// Drains all buses and looks after them.
     pub fn receive(&mut self, moment: &Moment, account: &mut Account) {
-        let Some(decoder) = &mut self.decoder else { return };
-        let (samples, newest_ns, to_motion, steps) = (&mut self.samples, &mut self.newest_ns, self.to_motion, self.steps);
+        let Some(decoder) = &mut self.decoder else {
+            return;
+        };
+        let (samples, newest_ns, to_motion, steps) = (
+            &mut self.samples,
+            &mut self.newest_ns,
+            self.to_motion,
+            self.steps,
+        );
         let mut sink = |received: &can::Received| {
             let stamp = Stamp::from_nanos(moment.of_frame(received.stamp_ns)) - steps;
-            let received = can::Received { stamp_ns: stamp.as_nanos(), ..*received };
+            let received = can::Received {
+                stamp_ns: stamp.as_nanos(),
+                ..*received
+            };
             match decoder.push(&received) {
                 Ok(Some(odometry)) => {
                     let sample = to_motion.sample(&odometry, steps);
@@ -74,16 +97,18 @@ impl Wheels {
                     // More than fit come only after a stall; counters are cumulative, so the next sample covers them.
                     let _ = samples.push(sample);
                 }
-                Ok(None) => {}
                 Err(reason) if is_wrong(reason) => account.unreadable(Input::Odometry),
-                Err(_) => {}
+                Ok(None) | Err(_) => {}
             }
         };
         for bus in &mut self.buses {
             bus.receive(&mut sink);
             bus.supervise(moment.reading.monotonic_ns);
         }
-        account.buses(worst(&self.buses), counters(&self.buses, decoder.counters()));
+        account.buses(
+            worst(&self.buses),
+            counters(&self.buses, decoder.counters()),
+        );
     }
 
     /// The buses, to be waited on.
@@ -126,25 +151,40 @@ impl ToMotion {
 
     fn motion(self, velocity: [f64; 3]) -> Motion {
         let [v, _, omega] = velocity;
-        if self.holonomic { self.noise.holonomic(velocity) } else { self.noise.nonholonomic([v, omega]) }
+        if self.holonomic {
+            self.noise.holonomic(velocity)
+        } else {
+            self.noise.nonholonomic([v, omega])
+        }
     }
 }
 
 fn noise(motion: &config::Motion) -> OdometryNoise {
     let variance = |config::Variance { a, b, c }| noise::Variance { a, b, c };
-    OdometryNoise { forward: variance(motion.forward), sideways: variance(motion.sideways), turning: variance(motion.turning) }
+    OdometryNoise {
+        forward: variance(motion.forward),
+        sideways: variance(motion.sideways),
+        turning: variance(motion.turning),
+    }
 }
 
 /// Whether the sensor is at fault, rather than the order in which its frames came.
 fn is_wrong(reason: FrameReject) -> bool {
     match reason {
-        FrameReject::Remote | FrameReject::Short | FrameReject::Checksum | FrameReject::Implausible => true,
+        FrameReject::Remote
+        | FrameReject::Short
+        | FrameReject::Checksum
+        | FrameReject::Implausible => true,
         FrameReject::Repeated | FrameReject::OutOfOrder | FrameReject::Backward => false,
     }
 }
 
 fn worst(buses: &[Bus]) -> BusState {
-    buses.iter().map(|bus| state(bus.health().state)).max().unwrap_or_default()
+    buses
+        .iter()
+        .map(|bus| state(bus.health().state))
+        .max()
+        .unwrap_or_default()
 }
 
 fn state(state: can::BusState) -> BusState {
@@ -153,18 +193,31 @@ fn state(state: can::BusState) -> BusState {
         can::BusState::ErrorWarning => BusState::Warning,
         can::BusState::ErrorPassive => BusState::Passive,
         can::BusState::BusOff => BusState::Off,
-        can::BusState::Down | can::BusState::Gone | can::BusState::Closed | can::BusState::Ended => BusState::Down,
+        can::BusState::Down
+        | can::BusState::Gone
+        | can::BusState::Closed
+        | can::BusState::Ended => BusState::Down,
     }
 }
 
 fn counters(buses: &[Bus], decoded: &OdometryCounters) -> CanCounters {
-    let sum = |count: fn(&can::BusCounters) -> u64| buses.iter().map(|bus| count(&bus.health().counters)).sum::<u64>();
-    let wrong = [FrameReject::Remote, FrameReject::Short, FrameReject::Implausible];
+    let sum = |count: fn(&can::BusCounters) -> u64| {
+        buses
+            .iter()
+            .map(|bus| count(&bus.health().counters))
+            .sum::<u64>()
+    };
+    let wrong = [
+        FrameReject::Remote,
+        FrameReject::Short,
+        FrameReject::Implausible,
+    ];
     CanCounters {
         frames: decoded.accepted + decoded.rejected.iter().sum::<u64>(),
         error_frames: sum(|counters| counters.error_frames),
         checksum_errors: decoded.of(FrameReject::Checksum),
-        malformed: sum(|counters| counters.malformed) + wrong.map(|reason| decoded.of(reason)).iter().sum::<u64>(),
+        malformed: sum(|counters| counters.malformed)
+            + wrong.map(|reason| decoded.of(reason)).iter().sum::<u64>(),
         alive_skips: decoded.skipped,
         alive_repeats: decoded.of(FrameReject::Repeated),
         rx_overflows: sum(|counters| counters.receive_drops + counters.controller_overflows),

@@ -74,7 +74,11 @@ fn prefix(key: &str, value: &str) -> Checked {
     if (1..=16).contains(&value.len()) && value.chars().all(plain) {
         return Ok(());
     }
-    refuse(key, format!("{value:?}"), "must be 1 to 16 letters, digits or `_`")
+    refuse(
+        key,
+        format!("{value:?}"),
+        "must be 1 to 16 letters, digits or `_`",
+    )
 }
 
 fn team(config: &Config) -> Checked {
@@ -137,10 +141,18 @@ fn shm(shm: &Shm) -> Checked {
 
 /// Whether the signals are in the DBC file and make sense together is the decoder's to say.
 fn odometry(config: &Config) -> Checked {
-    let Some(Err(error)) = config.odometry.as_ref().map(OdometryDecoder::new) else { return Ok(()) };
+    let Some(Err(error)) = config.odometry.as_ref().map(OdometryDecoder::new) else {
+        return Ok(());
+    };
     Err(match error {
-        ConfigError::Setting { setting, problem } => Refusal { key: format!("odometry.{setting}"), problem: format!(": {problem}") },
-        other => Refusal { key: "odometry".into(), problem: format!(": {other}") },
+        ConfigError::Setting { setting, problem } => Refusal {
+            key: format!("odometry.{setting}"),
+            problem: format!(": {problem}"),
+        },
+        other => Refusal {
+            key: "odometry".into(),
+            problem: format!(": {other}"),
+        },
     })
 }
 
@@ -166,7 +178,9 @@ fn motion(motion: &Motion) -> Checked {
         .outage_variance
         .iter()
         .enumerate()
-        .try_for_each(|(axis, &sigma)| not_negative(&format!("motion.outage_variance.{axis}"), sigma))
+        .try_for_each(|(axis, &sigma)| {
+            not_negative(&format!("motion.outage_variance.{axis}"), sigma)
+        })
 }
 
 fn initial(initial: &Initial) -> Checked {

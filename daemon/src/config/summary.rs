@@ -41,7 +41,7 @@ impl fmt::Display for Summary<'_> {
 }
 
 impl Summary<'_> {
-    fn estimator(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn estimator(self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let c = self.0;
         let ([x, y, phi], [sx, sy, sphi]) = (c.initial.pose, c.initial.sigma);
         writeln!(
@@ -74,7 +74,7 @@ impl Summary<'_> {
         )
     }
 
-    fn realtime(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn realtime(self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let r = &self.0.realtime;
         let class = match r.scheduler {
             Scheduler::Other => "ordinary scheduling".into(),

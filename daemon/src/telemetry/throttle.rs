@@ -41,7 +41,10 @@ impl Throttle {
                 let kind = &mut self.kinds[input as usize][reason as usize];
                 if kind.unsaid > 0 && due(kind) {
                     warn!(count = kind.unsaid, "{input} rejected: {reason}");
-                    *kind = Kind { logged: Some(Instant::now()), unsaid: 0 };
+                    *kind = Kind {
+                        logged: Some(Instant::now()),
+                        unsaid: 0,
+                    };
                 }
             }
         }
@@ -57,7 +60,8 @@ mod tests {
         let mut throttle = Throttle::default();
         throttle.note(Input::Position, Reject::Gated);
         throttle.tick();
-        let kind = |throttle: &Throttle| throttle.kinds[Input::Position as usize][Reject::Gated as usize];
+        let kind =
+            |throttle: &Throttle| throttle.kinds[Input::Position as usize][Reject::Gated as usize];
         assert_eq!(kind(&throttle).unsaid, 0);
         (0..100).for_each(|_| throttle.note(Input::Position, Reject::Gated));
         throttle.tick();

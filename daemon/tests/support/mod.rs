@@ -1,6 +1,6 @@
 //! A robot's site: a directory of its own with configuration, shared-memory root and bus. Everything is waited for
 //! with a deadline.
-#![allow(dead_code)] // Each test binary uses its part.
+#![allow(dead_code, clippy::unwrap_used)] // Each test binary uses its part; what fails here fails the test.
 
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,11 @@ impl Site {
              [realtime]\nscheduler = \"other\"\nlock_memory = false\n"
         );
         std::fs::write(directory.path().join("robot.toml"), &config).unwrap();
-        Self { directory, config, robot: RobotName::new(robot).unwrap() }
+        Self {
+            directory,
+            config,
+            robot: RobotName::new(robot).unwrap(),
+        }
     }
 
     pub(crate) fn config(&self) -> &str {
@@ -61,7 +65,9 @@ impl Site {
     }
 
     pub(crate) fn start(&self) -> Daemon {
-        let child = Daemon::command(&["run", self.config_path().to_str().unwrap()]).spawn().unwrap();
+        let child = Daemon::command(&["run", self.config_path().to_str().unwrap()])
+            .spawn()
+            .unwrap();
         Daemon(child)
     }
 
@@ -89,21 +95,45 @@ impl Site {
 
     pub(crate) fn saved_until(&self, what: &str, condition: impl Fn(&Saved) -> bool) {
         let config = Config::load(&self.config_path()).unwrap();
-        let read = || -> Option<Saved> { toml::from_str(&std::fs::read_to_string(config.state_file()).ok()?).ok() };
-        wait_for(what, || read().filter(|saved| condition(saved)).ok_or_else(read));
+        let read = || -> Option<Saved> {
+            toml::from_str(&std::fs::read_to_string(config.state_file()).ok()?).ok()
+        };
+        wait_for(what, || {
+            read()
+                .filter(|saved| condition(saved))
+                .ok_or_else(|| read().map(|saved| saved.pose))
+        });
     }
 
     /// The wheels, once the daemon listens to them.
     pub(crate) fn drive(&self) -> Drive {
         let bus = self.directory.path().join("bus");
-        let _: std::io::Result<_> = wait_for("a listener on the bus", || std::fs::read_dir(&bus).ok().and_then(|mut entries| entries.next()).ok_or(()));
+        let _: std::io::Result<_> = wait_for("a listener on the bus", || {
+            std::fs::read_dir(&bus)
+                .ok()
+                .and_then(|mut entries| entries.next())
+                .ok_or(())
+        });
         let sender = Sender::open(&BusSpec::Local { directory: bus }).unwrap();
-        Drive { sender, frames: WheelFrames::new(METRES_PER_TICK), way_m: 0.0 }
+        Drive {
+            sender,
+            frames: WheelFrames::new(METRES_PER_TICK),
+            way_m: 0.0,
+        }
     }
 
     pub(crate) fn assert_nothing_left(&self) {
-        let below = |path: &Path| std::fs::read_dir(path).map(|entries| entries.count()).unwrap_or(0);
+        let below = |path: &Path| std::fs::read_dir(path).map_or(0, Iterator::count);
         assert_eq!(below(&self.root()), 0, "in {}", self.root().display());
+    }
+}
+
+/// After a failed test, what its killed daemon has left.
+impl Drop for Site {
+    fn drop(&mut self) {
+        if self.root().exists() {
+            let _ = Space::open(&self.root(), "test", "test");
+        }
     }
 }
 
@@ -180,7 +210,10 @@ impl Daemon {
     }
 
     fn wait(&mut self) -> Option<i32> {
-        wait_for("the end of the daemon", || self.0.try_wait().unwrap().ok_or(())).code()
+        wait_for("the end of the daemon", || {
+            self.0.try_wait().unwrap().ok_or(())
+        })
+        .code()
     }
 }
 
@@ -197,7 +230,10 @@ pub(crate) fn wait_for<T, E: Debug>(what: &str, mut ask: impl FnMut() -> Result<
     loop {
         match ask() {
             Ok(answer) => return answer,
-            Err(last) => assert!(Instant::now() < deadline, "{what}: not within {PATIENCE:?}; last: {last:?}"),
+            Err(last) => assert!(
+                Instant::now() < deadline,
+                "{what}: not within {PATIENCE:?}; last: {last:?}"
+            ),
         }
         std::thread::sleep(Duration::from_millis(1));
     }
