@@ -4,7 +4,9 @@
 //! --test-threads=1`. Every test has an interface of its own; one that takes an interface away brings it back.
 
 mod bus_lost;
+mod daemon;
 mod frame_kinds;
 mod kernel_filter;
 mod kernel_stamp;
+mod robot;
 mod support;

@@ -1,0 +1,110 @@
+//! A `colocd` process with a configuration and a shared-memory space of its own, which vanish with it.
+
+use std::path::Path;
+use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+use coloc_shm_types::{Estimate, RobotName, Space, Subscriber};
+use rustix::process::{Pid, Signal, kill_process};
+use tempfile::TempDir;
+
+pub(crate) const TRACK_M: f64 = 0.3;
+pub(crate) const METRES_PER_TICK: f64 = 1e-5;
+
+/// Longer than anything here takes on the slowest machine; only a failure waits it out.
+const PATIENCE: Duration = Duration::from_secs(20);
+const NAME: &str = "robot1";
+const PREFIX: &str = "can";
+
+pub(crate) struct Robot {
+    process: Child,
+    estimates: Subscriber<Estimate>,
+    /// Last, so that it is removed last.
+    _directory: TempDir,
+}
+
+impl Robot {
+    /// Starts it with its left and right wheel on these buses, and waits until it ticks.
+    pub(crate) fn start(left: &str, right: &str, trigger: &str) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let (root, file) = (
+            directory.path().join("shm"),
+            directory.path().join("robot.toml"),
+        );
+        std::fs::write(&file, configuration(left, right, trigger, &root)).unwrap();
+        let space = Space::open(&root, PREFIX, "test").unwrap();
+        let robot = Self {
+            estimates: space.subscriber(&RobotName::new(NAME).unwrap()).unwrap(),
+            process: Command::new(env!("CARGO_BIN_EXE_colocd-under-test"))
+                .arg("run")
+                .arg(file)
+                .spawn()
+                .unwrap(),
+            _directory: directory,
+        };
+        robot.estimate_until("the first tick", |_| true);
+        robot
+    }
+
+    /// The first estimate that is as wanted.
+    pub(crate) fn estimate_until(
+        &self,
+        what: &str,
+        wanted: impl Fn(&Estimate) -> bool,
+    ) -> Estimate {
+        let deadline = Instant::now() + PATIENCE;
+        let mut last = None;
+        loop {
+            match self.estimates.receive().unwrap() {
+                Some(estimate) if wanted(&estimate) => return estimate,
+                Some(estimate) => last = Some(estimate),
+                None => std::thread::sleep(Duration::from_millis(1)),
+            }
+            assert!(
+                Instant::now() < deadline,
+                "{what}: not within {PATIENCE:?}; last: {last:?}"
+            );
+        }
+    }
+
+    /// Ends it as a person would; it obeys.
+    pub(crate) fn end(mut self) {
+        kill_process(Pid::from_child(&self.process), Signal::TERM).unwrap();
+        assert!(self.process.wait().unwrap().success());
+    }
+}
+
+impl Drop for Robot {
+    fn drop(&mut self) {
+        let _ = (self.process.kill(), self.process.wait()); // Ended already, unless the test has failed.
+    }
+}
+
+/// Wheels without noise: where the robot believes to be is then plain geometry.
+fn configuration(left: &str, right: &str, trigger: &str, root: &Path) -> String {
+    let wheel = |bus, message| {
+        format!(
+            "{{ bus = {bus}, message = \"{message}\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}"
+        )
+    };
+    let buses = if left == right {
+        format!("{left:?}")
+    } else {
+        format!("{left:?}, {right:?}")
+    };
+    let (left, right) = (
+        wheel(0, "WheelLeft"),
+        wheel(u8::from(left != right), "WheelRight"),
+    );
+    format!(
+        "[robot]\nname = \"{NAME}\"\nid = 1\n\
+         [tick]\ntrigger = \"{trigger}\"\n\
+         [shm]\nroot = {root:?}\nprefix = \"{PREFIX}\"\n\
+         [initial]\nsigma = [0.1, 0.1, 0.0]\n\
+         [motion]\nforward = {{ a = 0.0, b = 0.0, c = 0.0 }}\nturning = {{ a = 0.0, b = 0.0, c = 0.0 }}\n\
+         outage_variance = [0.0, 0.0, 0.0]\n\
+         [odometry]\nbuses = [{buses}]\nmax_speed_mps = 50.0\n\
+         [odometry.wheels]\ntrack_m = {TRACK_M}\nleft = {left}\nright = {right}\n\
+         [realtime]\nscheduler = \"other\"\nlock_memory = false\n"
+    )
+}
