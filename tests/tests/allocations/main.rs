@@ -96,8 +96,17 @@ fn ticks_without_allocation(trigger: &str, ticks: u64) {
     assert_eq!(calls, Calls::default(), "over {counted} ticks");
     let status = robot.account().status;
     for input in Input::ALL {
+        // Of frames that a late tick brought close together the wheels make one sample.
+        let at_least = if input == Input::Odometry {
+            ticks / 2
+        } else {
+            ticks
+        };
         let accepted = status.accepted_of(input);
-        assert!(accepted >= ticks, "{input}: {accepted} in {ticks} ticks; {status:?}");
+        assert!(
+            accepted >= at_least,
+            "{input}: {accepted} in {ticks} ticks; {status:?}"
+        );
     }
     assert!(
         estimates as u64 >= ticks && told as u64 >= 4 * ticks,

@@ -29,8 +29,8 @@ pub(crate) fn config(directory: &Path, trigger: &str) -> Config {
     };
     let text = format!(
         "{team}[robot]\nname = \"robot1\"\nid = 1\n\
-         [tick]\nrate_hz = 1000.0\ntrigger = \"{trigger}\"\n\
-         [history]\nlength_s = 0.05\n\
+         [tick]\nrate_hz = 500.0\ntrigger = \"{trigger}\"\n\
+         [history]\nlength_s = 0.1\n\
          [shm]\nroot = \"{at}/shm\"\nprefix = \"test\"\n\
          [odometry]\nbuses = [\"local:{at}/bus\"]\nmax_speed_mps = 5.0\n\
          [odometry.wheels]\ntrack_m = 0.3\nleft = {}\nright = {}\n",
