@@ -35,7 +35,8 @@ pub struct EvalConfig {
     pub seed: u64,
     /// Stop after this time \[s\]; `None` for the whole world.
     pub seconds: Option<f64>,
-    /// P₀ around the true pose.
+    /// P₀, around the true pose. The paper does not state its own; from 1 mm to 10 cm it changes no figure of the
+    /// whole recording by more than 1 %, but for the NEES of `sl`.
     pub initial: Covariance3,
     /// About how many points a plotted series has.
     pub plot_points: usize,
@@ -62,11 +63,16 @@ pub enum EvalError {
     },
 }
 
+/// 5 cm, 5 cm, 2°.
+fn initial_covariance() -> Covariance3 {
+    let heading = 2.0_f64.to_radians();
+    Covariance3::diagonal([0.0025, 0.0025, heading * heading]).unwrap_or_default()
+}
+
 impl EvalConfig {
     /// The paper's setting in `world`: all methods of its comparison, 20 runs, seed 1.
     #[must_use]
     pub fn new(world: EvalWorld) -> Self {
-        let degrees = 0.5_f64.to_radians();
         Self {
             world,
             scenario: Scenario::paper(),
@@ -82,7 +88,7 @@ impl EvalConfig {
             runs: 20,
             seed: 1,
             seconds: None,
-            initial: Covariance3::diagonal([1e-4, 1e-4, degrees * degrees]).unwrap_or_default(),
+            initial: initial_covariance(),
             plot_points: 1500,
             settings: None,
         }
