@@ -125,7 +125,7 @@ impl Scenario {
             all.push(scenario);
         };
         add("slow", "relative poses at 2 Hz", &|s| {
-            s.sightings.rate_hz = 2.0
+            s.sightings.rate_hz = 2.0;
         });
         add("near", "robots see 4 m far", &|s| s.sightings.range_m = 4.0);
         add(
@@ -134,10 +134,10 @@ impl Scenario {
             &|s| s.sightings.one_way = true,
         );
         add("lossy", "half of all messages are lost", &|s| {
-            s.radio.loss = 0.5
+            s.radio.loss = 0.5;
         });
         add("delayed", "messages take 0 to 400 ms", &|s| {
-            s.radio.delay_s = [0.0, 0.4]
+            s.radio.delay_s = [0.0, 0.4];
         });
         add("one-dgps", "DGPS on R1 only", &|s| s.fixes.robots = vec![0]);
         add(
@@ -156,7 +156,7 @@ impl Scenario {
             },
         );
         add("ten-robots", "ten robots (synthetic world only)", &|s| {
-            s.synthetic_robots = 10
+            s.synthetic_robots = 10;
         });
         add(
             "drop-outs",

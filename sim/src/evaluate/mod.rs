@@ -5,8 +5,8 @@ mod gather;
 mod report;
 mod run;
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use rayon::iter::{ParallelBridge, ParallelIterator};
 
@@ -56,14 +56,13 @@ pub fn evaluate(
             if let Some(gather) = gathers.get(index / usize::from(config.runs)) {
                 gather
                     .lock()
-                    .unwrap_or_else(std::sync::PoisonError::into_inner)
+                    .unwrap_or_else(PoisonError::into_inner)
                     .add(run, outcome);
             }
         });
-    let gathers = gathers.into_iter().map(|gather| {
-        gather
-            .into_inner()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-    });
-    Ok(report::report(config, gathers.collect()))
+    let gathers: Vec<Gather> = gathers
+        .into_iter()
+        .map(|gather| gather.into_inner().unwrap_or_else(PoisonError::into_inner))
+        .collect();
+    Ok(report::report(config, &gathers))
 }

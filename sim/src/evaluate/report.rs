@@ -135,7 +135,7 @@ pub struct Comparison {
     pub position: Paired,
 }
 
-pub(super) fn report(config: &EvalConfig, gathers: Vec<Gather>) -> EvalReport {
+pub(super) fn report(config: &EvalConfig, gathers: &[Gather]) -> EvalReport {
     let world = config.world(0);
     let dt_s = world.dt_s();
     let every = stride(config);
@@ -172,8 +172,8 @@ struct Axis {
     band: [f64; 2],
 }
 
-#[allow(clippy::cast_precision_loss)] // Counts are far below 2^53.
-fn method(kind: Kind, gather: Gather, config: &EvalConfig, axis: &Axis) -> MethodReport {
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation)] // Counts are far below 2^32.
+fn method(kind: Kind, gather: &Gather, config: &EvalConfig, axis: &Axis) -> MethodReport {
     let steps = (config.steps() as u32)
         .saturating_mul(config.runs.into())
         .max(1);

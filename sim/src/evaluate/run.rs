@@ -55,7 +55,7 @@ pub(super) fn run(config: &EvalConfig, kind: Kind, run: u16, advance: &dyn Fn(u6
         outcome.messages += inputs.sightings.len() as u64;
         let before = Instant::now();
         team.step(&inputs, &mut |innovation| {
-            outcome_log(&mut outcome.robots, innovation)
+            outcome_log(&mut outcome.robots, innovation);
         });
         outcome.time += before.elapsed();
         outcome.observe(&*world, step, &*team);

@@ -116,7 +116,7 @@ pub struct FilterSettings {
     pub odometry: OdometryNoise,
     /// R of relative poses.
     pub relative: Covariance3,
-    /// R_A of fixes.
+    /// `R_A` of fixes.
     pub fix: Covariance2,
     /// Gates, holding of odometry, and how `coloc` fuses.
     pub product: Settings,

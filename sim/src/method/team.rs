@@ -222,7 +222,7 @@ impl Method for Team {
                     robot: index,
                     accepted,
                     d2,
-                })
+                });
             };
             robot.belief = robot
                 .now

@@ -19,7 +19,8 @@ impl Totals {
     pub fn add(&mut self, sample: &Sample) {
         self.count += 1.0;
         self.nees += sample.nees;
-        self.nees_outside += f64::from(u8::from(!(sample.nees <= CHI2_3_95)));
+        // Counted this way, a NEES that is no number is outside.
+        self.nees_outside += 1.0 - f64::from(u8::from(sample.nees <= CHI2_3_95));
         for i in 0..3 {
             let square = sample.error[i] * sample.error[i];
             self.squares[i] += square;

@@ -153,6 +153,7 @@ impl RobotRecord {
 }
 
 /// What a moment lies between.
+#[derive(Copy, Clone)]
 enum Between<'a, R> {
     Before(&'a R),
     /// The two rows around it and how far it is from the first to the second.
