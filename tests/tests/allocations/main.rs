@@ -2,6 +2,10 @@
 //!
 //! Own test binary, for it replaces the allocator. Between the ticks the same thread plays the surroundings, which is not
 //! counted. Counting starts after a warm-up: the first message over a new connection maps its shared memory.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test fails by panicking, also in its helpers"
+)]
 
 mod counting;
 mod surroundings;

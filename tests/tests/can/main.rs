@@ -2,6 +2,10 @@
 //!
 //! Run by `tests/run`, or alone by `tests/hil/with-vcan -i 4 -- cargo test -p coloc-tests --features vcan --test can --
 //! --test-threads=1`. Every test has an interface of its own; one that takes an interface away brings it back.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test fails by panicking, also in its helpers"
+)]
 
 mod bus_lost;
 mod daemon;
