@@ -68,6 +68,9 @@ impl Reading {
     }
 }
 
+/// A thread that is not a real-time one may be held up for so long between reading the clocks and draining a bus.
+const SLACK_NS: i64 = 100_000_000;
+
 /// Follows the clocks from tick to tick and notices when one was stepped.
 #[derive(Clone, Debug)]
 pub struct Timeline {
@@ -119,8 +122,8 @@ impl Timeline {
             stamp: Stamp::from_nanos(stamp),
             shift: Span::from_nanos(if shift.abs() > self.step { shift } else { 0 }),
             frames_unreliable: kernel_shift.abs() > self.step,
-            earliest: stamp.saturating_sub(elapsed).saturating_sub(self.step),
-            latest: stamp.saturating_add(self.step),
+            earliest: stamp.saturating_sub(elapsed).saturating_sub(SLACK_NS),
+            latest: stamp.saturating_add(SLACK_NS),
             offset: stamp.saturating_sub(now.realtime_ns),
         }
     }

@@ -1,9 +1,11 @@
 //! `robot.toml`: read once at start, refused as a whole before anything opens.
 //!
-//! [`sections`] says what can be written, [`check`] what is allowed, [`error`] how a refusal reads,
-//! [`summary`] how `colocd check` shows what it understood. Nothing behind this module sees an unchecked value.
+//! [`sections`] says what can be written (`defaults` what is meant where nothing is), [`check`] what is allowed,
+//! [`error`] how a refusal reads, [`summary`] how `colocd check` shows what it understood. Nothing behind this module
+//! sees an unchecked value.
 
 pub mod check;
+mod defaults;
 pub mod error;
 pub mod sections;
 pub mod summary;

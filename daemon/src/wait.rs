@@ -102,12 +102,6 @@ impl Wait {
         }
     }
 
-    /// Ends the watch, for a bus that has failed: its descriptor would be readable for ever.
-    pub fn unwatch(&self, bus: BorrowedFd<'_>) {
-        // A descriptor that was closed has left the set by itself.
-        let _ = epoll::delete(&self.epoll, bus);
-    }
-
     /// Blocks until there is a reason for a tick, or to end.
     ///
     /// # Errors

@@ -17,6 +17,16 @@ fn refusal_of(lines: &str) -> String {
     refusal(&format!("{MINIMAL}{lines}\n"))
 }
 
+const WHEELS: &str = r#"
+[odometry]
+buses = ["socketcan:can0"]
+max_speed_mps = 2.0
+[odometry.wheels]
+track_m = 0.3
+left = { message = "WheelLeft", signal = "Ticks", metres_per_tick = 1e-4 }
+right = { message = "WheelRight", signal = "Ticks", metres_per_tick = 1e-4 }
+"#;
+
 #[test]
 fn the_documented_example_is_the_defaults() {
     let example = Config::load(Path::new(concat!(
@@ -24,9 +34,62 @@ fn the_documented_example_is_the_defaults() {
         "/robot.toml"
     )))
     .expect("the example parses");
-    assert_eq!(
-        example,
-        Config::parse(MINIMAL, Path::new("minimal")).expect("the minimum parses")
+    let defaults = Config::parse(&format!("{MINIMAL}{WHEELS}"), Path::new("minimal"))
+        .expect("the minimum parses");
+    assert_eq!(example, defaults);
+}
+
+/// A key that the example leaves out would be a default that nobody can look up.
+#[test]
+fn the_documented_example_has_every_key() {
+    let example = include_str!("../robot.toml");
+    let sections = include_str!("../src/config/sections.rs");
+    let keys = sections
+        .lines()
+        .filter_map(|line| line.strip_prefix("    pub ")?.split_once(':'))
+        .map(|(key, _)| key);
+    let missing: Vec<_> = keys
+        .filter(|key| !example.contains(&format!("{key} =")))
+        .collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
+#[test]
+fn wheels_that_make_no_sense_name_their_line() {
+    let said = refusal(&format!(
+        "{MINIMAL}{}",
+        WHEELS.replace("track_m = 0.3", "track_m = -0.3")
+    ));
+    assert!(
+        said.starts_with("robot.toml:9: odometry.wheels.track_m"),
+        "{said}"
+    );
+    let said = refusal(&format!(
+        "{MINIMAL}{}",
+        WHEELS.replace("socketcan:can0", "usb:can0")
+    ));
+    assert!(
+        said.starts_with("robot.toml:6: ")
+            && said.contains("usb:can0")
+            && said.contains("socketcan:INTERFACE"),
+        "{said}"
+    );
+    let said = refusal(&format!(
+        "{MINIMAL}{}",
+        WHEELS.replace("\"WheelLeft\"", "\"Wheel\"")
+    ));
+    assert!(
+        said.contains("'Wheel'") && said.contains("WheelLeft"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_name_that_cannot_be_a_service_is_refused() {
+    let said = refusal("[robot]\nname = \"my robot\"\nid = 1\n");
+    assert!(
+        said.starts_with("robot.toml:2: ") && said.contains("my robot"),
+        "{said}"
     );
 }
 

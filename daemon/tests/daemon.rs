@@ -136,6 +136,15 @@ fn the_same_robot_is_not_run_twice() {
 }
 
 #[test]
+fn an_interrupt_ends_it_as_well() {
+    let site = Site::new("robot1", PRECISE);
+    let mut daemon = site.start();
+    site.listen().until("a first estimate", |_| true);
+    daemon.interrupt();
+    site.assert_nothing_left();
+}
+
+#[test]
 fn after_a_kill_it_goes_on_from_where_it_was() {
     let site = Site::new(
         "robot1",

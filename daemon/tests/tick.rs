@@ -1,146 +1,15 @@
-//! Ticks driven by hand, with a clock of the test's own: what the daemon's loop does, to the nanosecond.
+//! Ticks driven by hand: what the daemon's loop does, to the nanosecond.
 #![allow(clippy::unwrap_used)] // What fails here fails the test.
 
-use std::path::Path;
-use std::sync::atomic::{AtomicI64, Ordering};
-use std::sync::{Arc, mpsc};
+mod by_hand;
 
-use coloc_daemon::clock::{Reading, TimeSource};
-use coloc_daemon::config::Config;
-use coloc_daemon::event::Link;
-use coloc_daemon::tick::{Outcome, Robot};
+use std::sync::mpsc;
+
+use by_hand::{METRES_PER_TICK, PERIOD, SECOND, World, diagonal};
+use coloc_daemon::tick::Outcome;
 use coloc_daemon::wait::Wake;
-use coloc_drivers::can::{BusSpec, Sender};
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::{
-    Estimate, Header, Health, Input, Message, Neighbour, Position, Publisher, Reject, RelativePose,
-    RobotName, Space, Subscriber,
-};
-use tempfile::TempDir;
-
-const SECOND: i64 = 1_000_000_000;
-const PERIOD: i64 = SECOND / 50;
-const START: i64 = 1_000 * SECOND;
-
-/// Two clocks that run only when told to, and step when told to.
-#[derive(Clone, Default)]
-struct TestTime(Arc<(AtomicI64, AtomicI64)>);
-
-impl TestTime {
-    fn run(&self, nanos: i64) {
-        self.0.0.fetch_add(nanos, Ordering::Relaxed);
-        self.0.1.fetch_add(nanos, Ordering::Relaxed);
-    }
-
-    fn step(&self, nanos: i64) {
-        self.0.1.fetch_add(nanos, Ordering::Relaxed);
-    }
-
-    fn realtime(&self) -> i64 {
-        self.read().realtime_ns
-    }
-}
-
-impl TimeSource for TestTime {
-    fn read(&self) -> Reading {
-        let realtime_ns = self.0.1.load(Ordering::Relaxed);
-        Reading {
-            monotonic_ns: self.0.0.load(Ordering::Relaxed),
-            realtime_ns,
-            tai_ns: realtime_ns,
-        }
-    }
-}
-
-struct World {
-    directory: TempDir,
-    space: Space,
-    time: TestTime,
-}
-
-/// A robot, and an ear on what it publishes.
-struct Subject {
-    robot: Robot,
-    estimates: Subscriber<Estimate>,
-    time: TestTime,
-    link: Arc<Link>,
-}
-
-fn name(robot: &str) -> RobotName {
-    RobotName::new(robot).unwrap()
-}
-
-impl World {
-    fn new() -> Self {
-        let directory = tempfile::tempdir().unwrap();
-        let space = Space::open(&directory.path().join("shm"), "tick", "tick").unwrap();
-        let time = TestTime::default();
-        time.run(START);
-        Self {
-            directory,
-            space,
-            time,
-        }
-    }
-
-    fn robot(&self, robot: &str, id: u16, lines: &str) -> Subject {
-        let team = "[[team]]\nname = \"a\"\nid = 1\n[[team]]\nname = \"b\"\nid = 2\n";
-        let text = format!("{team}[robot]\nname = \"{robot}\"\nid = {id}\n{lines}");
-        let config = Config::parse(&text, Path::new("tick.toml")).unwrap();
-        let link = Arc::new(Link::new());
-        let estimates = self.space.subscriber(&name(robot)).unwrap();
-        let robot = Robot::open(
-            &config,
-            &self.space,
-            Box::new(self.time.clone()),
-            Arc::clone(&link),
-        )
-        .unwrap();
-        Subject {
-            robot,
-            estimates,
-            time: self.time.clone(),
-            link,
-        }
-    }
-
-    fn publisher<M: Message>(&self, robot: &str) -> Publisher<M> {
-        self.space.publisher(&name(robot)).unwrap()
-    }
-
-    fn bus(&self) -> String {
-        format!("local:{}", self.directory.path().join("bus").display())
-    }
-
-    fn header(&self, sequence: u64) -> Header {
-        Header {
-            stamp_ns: self.time.realtime(),
-            session_ns: START,
-            sequence,
-        }
-    }
-}
-
-impl Subject {
-    /// A period passes, and a tick on time.
-    fn tick(&mut self) -> Estimate {
-        self.time.run(PERIOD);
-        let deadline_ns = self.time.read().monotonic_ns;
-        assert_eq!(
-            self.robot.wake(Wake::Deadline {
-                deadline_ns,
-                missed: 0
-            }),
-            Outcome::Ticked
-        );
-        self.estimates.receive().unwrap().expect("a tick publishes")
-    }
-}
-
-fn diagonal(variances: [f64; 3]) -> [f64; 9] {
-    let [a, b, c] = variances;
-    [a, 0.0, 0.0, 0.0, b, 0.0, 0.0, 0.0, c]
-}
+use coloc_shm_types::{Header, Health, Input, Neighbour, Position, Reject, RelativePose};
 
 #[test]
 fn a_sensor_is_stale_on_the_first_tick_beyond_its_threshold() {
@@ -396,21 +265,10 @@ fn a_clock_step_moves_the_belief_along() {
 #[test]
 fn half_a_sample_is_no_tick() {
     let world = World::new();
-    let bus = world.bus();
-    let wheel = |side| {
-        format!(
-            "{side} = {{ message = \"Wheel{}\", signal = \"Ticks\", metres_per_tick = 1e-4 }}",
-            if side == "left" { "Left" } else { "Right" }
-        )
-    };
-    let lines = format!(
-        "[tick]\ntrigger = \"encoder\"\n[odometry]\nbuses = [\"{bus}\"]\nmax_speed_mps = 5.0\n[odometry.wheels]\ntrack_m = 0.3\n{}\n{}\n",
-        wheel("left"),
-        wheel("right")
-    );
+    let lines = format!("[tick]\ntrigger = \"encoder\"\n{}", world.wheels());
     let mut robot = world.robot("a", 1, &lines);
-    let mut sender = Sender::open(&bus.parse::<BusSpec>().unwrap()).unwrap();
-    let mut frames = WheelFrames::new(1e-4);
+    let mut sender = world.sender();
+    let mut frames = WheelFrames::new(METRES_PER_TICK);
     let mut wake = |frame| {
         world.time.run(PERIOD / 2);
         sender.send(&frame).unwrap();

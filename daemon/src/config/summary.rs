@@ -35,12 +35,29 @@ impl fmt::Display for Summary<'_> {
             c.shm.root.display(),
             c.shm.prefix
         )?;
+        writeln!(f, "wheels    {}", self.wheels())?;
         self.estimator(f)?;
         self.realtime(f)
     }
 }
 
 impl Summary<'_> {
+    fn wheels(self) -> String {
+        let Some(odometry) = &self.0.odometry else {
+            return "none".into();
+        };
+        let buses: Vec<_> = odometry.buses.iter().map(ToString::to_string).collect();
+        let dbc = odometry
+            .dbc
+            .as_ref()
+            .map_or("coloc's own frames".into(), |dbc| dbc.display().to_string());
+        format!(
+            "{}, {dbc}, at most {} m/s",
+            buses.join(" and "),
+            odometry.max_speed_mps
+        )
+    }
+
     fn estimator(self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let c = self.0;
         let ([x, y, phi], [sx, sy, sphi]) = (c.initial.pose, c.initial.sigma);

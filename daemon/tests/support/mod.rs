@@ -199,6 +199,12 @@ impl Daemon {
         assert_eq!(self.wait(), Some(0));
     }
 
+    /// SIGINT: likewise.
+    pub(crate) fn interrupt(&mut self) {
+        self.signal(Signal::INT);
+        assert_eq!(self.wait(), Some(0));
+    }
+
     pub(crate) fn kill(&mut self) {
         self.signal(Signal::KILL);
         assert_eq!(self.wait(), None);
