@@ -1,0 +1,53 @@
+//! A team that nothing happens to.
+
+use std::path::Path;
+
+use crate::stage::{Demo, Ended};
+
+#[test]
+fn a_team_knows_where_it_is_and_leaves_nothing() {
+    let ended = Demo::start(&["--robots", "3", "--seconds", "6", "--seed", "5"]).end();
+    assert_eq!(ended.summary["robots"].as_array().unwrap().len(), 3);
+    for number in 1..=3 {
+        assert_localized(&ended, number);
+    }
+    assert_inputs_arrived(&ended);
+    assert_pictures(&ended);
+    ended.assert_left_nothing();
+    let missed = |bar: &serde_json::Value| bar["broken_by"] != serde_json::json!([]);
+    let any_missed = ended.summary["bars"].as_array().unwrap().iter().any(missed);
+    assert_eq!(ended.status.success(), !any_missed, "the exit status is the verdict");
+}
+
+/// Far looser than the demo's own bars: a busy machine may make it miss those.
+fn assert_localized(ended: &Ended, number: usize) {
+    let robot = ended.robot(number);
+    assert_eq!((&robot["up_at_the_end"], &robot["starts"]), (&true.into(), &1.into()), "{robot}");
+    assert!(ended.estimates(number) > 50, "{robot}");
+    for axis in 0..3 {
+        let accuracy = &robot["accuracy"];
+        assert!(accuracy["mean_abs_error"][axis].as_f64().unwrap() < 0.2, "{robot}");
+        assert!(accuracy["inside_3_sigma"][axis].as_f64().unwrap() > 0.9, "{robot}");
+    }
+}
+
+fn assert_inputs_arrived(ended: &Ended) {
+    let accepted = |number: usize, input: &str| ended.robot(number)["accepted"][input].as_u64().unwrap();
+    for number in 1..=3 {
+        assert!(accepted(number, "odometry") > 20);
+        assert!(accepted(number, "relative_pose") > 4);
+        assert!(accepted(number, "neighbour") > 4);
+    }
+    assert!(accepted(1, "position") > 4 && accepted(2, "position") > 4);
+    assert_eq!(accepted(3, "position"), 0, "robot 3 has no receiver");
+}
+
+fn assert_pictures(ended: &Ended) {
+    let pictures = ended.summary["pictures"].as_array().unwrap();
+    assert_eq!(pictures.len(), 4, "all paths, and every robot's errors");
+    for picture in pictures {
+        let svg = std::fs::read_to_string(Path::new(picture.as_str().unwrap())).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+        assert!(svg.matches("<polyline").count() > 5, "{picture}");
+    }
+}

@@ -1,0 +1,74 @@
+//! A team to which things happen: daemons are killed, people lose patience, the demo itself is killed.
+
+use std::path::Path;
+use std::process::{Child, Command};
+
+use crate::stage::{Demo, coloc, process_with, send, shared_memory_of, wait_until};
+
+#[test]
+fn a_daemon_that_is_killed_can_be_started_again_and_the_others_do_not_notice() {
+    let mut demo = Demo::start(&["--robots", "3", "--seconds", "600"]);
+    demo.wait_for_line("3 of 3 up");
+    let home = demo.home();
+    send(process_with(&home.join("robot2.toml")).unwrap(), "KILL");
+    let line = demo.wait_for_line("2 of 3 up");
+    let mut again = start_as_told(&line);
+    demo.wait_for_line("3 of 3 up");
+    demo.send("INT");
+    let ended = demo.end();
+    assert!(again.wait().unwrap().success(), "it was asked to end with the demo");
+    assert_eq!(["1", "2", "3"].map(|n| ended.robot(n.parse().unwrap())["starts"].as_u64().unwrap()), [1, 2, 1]);
+    assert!((1..=3).all(|number| ended.robot(number)["up_at_the_end"] == true));
+    assert!(ended.estimates(1) > ended.estimates(2) && ended.estimates(3) > ended.estimates(2));
+    ended.assert_left_nothing();
+    assert!(shared_memory_of(&home.join("shm")).is_empty());
+}
+
+/// Types the command that the demo shows for a daemon that is down.
+fn start_as_told(line: &str) -> Child {
+    let (_, command) = line.split_once("from another terminal: ").expect("it says how");
+    let mut words = command.split_whitespace();
+    Command::new(words.next().unwrap()).args(words).spawn().unwrap()
+}
+
+#[test]
+fn a_demo_that_is_interrupted_still_says_what_it_saw() {
+    let mut demo = Demo::start(&["--robots", "2", "--seconds", "600"]);
+    demo.wait_for_line("2 of 2 up");
+    demo.send("TERM");
+    let ended = demo.end();
+    let seconds = ended.summary["seconds"].as_f64().unwrap();
+    assert!(seconds > 0.0 && seconds < 600.0);
+    assert!(ended.estimates(1) > 10);
+    ended.assert_left_nothing();
+}
+
+#[test]
+fn the_daemons_end_with_a_demo_that_is_killed() {
+    let mut demo = Demo::start(&["--robots", "2", "--seconds", "600"]);
+    demo.wait_for_line("2 of 2 up");
+    let home = demo.home();
+    assert!(!shared_memory_of(&home.join("shm")).is_empty(), "the way to look for it works");
+    demo.send("KILL");
+    let ended = demo.end();
+    assert!(!ended.status.success());
+    wait_until("its daemons have ended", || process_with(&home).is_none());
+    assert!(shared_memory_of(&home.join("shm")).is_empty());
+}
+
+#[test]
+fn a_demo_that_cannot_run_says_why_in_one_line() {
+    let output = coloc().args(["demo", "--data", "/nonexistent"]).current_dir(tempfile::tempdir().unwrap().path()).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(said.starts_with("coloc: ") && said.contains("/nonexistent") && said.lines().count() == 1, "{said}");
+}
+
+#[test]
+fn a_wrong_configuration_is_refused_by_check_as_by_the_daemon() {
+    let missing = Path::new("/nonexistent/robot.toml");
+    let run = |args: &[&str]| coloc().args(args).arg(missing).output().unwrap();
+    let (check, daemon) = (run(&["check"]), run(&["colocd", "check"]));
+    assert_eq!((check.status.code(), &check.stderr), (daemon.status.code(), &daemon.stderr));
+    assert_eq!(check.status.code(), Some(2));
+}
