@@ -41,7 +41,11 @@ impl Demo {
             .spawn()
             .unwrap();
         let said = BufReader::new(child.stderr.take().unwrap()).lines();
-        Self { child, said, folder }
+        Self {
+            child,
+            said,
+            folder,
+        }
     }
 
     /// The next line for people that contains `text`.
@@ -53,13 +57,19 @@ impl Demo {
             }
             before.push(line);
         }
-        panic!("the demo ended without saying {text:?}; it said:\n{}", before.join("\n"));
+        panic!(
+            "the demo ended without saying {text:?}; it said:\n{}",
+            before.join("\n")
+        );
     }
 
     /// The folder that the demo has made for the time that it runs.
     pub(crate) fn home(&self) -> PathBuf {
         let entry = entries(&self.folder.path().join("tmp")).pop();
-        entry.expect("it runs in a temporary folder").canonicalize().unwrap()
+        entry
+            .expect("it runs in a temporary folder")
+            .canonicalize()
+            .unwrap()
     }
 
     pub(crate) fn send(&self, signal: &str) {
@@ -72,7 +82,11 @@ impl Demo {
         let output = self.child.wait_with_output().unwrap();
         println!("{}", said.join("\n"));
         let summary = serde_json::from_slice(&output.stdout).unwrap_or_default();
-        Ended { status: output.status, summary, folder: self.folder }
+        Ended {
+            status: output.status,
+            summary,
+            folder: self.folder,
+        }
     }
 }
 
@@ -83,12 +97,17 @@ impl Ended {
 
     /// Estimates that were compared with the truth.
     pub(crate) fn estimates(&self, number: usize) -> u64 {
-        self.robot(number)["accuracy"]["estimates"].as_u64().unwrap()
+        self.robot(number)["accuracy"]["estimates"]
+            .as_u64()
+            .unwrap()
     }
 
     /// No file is left of the run but what the person asked for.
     pub(crate) fn assert_left_nothing(&self) {
-        assert_eq!(entries(&self.folder.path().join("tmp")), Vec::<PathBuf>::new());
+        assert_eq!(
+            entries(&self.folder.path().join("tmp")),
+            Vec::<PathBuf>::new()
+        );
         assert_eq!(self.summary["left_in_shared_memory"], serde_json::json!([]));
     }
 }
@@ -98,17 +117,25 @@ pub(crate) fn coloc() -> Command {
 }
 
 pub(crate) fn send(pid: u32, signal: &str) {
-    let status = Command::new("kill").args([&format!("-{signal}"), &pid.to_string()]).status().unwrap();
+    let status = Command::new("kill")
+        .args([&format!("-{signal}"), &pid.to_string()])
+        .status()
+        .unwrap();
     assert!(status.success(), "process {pid} is gone already");
 }
 
 pub(crate) fn entries(folder: &Path) -> Vec<PathBuf> {
-    std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
+    std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect()
 }
 
 /// The process whose command line contains `path`, if there is one.
 pub(crate) fn process_with(path: &Path) -> Option<u32> {
-    let numbers = entries(Path::new("/proc")).into_iter().filter_map(|entry| entry.file_name()?.to_str()?.parse().ok());
+    let numbers = entries(Path::new("/proc"))
+        .into_iter()
+        .filter_map(|entry| entry.file_name()?.to_str()?.parse().ok());
     let names = |pid: &u32| {
         let line = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
         String::from_utf8_lossy(&line).contains(path.to_str().unwrap())
@@ -118,11 +145,18 @@ pub(crate) fn process_with(path: &Path) -> Option<u32> {
 
 /// Files in `/dev/shm` of the shared-memory space at `root`: they carry the hash (FNV-1a) of its path.
 pub(crate) fn shared_memory_of(root: &Path) -> Vec<PathBuf> {
-    let hash = root.to_str().unwrap().bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    });
+    let hash = root
+        .to_str()
+        .unwrap()
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+        });
     let ours = |path: &PathBuf| path.to_str().unwrap().contains(&format!("{hash:016x}"));
-    entries(Path::new("/dev/shm")).into_iter().filter(ours).collect()
+    entries(Path::new("/dev/shm"))
+        .into_iter()
+        .filter(ours)
+        .collect()
 }
 
 /// Waits until `done`.

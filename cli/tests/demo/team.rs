@@ -16,23 +16,38 @@ fn a_team_knows_where_it_is_and_leaves_nothing() {
     ended.assert_left_nothing();
     let missed = |bar: &serde_json::Value| bar["broken_by"] != serde_json::json!([]);
     let any_missed = ended.summary["bars"].as_array().unwrap().iter().any(missed);
-    assert_eq!(ended.status.success(), !any_missed, "the exit status is the verdict");
+    assert_eq!(
+        ended.status.success(),
+        !any_missed,
+        "the exit status is the verdict"
+    );
 }
 
 /// Far looser than the demo's own bars: a busy machine may make it miss those.
 fn assert_localized(ended: &Ended, number: usize) {
     let robot = ended.robot(number);
-    assert_eq!((&robot["up_at_the_end"], &robot["starts"]), (&true.into(), &1.into()), "{robot}");
+    assert_eq!(
+        (&robot["up_at_the_end"], &robot["starts"]),
+        (&true.into(), &1.into()),
+        "{robot}"
+    );
     assert!(ended.estimates(number) > 50, "{robot}");
     for axis in 0..3 {
         let accuracy = &robot["accuracy"];
-        assert!(accuracy["mean_abs_error"][axis].as_f64().unwrap() < 0.2, "{robot}");
-        assert!(accuracy["inside_3_sigma"][axis].as_f64().unwrap() > 0.9, "{robot}");
+        assert!(
+            accuracy["mean_abs_error"][axis].as_f64().unwrap() < 0.2,
+            "{robot}"
+        );
+        assert!(
+            accuracy["inside_3_sigma"][axis].as_f64().unwrap() > 0.9,
+            "{robot}"
+        );
     }
 }
 
 fn assert_inputs_arrived(ended: &Ended) {
-    let accepted = |number: usize, input: &str| ended.robot(number)["accepted"][input].as_u64().unwrap();
+    let accepted =
+        |number: usize, input: &str| ended.robot(number)["accepted"][input].as_u64().unwrap();
     for number in 1..=3 {
         assert!(accepted(number, "odometry") > 20);
         assert!(accepted(number, "relative_pose") > 4);

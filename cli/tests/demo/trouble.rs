@@ -1,7 +1,7 @@
 //! A team to which things happen: daemons are killed, people lose patience, the demo itself is killed.
 
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::{Child, Command, Stdio};
 
 use crate::stage::{Demo, coloc, process_with, send, shared_memory_of, wait_until};
 
@@ -16,8 +16,14 @@ fn a_daemon_that_is_killed_can_be_started_again_and_the_others_do_not_notice() {
     demo.wait_for_line("3 of 3 up");
     demo.send("INT");
     let ended = demo.end();
-    assert!(again.wait().unwrap().success(), "it was asked to end with the demo");
-    assert_eq!(["1", "2", "3"].map(|n| ended.robot(n.parse().unwrap())["starts"].as_u64().unwrap()), [1, 2, 1]);
+    assert!(
+        again.wait().unwrap().success(),
+        "it was asked to end with the demo"
+    );
+    assert_eq!(
+        ["1", "2", "3"].map(|n| ended.robot(n.parse().unwrap())["starts"].as_u64().unwrap()),
+        [1, 2, 1]
+    );
     assert!((1..=3).all(|number| ended.robot(number)["up_at_the_end"] == true));
     assert!(ended.estimates(1) > ended.estimates(2) && ended.estimates(3) > ended.estimates(2));
     ended.assert_left_nothing();
@@ -26,9 +32,15 @@ fn a_daemon_that_is_killed_can_be_started_again_and_the_others_do_not_notice() {
 
 /// Types the command that the demo shows for a daemon that is down.
 fn start_as_told(line: &str) -> Child {
-    let (_, command) = line.split_once("from another terminal: ").expect("it says how");
+    let (_, command) = line
+        .split_once("from another terminal: ")
+        .expect("it says how");
     let mut words = command.split_whitespace();
-    Command::new(words.next().unwrap()).args(words).spawn().unwrap()
+    Command::new(words.next().unwrap())
+        .args(words)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
 }
 
 #[test]
@@ -48,7 +60,10 @@ fn the_daemons_end_with_a_demo_that_is_killed() {
     let mut demo = Demo::start(&["--robots", "2", "--seconds", "600"]);
     demo.wait_for_line("2 of 2 up");
     let home = demo.home();
-    assert!(!shared_memory_of(&home.join("shm")).is_empty(), "the way to look for it works");
+    assert!(
+        !shared_memory_of(&home.join("shm")).is_empty(),
+        "the way to look for it works"
+    );
     demo.send("KILL");
     let ended = demo.end();
     assert!(!ended.status.success());
@@ -58,10 +73,17 @@ fn the_daemons_end_with_a_demo_that_is_killed() {
 
 #[test]
 fn a_demo_that_cannot_run_says_why_in_one_line() {
-    let output = coloc().args(["demo", "--data", "/nonexistent"]).current_dir(tempfile::tempdir().unwrap().path()).output().unwrap();
+    let output = coloc()
+        .args(["demo", "--data", "/nonexistent"])
+        .current_dir(tempfile::tempdir().unwrap().path())
+        .output()
+        .unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1));
-    assert!(said.starts_with("coloc: ") && said.contains("/nonexistent") && said.lines().count() == 1, "{said}");
+    assert!(
+        said.starts_with("coloc: ") && said.contains("/nonexistent") && said.lines().count() == 1,
+        "{said}"
+    );
 }
 
 #[test]
@@ -69,6 +91,9 @@ fn a_wrong_configuration_is_refused_by_check_as_by_the_daemon() {
     let missing = Path::new("/nonexistent/robot.toml");
     let run = |args: &[&str]| coloc().args(args).arg(missing).output().unwrap();
     let (check, daemon) = (run(&["check"]), run(&["colocd", "check"]));
-    assert_eq!((check.status.code(), &check.stderr), (daemon.status.code(), &daemon.stderr));
+    assert_eq!(
+        (check.status.code(), &check.stderr),
+        (daemon.status.code(), &daemon.stderr)
+    );
     assert_eq!(check.status.code(), Some(2));
 }
