@@ -6,7 +6,7 @@ pub mod wheels;
 
 use std::os::fd::BorrowedFd;
 
-use coloc_estimator::{Span, TickInputs};
+use coloc_estimator::{Span, Stamp, TickInputs};
 use coloc_shm_types::Space;
 
 use crate::account::Account;
@@ -77,10 +77,10 @@ impl Collect {
         self.received.clear();
     }
 
-    /// Stamp of the newest frame that an odometry sample ends with \[ns\]; 0 if there was none.
+    /// Stamp of the newest frame that is in the estimate at `stamp` \[ns\]; 0 if there was none.
     #[must_use]
-    pub fn newest_frame_ns(&self) -> i64 {
-        self.wheels.newest_frame_ns()
+    pub fn newest_frame_ns(&self, stamp: Stamp) -> i64 {
+        self.wheels.newest_frame_ns(stamp)
     }
 
     /// The clock was stepped.

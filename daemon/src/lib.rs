@@ -4,6 +4,8 @@
 //!
 //! * **One thread does the tick**: wait, collect, estimate, publish, account, a module each. After start it never
 //!   allocates, locks, logs, formats or touches a file, and blocks in one place only.
+//!   One exception is the middleware's: a program that joins a service later is connected by the first message
+//!   after that, which allocates and opens its shared memory (18 to 33 allocations, some 35 µs, once per join).
 //! * **Everything else is somebody else's**: a second, ordinary thread (telemetry) logs, publishes the status,
 //!   saves the belief and watches the first.
 //! * **Refuse early, survive late**: a wrong configuration opens nothing; once running, whatever comes from outside

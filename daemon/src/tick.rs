@@ -113,7 +113,7 @@ impl Robot {
         // publish
         let circumstances = Circumstances {
             tick: self.account.status.tick,
-            frame_stamp_ns: self.collect.newest_frame_ns(),
+            frame_stamp_ns: self.collect.newest_frame_ns(moment.stamp),
             latency_ns: since(&*self.time, moment),
             lateness_ns,
             health: self.account.health(),

@@ -197,6 +197,23 @@ fn a_wrong_configuration_opens_nothing() {
 }
 
 #[test]
+fn a_refused_request_ends_it_only_where_it_is_required() {
+    let realtime = "[realtime]\nscheduler = \"other\"\nlock_memory = false\ncpus = [1023]\n";
+    let site = Site::new("robot1", &format!("{realtime}required = true\n"));
+    let (code, said) = site.try_run();
+    assert_eq!(code, Some(1));
+    assert!(
+        said.contains("realtime.cpus = [1023]") && said.contains("taskset"),
+        "{said}"
+    );
+    site.assert_nothing_left();
+    let site = Site::new("robot1", realtime);
+    let mut daemon = site.start();
+    site.listen().until("a first estimate", |_| true);
+    daemon.terminate();
+}
+
+#[test]
 fn check_says_what_it_understood_and_opens_nothing() {
     let site = Site::new("robot1", "[[team]]\nname = \"robot2\"\nid = 2\n");
     let output = Daemon::command(&["check", site.config_path().to_str().unwrap()])

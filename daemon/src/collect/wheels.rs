@@ -23,7 +23,8 @@ pub struct Wheels {
     decoder: Option<OdometryDecoder>,
     to_motion: ToMotion,
     samples: List<OdometrySample>,
-    newest_ns: i64,
+    /// Stamps of the newest sample and of the one before \[ns\]; 0 if there was none.
+    newest_ns: [i64; 2],
     /// All steps of the configured clock so far. The decoder lives without them: its intervals span a step unharmed.
     steps: Span,
 }
@@ -67,7 +68,7 @@ impl Wheels {
             },
             decoder,
             samples: List::with_capacity(SAMPLES),
-            newest_ns: 0,
+            newest_ns: [0; 2],
             steps: Span::ZERO,
         })
     }
@@ -92,7 +93,7 @@ impl Wheels {
             match decoder.push(&received) {
                 Ok(Some(odometry)) => {
                     let sample = to_motion.sample(&odometry, steps);
-                    *newest_ns = sample.stamp.as_nanos();
+                    *newest_ns = [sample.stamp.as_nanos(), newest_ns[0]];
                     account.valid(Input::Odometry, sample.stamp);
                     // More than fit come only after a stall; counters are cumulative, so the next sample covers them.
                     let _ = samples.push(sample);
@@ -127,16 +128,29 @@ impl Wheels {
         self.samples.clear();
     }
 
-    /// Stamp of the newest sample \[ns\]; 0 if there was none.
+    /// Stamp of the newest sample up to `stamp` \[ns\]; 0 if there was none. The very newest may have come after the
+    /// tick's stamp was read: it is the next tick's.
     #[must_use]
-    pub fn newest_frame_ns(&self) -> i64 {
-        self.newest_ns
+    pub fn newest_frame_ns(&self, stamp: Stamp) -> i64 {
+        let [newest, before] = self.newest_ns;
+        if newest <= stamp.as_nanos() {
+            newest
+        } else {
+            before
+        }
     }
 
     /// The clock was stepped.
     pub fn shift(&mut self, shift: Span) {
         self.steps = (Stamp::default() + self.steps + shift) - Stamp::default();
-        self.newest_ns = self.newest_ns.saturating_add(shift.as_nanos());
+        let shifted = |stamp: i64| {
+            if stamp == 0 {
+                0
+            } else {
+                stamp.saturating_add(shift.as_nanos())
+            }
+        };
+        self.newest_ns = self.newest_ns.map(shifted);
     }
 }
 

@@ -16,6 +16,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
 const METRES_PER_TICK: f64 = 1e-5;
+const ORDINARY: &str = "[realtime]\nscheduler = \"other\"\nlock_memory = false\n";
 const PATIENCE: Duration = Duration::from_secs(20);
 const PERIOD: Duration = Duration::from_millis(20);
 
@@ -38,7 +39,12 @@ impl Site {
              left = {{ message = \"WheelLeft\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}\n\
              right = {{ message = \"WheelRight\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}\n\
              [motion]\nforward = {{ b = 1e-6 }}\nturning = {{ a = 1e-9 }}\noutage_variance = [1e-6, 1e-6, 1e-9]\n\
-             [realtime]\nscheduler = \"other\"\nlock_memory = false\n"
+             {}",
+            if lines.contains("[realtime]") {
+                ""
+            } else {
+                ORDINARY
+            }
         );
         std::fs::write(directory.path().join("robot.toml"), &config).unwrap();
         Self {
