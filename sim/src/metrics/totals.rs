@@ -80,7 +80,7 @@ impl Totals {
     /// log₁₀ of mean variance over mean square error.
     #[must_use]
     pub fn credibility(&self) -> [f64; 3] {
-        std::array::from_fn(|i| (self.variances[i] / self.squares[i]).log10())
+        std::array::from_fn(|i| libm::log10(self.variances[i] / self.squares[i]))
     }
 }
 
