@@ -223,46 +223,6 @@ fn a_flood_of_rejects_is_counted_to_the_last() {
 }
 
 #[test]
-fn a_clock_step_moves_the_belief_along() {
-    for step in [SECOND, -SECOND, 3600 * SECOND, -3600 * SECOND] {
-        let world = World::new();
-        let mut robot = world.robot("a", 1, "");
-        let fixes = world.publisher::<Position>("a");
-        let fix = |header| Position {
-            header,
-            quality: 4,
-            position: [0.05, 0.0],
-            covariance: [0.01, 0.0, 0.0, 0.01],
-            ..Position::default()
-        };
-        fixes.send(fix(world.header(0))).unwrap();
-        let before = (0..10).map(|_| robot.tick()).last().unwrap();
-        world.time.step(step);
-        let after = robot.tick();
-        assert_eq!(
-            after.header.stamp_ns,
-            before.header.stamp_ns + PERIOD + step
-        );
-        assert_eq!(
-            after.pose.map(f64::to_bits),
-            before.pose.map(f64::to_bits),
-            "a standing robot stays where it is"
-        );
-        assert!(
-            after.total[0] >= before.total[0] && after.total[0] < before.total[0] + 0.01,
-            "one tick's growth"
-        );
-        assert_eq!(after.health_of(Input::Position), Health::Ok, "nothing aged");
-        fixes.send(fix(world.header(1))).unwrap();
-        let fused = robot.tick();
-        assert!(
-            fused.total[0] < after.total[0],
-            "fixes of the new clock are fused"
-        );
-    }
-}
-
-#[test]
 fn half_a_sample_is_no_tick() {
     let world = World::new();
     let lines = format!("[tick]\ntrigger = \"encoder\"\n{}", world.wheels());

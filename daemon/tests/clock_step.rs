@@ -1,0 +1,94 @@
+//! The clock is set while the robot drives: the belief moves along, and nothing is lost.
+#![allow(clippy::unwrap_used)] // What fails here fails the test.
+
+mod by_hand;
+
+use by_hand::{METRES_PER_TICK, PERIOD, SECOND, World};
+use coloc_drivers::encoder::WheelFrames;
+use coloc_shm_types::{Health, Input, Position};
+
+const STEPS: [i64; 4] = [SECOND, -SECOND, 3600 * SECOND, -3600 * SECOND];
+
+#[test]
+fn a_clock_step_moves_the_belief_along() {
+    for step in STEPS {
+        let world = World::new();
+        let mut robot = world.robot("a", 1, "");
+        let fixes = world.publisher::<Position>("a");
+        let fix = |header| Position {
+            header,
+            quality: 4,
+            position: [0.05, 0.0],
+            covariance: [0.01, 0.0, 0.0, 0.01],
+            ..Position::default()
+        };
+        fixes.send(fix(world.header(0))).unwrap();
+        let before = (0..10).map(|_| robot.tick()).last().unwrap();
+        world.time.step(step);
+        let after = robot.tick();
+        assert_eq!(
+            after.header.stamp_ns,
+            before.header.stamp_ns + PERIOD + step
+        );
+        assert_eq!(
+            after.pose.map(f64::to_bits),
+            before.pose.map(f64::to_bits),
+            "a standing robot stays where it is"
+        );
+        assert!(
+            after.total[0] >= before.total[0] && after.total[0] < before.total[0] + 0.01,
+            "one tick's growth"
+        );
+        assert_eq!(after.health_of(Input::Position), Health::Ok, "nothing aged");
+        fixes.send(fix(world.header(1))).unwrap();
+        let fused = robot.tick();
+        assert!(
+            fused.total[0] < after.total[0],
+            "fixes of the new clock are fused"
+        );
+    }
+}
+
+#[test]
+fn a_driving_robot_drives_on_through_a_clock_step() {
+    for source in ["realtime", "monotonic"] {
+        for step in STEPS {
+            let world = World::new();
+            let precise = "[initial]\nsigma = [0.1, 0.1, 0.0]\n[motion]\nturning = { a = 0.0 }\noutage_variance = [0.0, 0.0, 0.0]\n";
+            let mut robot = world.robot(
+                "a",
+                1,
+                &format!(
+                    "{precise}[clock]\nsource = \"{source}\"\n{}",
+                    world.wheels()
+                ),
+            );
+            let (mut sender, mut frames) = (world.sender(), WheelFrames::new(METRES_PER_TICK));
+            for tick in 0..40 {
+                if tick == 20 {
+                    world.time.step(step);
+                }
+                let way_m = 0.01 * f64::from(tick);
+                for frame in frames.encode(way_m, way_m) {
+                    sender.send(&frame).unwrap();
+                }
+                let estimate = robot.tick();
+                assert!(
+                    (estimate.pose[0] - way_m).abs() < 1e-6,
+                    "{source} {step} tick {tick}: {:?}",
+                    estimate.pose
+                );
+                assert!(
+                    tick == 0 || (estimate.velocity[0] - 0.5).abs() < 1e-6,
+                    "{:?}",
+                    estimate.velocity
+                );
+                assert!(tick == 0 || estimate.health_of(Input::Odometry) == Health::Ok);
+            }
+            assert_eq!(
+                robot.robot.account().status.rejected_total(Input::Odometry),
+                0
+            );
+        }
+    }
+}
