@@ -57,7 +57,7 @@ pub(crate) struct DemoArgs {
     /// How many robots [default: 5, or all that were recorded]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=32))]
     pub(crate) robots: Option<u16>,
-    /// How long [s]
+    /// How long, in seconds
     #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = seconds)]
     pub(crate) seconds: f64,
     /// Where all randomness comes from

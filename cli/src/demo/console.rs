@@ -2,6 +2,8 @@
 
 use std::io::{IsTerminal, Write, stderr, stdout};
 
+use rustix::termios::tcgetwinsize;
+
 /// Standard output, or standard error where standard output carries JSON.
 pub(crate) struct Console {
     to_stderr: bool,
@@ -35,17 +37,30 @@ impl Console {
         self.write(&format!("{text}\n"));
     }
 
-    /// Draws `lines` over those drawn before. Long ones are cut by the terminal, not wrapped.
+    /// Draws `lines` over those drawn before. The terminal cuts those that are too long, but wraps the last one, which may
+    /// hold something to copy.
     pub(crate) fn redraw(&mut self, lines: &[String]) {
-        let mut text = String::from("\x1b[?7l");
-        if self.drawn > 0 {
-            text += &format!("\x1b[{}A", self.drawn);
-        }
-        lines
-            .iter()
-            .for_each(|line| text += &format!("\x1b[2K{line}\n"));
-        self.drawn = lines.len();
-        self.write(&(text + "\x1b[?7h"));
+        let Some((last, table)) = lines.split_last() else {
+            return;
+        };
+        let up = if self.drawn > 0 {
+            format!("\x1b[{}A", self.drawn)
+        } else {
+            String::new()
+        };
+        let table: String = table.iter().map(|line| line.to_owned() + "\n").collect();
+        self.write(&format!("{up}\r\x1b[J\x1b[?7l{table}\x1b[?7h{last}\n"));
+        self.drawn = lines.len() - 1 + rows(last.chars().count(), self.width());
+    }
+
+    /// Columns of the terminal; as many as anyone has if it does not say.
+    fn width(&self) -> usize {
+        let size = if self.to_stderr {
+            tcgetwinsize(stderr())
+        } else {
+            tcgetwinsize(stdout())
+        };
+        size.map_or(0, |size| usize::from(size.ws_col))
     }
 
     /// A closed pipe is no reason to stop: the summary is written to a file as well.
@@ -57,5 +72,25 @@ impl Console {
                 .write_all(text.as_bytes())
                 .and_then(|()| stdout().flush())
         };
+    }
+}
+
+/// Lines that so many characters take; an empty line is one, and a terminal of no width wraps nothing.
+fn rows(characters: usize, width: usize) -> usize {
+    characters
+        .checked_div(width)
+        .map_or(1, |_| characters.div_ceil(width).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rows;
+
+    #[test]
+    fn long_lines_take_as_many_rows_as_they_need() {
+        assert_eq!(
+            [rows(0, 80), rows(80, 80), rows(81, 80), rows(500, 0)],
+            [1, 1, 2, 1]
+        );
     }
 }

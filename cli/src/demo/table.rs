@@ -6,6 +6,7 @@ use super::clock::world_time_s;
 use super::record::Record;
 use super::robot_file::name;
 use super::watch::sigma;
+use crate::comparison::Comparison;
 
 /// A daemon that was silent for so long is not up.
 const SILENCE: Duration = Duration::from_millis(500);
@@ -103,7 +104,7 @@ fn row(robot: usize, record: &Record, state: &State) -> String {
     let error = record
         .comparisons
         .last()
-        .map_or([f64::NAN; 3], |comparison| comparison.error());
+        .map_or([f64::NAN; 3], Comparison::error);
     let [accepted, rejected] = record.totals();
     format!(
         "{start} {} | {} | {} | {accepted:>8} {rejected:>8} | {:>5.0} {:>6.0}",
@@ -143,7 +144,7 @@ pub(crate) fn line(progress: Progress, records: &[Record], states: &[State]) -> 
     let errors = records
         .iter()
         .filter_map(|record| record.comparisons.last())
-        .map(|comparison| comparison.error());
+        .map(Comparison::error);
     let worst = errors.fold([0.0_f64; 3], |worst, error| {
         std::array::from_fn(|i| worst[i].max(error[i].abs()))
     });
