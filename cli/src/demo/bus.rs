@@ -1,10 +1,11 @@
 //! Which CAN buses the demo uses: the kernel's virtual ones where it can have them, else local ones.
 
+use std::num::NonZeroU32;
 use std::path::Path;
 
 use coloc_drivers::can::BusSpec;
 use rustix::io::Errno;
-use rustix::net::{AddressFamily, SocketType, socket};
+use rustix::net::{AddressFamily, Protocol, SocketType, socket};
 use rustix::thread::UnshareFlags;
 use socketcan::CanInterface;
 
@@ -73,7 +74,8 @@ fn private_vcan(robots: usize) -> Result<Buses, String> {
 }
 
 fn kernel_has_can() -> Result<(), String> {
-    match socket(AddressFamily::CAN, SocketType::RAW, None) {
+    let can_raw = Protocol::from_raw(NonZeroU32::MIN); // CAN_RAW is 1.
+    match socket(AddressFamily::CAN, SocketType::RAW, Some(can_raw)) {
         Err(Errno::AFNOSUPPORT | Errno::PROTONOSUPPORT) => {
             Err("this kernel has no SocketCAN".into())
         }

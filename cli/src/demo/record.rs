@@ -16,7 +16,7 @@ pub(crate) struct Record {
     pub(crate) latest: Option<(Estimate, Instant)>,
     /// The newest counters of every start of the daemon, by its session.
     statuses: BTreeMap<i64, Status>,
-    /// Ticks that were published later than the next one was due, and that woke later than that, by session.
+    /// Deadlines that were missed, by session.
     missed: BTreeMap<i64, Missed>,
     /// From wake-up to publication \[ns\].
     latency: Histogram<u64>,
@@ -24,7 +24,9 @@ pub(crate) struct Record {
 
 #[derive(Copy, Clone, Debug, Default)]
 struct Missed {
+    /// Periods that went by before the tick was published.
     at_all: u64,
+    /// Periods that went by before it even woke.
     by_more_than_a_period: u64,
 }
 
@@ -61,9 +63,8 @@ impl Record {
         // It grows as needed; only a number beyond all memory could be refused.
         let _ = self.latency.record(estimate.latency_ns);
         let missed = self.missed.entry(estimate.header.session_ns).or_default();
-        missed.at_all +=
-            u64::from(estimate.lateness_ns.saturating_add(estimate.latency_ns) > period_ns);
-        missed.by_more_than_a_period += u64::from(estimate.lateness_ns > period_ns);
+        missed.at_all += estimate.lateness_ns.saturating_add(estimate.latency_ns) / period_ns;
+        missed.by_more_than_a_period += estimate.lateness_ns / period_ns;
     }
 
     /// Notes the counters.
@@ -76,13 +77,18 @@ impl Record {
         self.missed.len()
     }
 
-    /// Ticks that were not published before the next was due.
+    /// Deadlines by which the tick before was not published yet.
     pub(crate) fn missed(&self) -> u64 {
-        self.missed.values().map(|missed| missed.at_all).sum()
+        self.most_of(|seen| seen.at_all)
     }
 
-    /// Ticks that woke later than one period: the daemon's own count or ours, whichever saw more.
+    /// Deadlines by which the tick before had not even woken.
     pub(crate) fn missed_by_more_than_a_period(&self) -> u64 {
+        self.most_of(|seen| seen.by_more_than_a_period)
+    }
+
+    /// The daemon's own count (of those by more than a period) or ours, whichever saw more: its news comes once a second.
+    fn most_of(&self, ours: fn(&Missed) -> u64) -> u64 {
         let told = |session| {
             self.statuses
                 .get(session)
@@ -90,7 +96,7 @@ impl Record {
         };
         self.missed
             .iter()
-            .map(|(session, seen)| seen.by_more_than_a_period.max(told(session)))
+            .map(|(session, seen)| ours(seen).max(told(session)))
             .sum()
     }
 
@@ -185,6 +191,25 @@ mod tests {
                 record.starts()
             ),
             (2, 1, 1)
+        );
+    }
+
+    #[test]
+    fn a_daemon_that_counted_more_than_was_heard_is_believed() {
+        let mut record = Record::new();
+        record.hear_estimate(&estimate(1, 0), None, 20_000_000);
+        let header = Header {
+            session_ns: 1,
+            ..Header::default()
+        };
+        record.hear_status(&Status {
+            header,
+            deadline_misses: 3,
+            ..Status::default()
+        });
+        assert_eq!(
+            (record.missed(), record.missed_by_more_than_a_period()),
+            (3, 3)
         );
     }
 }

@@ -43,9 +43,9 @@ pub(crate) struct RobotSummary {
     pub(crate) starts: usize,
     /// Against the truth; nothing if it was never heard.
     pub(crate) accuracy: Option<Accuracy>,
-    /// Ticks that were not published before the next was due.
+    /// Deadlines by which the tick before was not published yet.
     pub(crate) deadlines_missed: u64,
-    /// Ticks that woke more than a period late.
+    /// Deadlines by which the tick before had not even woken.
     pub(crate) deadlines_missed_by_more_than_a_period: u64,
     /// Inputs that changed the belief, by kind.
     pub(crate) accepted: BTreeMap<&'static str, u64>,
