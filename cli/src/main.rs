@@ -14,6 +14,7 @@ mod args;
 mod comparison;
 mod daemon;
 mod demo;
+mod eval;
 mod pictures;
 
 use std::process::ExitCode;
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
     }
     match parse(std::env::args_os()) {
         Ok(Command::Demo(args)) => demo::command(&args),
+        Ok(Command::Eval(args)) => eval::command(&args),
         Ok(Command::Check { config }) => daemon::check(&config),
         Ok(Command::Colocd { args }) => daemon::run_with(args),
         Err(answer) => answer,

@@ -6,7 +6,8 @@ use super::DemoError;
 use super::record::Record;
 use super::robot_file::name;
 use super::summary::Summary;
-use crate::pictures::{PictureError, RobotPath, draw_errors, draw_paths};
+use crate::comparison::Comparison;
+use crate::pictures::{ErrorPoint, PictureError, RobotPath, draw_errors, draw_paths};
 
 /// The folder asked for, or `demo-out`, or the first `demo-out-N` that does not exist.
 pub(crate) fn folder(asked: Option<&Path>) -> Result<PathBuf, DemoError> {
@@ -43,16 +44,25 @@ pub(crate) fn draw(
         &paths,
     )?;
     for (index, (name, comparisons)) in robots().enumerate() {
+        let points: Vec<_> = comparisons.iter().map(error_point).collect();
         let picture = folder.join(format!("errors-{name}.svg"));
         draw_errors(
             &picture,
             &format!("{name}: errors inside of ±3σ ({world})"),
             index,
-            comparisons,
+            &points,
         )?;
         pictures.push(picture);
     }
     Ok(pictures)
+}
+
+fn error_point(comparison: &Comparison) -> ErrorPoint {
+    ErrorPoint {
+        time_s: comparison.time_s,
+        error: comparison.error(),
+        three_sigma: comparison.three_sigma(),
+    }
 }
 
 /// Writes the summary as JSON beside the pictures, and returns its text.

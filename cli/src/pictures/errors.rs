@@ -7,7 +7,6 @@ use plotters::prelude::*;
 
 use super::PictureError;
 use super::style::{GRID, INK, extent, line, robot_color, thinned, tick_label};
-use crate::comparison::Comparison;
 
 const SIZE_PX: (u32, u32) = (1000, 800);
 const CAPTION_PX: u32 = 36;
@@ -15,16 +14,27 @@ const MOST_POINTS: usize = 3000;
 const BOUND_RED: RGBColor = RGBColor(190, 60, 60);
 const AXES: [&str; 3] = ["x error [m]", "y error [m]", "heading error [rad]"];
 
+/// An error and its bound, at a moment.
+#[derive(Copy, Clone, Debug)]
+pub(crate) struct ErrorPoint {
+    /// \[s\]
+    pub(crate) time_s: f64,
+    /// Estimate minus truth `[x, y, φ]` \[m, m, rad\].
+    pub(crate) error: [f64; 3],
+    /// 3σ \[m, m, rad\].
+    pub(crate) three_sigma: [f64; 3],
+}
+
 /// Draws estimate minus truth of one robot over world time, with the ±3σ that it claimed.
 /// `index` picks the robot's colour, the same as in [`super::draw_paths`].
 pub(crate) fn draw_errors(
     file: &Path,
     caption: &str,
     index: usize,
-    comparisons: &[Comparison],
+    points: &[ErrorPoint],
 ) -> Result<(), PictureError> {
     let area = SVGBackend::new(file, SIZE_PX).into_drawing_area();
-    draw(&area, caption, index, comparisons).map_err(|error| PictureError::new(file, &error))
+    draw(&area, caption, index, points).map_err(|error| PictureError::new(file, &error))
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
@@ -34,7 +44,7 @@ fn draw(
     area: &Area<'_>,
     caption: &str,
     index: usize,
-    comparisons: &[Comparison],
+    points: &[ErrorPoint],
 ) -> Result<(), Box<dyn std::error::Error>> {
     area.fill(&WHITE)?;
     let (title, panels) = area.split_vertically(CAPTION_PX);
@@ -44,7 +54,7 @@ fn draw(
         ("sans-serif", 20).into_font().color(&INK),
     ))?;
     for (coordinate, panel) in panels.split_evenly((3, 1)).iter().enumerate() {
-        draw_panel(panel, coordinate, index, comparisons)?;
+        draw_panel(panel, coordinate, index, points)?;
     }
     area.present()?;
     Ok(())
@@ -54,10 +64,10 @@ fn draw_panel(
     area: &Area<'_>,
     coordinate: usize,
     index: usize,
-    comparisons: &[Comparison],
+    points: &[ErrorPoint],
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let (start, end) = extent(comparisons.iter().map(|c| c.time_s));
-    let half = half_height(coordinate, comparisons);
+    let (start, end) = extent(points.iter().map(|c| c.time_s));
+    let half = half_height(coordinate, points);
     let mut chart = ChartBuilder::on(area)
         .margin(8)
         .margin_right(20)
@@ -65,18 +75,18 @@ fn draw_panel(
         .y_label_area_size(70)
         .build_cartesian_2d(start..end.max(start + 1e-3), -half..half)?;
     draw_axes(&mut chart, AXES[coordinate])?;
-    let points = |value: fn(&Comparison, usize) -> f64| {
-        thinned(comparisons, MOST_POINTS).map(move |c| (c.time_s, value(c, coordinate)))
+    let curve = |value: fn(&ErrorPoint, usize) -> f64| {
+        thinned(points, MOST_POINTS).map(move |c| (c.time_s, value(c, coordinate)))
     };
     let bound = line(BOUND_RED, 1);
     chart
-        .draw_series(LineSeries::new(points(|c, i| c.three_sigma()[i]), bound))?
+        .draw_series(LineSeries::new(curve(|c, i| c.three_sigma[i]), bound))?
         .label("±3σ")
         .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], bound));
-    chart.draw_series(LineSeries::new(points(|c, i| -c.three_sigma()[i]), bound))?;
+    chart.draw_series(LineSeries::new(curve(|c, i| -c.three_sigma[i]), bound))?;
     let style = line(robot_color(index), 1);
     chart
-        .draw_series(LineSeries::new(points(|c, i| c.error()[i]), style))?
+        .draw_series(LineSeries::new(curve(|c, i| c.error[i]), style))?
         .label("error")
         .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
     if coordinate == 0 {
@@ -114,38 +124,29 @@ fn draw_legend(chart: &mut Panel<'_>) -> Result<(), Box<dyn std::error::Error>> 
 
 /// Half the panel's height: the bounds with some air, but not the first second's, which would dwarf the rest;
 /// the errors always fit.
-fn half_height(coordinate: usize, comparisons: &[Comparison]) -> f64 {
-    let mut bounds: Vec<f64> = comparisons
-        .iter()
-        .map(|c| c.three_sigma()[coordinate])
-        .collect();
+fn half_height(coordinate: usize, points: &[ErrorPoint]) -> f64 {
+    let mut bounds: Vec<f64> = points.iter().map(|c| c.three_sigma[coordinate]).collect();
     bounds.sort_by(f64::total_cmp);
     let usual = bounds.get(bounds.len() * 98 / 100).copied().unwrap_or(1.0);
-    let worst = comparisons
+    let worst = points
         .iter()
-        .map(|c| c.error()[coordinate].abs())
+        .map(|c| c.error[coordinate].abs())
         .fold(0.0, f64::max);
     (1.15 * usual.max(worst)).max(1e-6)
 }
 
 #[cfg(test)]
 mod tests {
-    use coloc_estimator::Pose;
-
     use super::*;
 
-    fn wiggle() -> Vec<Comparison> {
+    fn wiggle() -> Vec<ErrorPoint> {
         (0..500)
             .map(|k| {
                 let t = f64::from(k) * 0.02;
-                let truth = Pose::new(t, 0.0, 0.0);
-                let estimate =
-                    Pose::new(t + 0.05 * t.sin(), 0.03 * t.cos(), 0.02 * (2.0 * t).sin());
-                Comparison {
+                ErrorPoint {
                     time_s: t,
-                    truth,
-                    estimate,
-                    sigma: [0.04, 0.05, 0.02],
+                    error: [0.05 * t.sin(), 0.03 * t.cos(), 0.02 * (2.0 * t).sin()],
+                    three_sigma: [0.12, 0.15, 0.06],
                 }
             })
             .collect()
@@ -171,9 +172,9 @@ mod tests {
 
     #[test]
     fn the_panel_holds_every_error() {
-        let mut comparisons = wiggle();
-        comparisons[7].estimate.x += 3.0;
-        assert!(half_height(0, &comparisons) > 3.0);
+        let mut points = wiggle();
+        points[7].error[0] = 3.0;
+        assert!(half_height(0, &points) > 3.0);
     }
 
     #[test]

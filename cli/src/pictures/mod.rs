@@ -8,7 +8,7 @@ mod style;
 
 use std::path::{Path, PathBuf};
 
-pub(crate) use errors::draw_errors;
+pub(crate) use errors::{ErrorPoint, draw_errors};
 pub(crate) use paths::{RobotPath, draw_paths};
 
 /// A picture that could not be drawn or written.
