@@ -15,6 +15,7 @@ mod comparison;
 mod daemon;
 mod demo;
 mod eval;
+mod output;
 mod pictures;
 
 use std::process::ExitCode;

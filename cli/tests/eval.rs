@@ -63,7 +63,7 @@ fn the_table_the_numbers_and_the_pictures_speak_of_the_same() {
         "{x_cm} is not in {row}"
     );
     assert!(table.contains("coloc against split-ci   R5"));
-    assert_eq!(std::fs::read_dir(&plots).unwrap().count(), 2 * 5);
+    assert_eq!(std::fs::read_dir(&plots).unwrap().count(), 2 * 5 + 5);
 }
 
 #[test]

@@ -13,6 +13,7 @@ use super::summary::{RobotSummary, Summary, bars};
 use super::world::Stage;
 use super::{DemoError, out};
 use crate::args::DemoArgs;
+use crate::output::print_line;
 
 /// Runs the demo to its end.
 pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), DemoError> {
@@ -74,7 +75,7 @@ fn report(
         folder.display()
     ));
     if args.json {
-        println!("{json}");
+        print_line(&json);
     }
     summary
         .complaint()

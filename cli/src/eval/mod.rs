@@ -13,6 +13,7 @@ use coloc_sim::mrclam::{ReadError, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::args::EvalArgs;
+use crate::output::print_line;
 use crate::pictures::PictureError;
 
 /// Why there is no evaluation.
@@ -41,14 +42,14 @@ pub(crate) fn command(args: &EvalArgs) -> ExitCode {
 
 fn run(args: &EvalArgs) -> Result<(), Error> {
     let report = evaluate_with_progress(&config(args)?)?;
-    println!("{}", table::lines(&report).join("\n"));
+    print_line(&table::lines(&report).join("\n"));
     if let Some(path) = &args.json {
         write_json(path, &report)?;
     }
     if let Some(folder) = &args.plots {
         std::fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
         let count = plots::draw(folder, &report)?;
-        println!("{count} pictures are in {}", folder.display());
+        print_line(&format!("{count} pictures are in {}", folder.display()));
     }
     Ok(())
 }

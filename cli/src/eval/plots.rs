@@ -1,13 +1,45 @@
-//! The evaluation as pictures: the mean error over runs inside of its ±3σ, as the paper's figures 2 and 3 show it.
+//! The evaluation as pictures: the mean error over runs inside of its ±3σ, as the paper's figures 2 and 3 show it, and the
+//! methods' NEES side by side.
 
 use std::path::Path;
 
-use coloc_sim::evaluate::{EvalReport, Series};
+use coloc_sim::evaluate::{EvalReport, MethodReport, Series};
 
-use crate::pictures::{ErrorPoint, PictureError, draw_errors};
+use crate::pictures::{ErrorPoint, NeesCurve, PictureError, draw_errors, draw_nees};
 
-/// Draws a picture for every method and robot, and says how many.
+/// Draws the errors of every method and robot, and the NEES of every robot; says how many pictures that are.
 pub(crate) fn draw(folder: &Path, report: &EvalReport) -> Result<usize, PictureError> {
+    Ok(draw_all_errors(folder, report)? + draw_all_nees(folder, report)?)
+}
+
+fn draw_all_nees(folder: &Path, report: &EvalReport) -> Result<usize, PictureError> {
+    for robot in 0..report.robots {
+        let curve = |method: &MethodReport| {
+            let series = &method.robots.get(robot)?.series;
+            let known = series
+                .time_s
+                .iter()
+                .zip(&series.nees)
+                .filter_map(|(time_s, nees)| Some((*time_s, (*nees)?)));
+            Some(NeesCurve {
+                name: method.method.name(),
+                points: known.collect(),
+            })
+        };
+        let curves: Vec<_> = report.methods.iter().filter_map(curve).collect();
+        let file = folder.join(format!("nees-R{}.svg", robot + 1));
+        let caption = format!(
+            "R{}: NEES, mean of {} runs ({})",
+            robot + 1,
+            report.runs,
+            report.scenario.name
+        );
+        draw_nees(&file, &caption, report.nees_band, &curves)?;
+    }
+    Ok(report.robots)
+}
+
+fn draw_all_errors(folder: &Path, report: &EvalReport) -> Result<usize, PictureError> {
     let mut count = 0;
     for method in &report.methods {
         for (robot, figures) in method.robots.iter().enumerate() {

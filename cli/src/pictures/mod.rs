@@ -3,12 +3,14 @@
 //! SVG needs no font files: the text stays text and the viewer draws it.
 
 mod errors;
+mod nees;
 mod paths;
 mod style;
 
 use std::path::{Path, PathBuf};
 
 pub(crate) use errors::{ErrorPoint, draw_errors};
+pub(crate) use nees::{NeesCurve, draw_nees};
 pub(crate) use paths::{RobotPath, draw_paths};
 
 /// A picture that could not be drawn or written.

@@ -6,17 +6,21 @@ pub(super) const INK: RGBColor = RGBColor(40, 44, 52);
 pub(super) const TRUTH: RGBColor = RGBColor(150, 155, 165);
 pub(super) const GRID: RGBColor = RGBColor(226, 229, 234);
 
-/// Okabe and Ito's palette: told apart by colour-blind readers too.
-const PALETTE: [RGBColor; 6] = [
+/// Okabe and Ito's palette, told apart by colour-blind readers too, and four more for larger teams.
+const PALETTE: [RGBColor; 10] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
+    RGBColor(20, 20, 20),
+    RGBColor(140, 90, 40),
+    RGBColor(150, 150, 0),
+    RGBColor(110, 60, 160),
 ];
 
-/// The colour of the `index`-th robot; after six it starts over.
+/// The colour of the `index`-th line; after ten it starts over.
 pub(super) fn robot_color(index: usize) -> RGBColor {
     PALETTE[index % PALETTE.len()]
 }
