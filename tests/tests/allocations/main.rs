@@ -7,7 +7,6 @@
     reason = "a test fails by panicking, also in its helpers"
 )]
 
-mod counting;
 mod surroundings;
 
 use std::hint::black_box;
@@ -20,9 +19,9 @@ use coloc_daemon::telemetry::Telemetry;
 use coloc_daemon::tick::{Outcome, Robot};
 use coloc_daemon::wait::{Wait, Wake};
 use coloc_shm_types::{Input, Space};
+use coloc_tests::counting::{Calls, calls_during};
 use rustix::event::{EventfdFlags, eventfd};
 
-use counting::{Calls, calls_during};
 use surroundings::{Surroundings, config};
 
 #[test]

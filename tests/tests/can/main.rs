@@ -9,6 +9,7 @@
 
 mod bus_lost;
 mod daemon;
+mod faults;
 mod frame_kinds;
 mod kernel_filter;
 mod kernel_stamp;

@@ -8,11 +8,15 @@ static ALLOCATOR: Counting = Counting;
 
 /// How often a thread has called the allocator.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Calls {
-    pub(crate) alloc: u64,
-    pub(crate) alloc_zeroed: u64,
-    pub(crate) realloc: u64,
-    pub(crate) dealloc: u64,
+pub struct Calls {
+    /// `alloc`
+    pub alloc: u64,
+    /// `alloc_zeroed`
+    pub alloc_zeroed: u64,
+    /// `realloc`
+    pub realloc: u64,
+    /// `dealloc`
+    pub dealloc: u64,
 }
 
 thread_local! {
@@ -21,7 +25,7 @@ thread_local! {
 }
 
 /// What this thread asks of the allocator while `body` runs.
-pub(crate) fn calls_during<T>(body: impl FnOnce() -> T) -> (T, Calls) {
+pub fn calls_during<T>(body: impl FnOnce() -> T) -> (T, Calls) {
     let before = CALLS.get();
     let result = body();
     (result, CALLS.get() - before)

@@ -1,0 +1,37 @@
+//! All faults in a row.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use super::{FAULTS, Fault, play};
+use crate::rig::Line;
+
+/// Plays those faults that are `possible` here, all of them even when one fails, and says how each went.
+/// `COLOC_FAULT` in the environment picks those with that in their name.
+///
+/// # Panics
+/// If one failed, or none was played.
+pub fn play_all(possible: impl Fn(&Fault) -> bool, line: impl Fn(&Path) -> Line) {
+    let wanted = std::env::var("COLOC_FAULT").unwrap_or_default();
+    let (mut played, mut failed) = (0, Vec::new());
+    for fault in FAULTS.iter().filter(|fault| fault.name.contains(&wanted)) {
+        if !possible(fault) {
+            eprintln!("  left out: {} (cannot be made on this bus)", fault.name);
+            continue;
+        }
+        played += 1;
+        let well = catch_unwind(AssertUnwindSafe(|| play(fault, &line))).is_ok();
+        eprintln!(
+            "  {}: {}",
+            if well { "as stated" } else { "NOT AS STATED" },
+            fault.name
+        );
+        failed.extend((!well).then_some(fault.name));
+    }
+    assert!(
+        failed.is_empty(),
+        "{} of {played} faults: {failed:?}",
+        failed.len()
+    );
+    assert!(played > 0, "no fault has {wanted:?} in its name");
+}
