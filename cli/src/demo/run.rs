@@ -6,10 +6,11 @@ use std::sync::atomic::AtomicBool;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
+use super::bars::bars;
 use super::bus::Buses;
 use super::console::Console;
 use super::show::{Ended, Show};
-use super::summary::{RobotSummary, Summary, bars};
+use super::summary::{RobotSummary, Summary};
 use super::world::Stage;
 use super::{DemoError, out};
 use crate::args::DemoArgs;
