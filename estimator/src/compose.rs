@@ -13,9 +13,11 @@
 
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
-use crate::factor::Factor;
+use crate::factor::{self, Factor};
 use crate::pose::Pose;
 use crate::symmetric::Symmetric3;
+use crate::turn::turns;
+use crate::twin::Twin;
 
 /// What is added to a pose, in its body frame.
 pub(crate) struct Displacement {
@@ -24,7 +26,7 @@ pub(crate) struct Displacement {
     /// Covariance of its noise.
     pub(crate) noise: Symmetric3,
     /// n
-    pub(crate) dimension: Dimension,
+    pub(crate) dimension: &'static Dimension,
 }
 
 /// n, the dimension of the augmented state: three for the pose and one for each noise.
@@ -54,11 +56,8 @@ impl Dimension {
 }
 
 /// `belief ⊕ displacement`: mean and total covariance from P, independent covariance from `P_i` in its place.
-///
-/// What takes long (divisions, roots, sines) is begun for both covariances before either is finished.
 #[inline]
 pub(crate) fn compose(belief: &Belief, displacement: &Displacement) -> Belief {
-    let (total, independent) = (Root::new(&belief.total), Root::new(&belief.independent));
     let Displacement {
         mean: [dx, dy, turn],
         noise,
@@ -68,83 +67,159 @@ pub(crate) fn compose(belief: &Belief, displacement: &Displacement) -> Belief {
     let (sin, cos) = libm::sincos(phi);
     let a = [cos * dx - sin * dy, sin * dx + cos * dy];
     let noise = rotated(noise, sin, cos);
-    let (turns, turns_independent) = (total.turns(dimension), independent.turns(dimension));
-    let (ax, ay) = (a[0] - turns.mean * a[0], a[1] - turns.mean * a[1]);
+    let Image { shortening, spread } = image(&belief.total, &belief.independent, a, dimension);
+    let (ax, ay) = (a[0] - shortening * a[0], a[1] - shortening * a[1]);
     Belief {
         pose: Pose::new(x + ax, y + ay, phi + turn),
-        total: Covariance3::trusted(&total.spread(&turns, a, &noise)),
-        independent: Covariance3::trusted(&independent.spread(&turns_independent, a, &noise)),
+        total: Covariance3::trusted(&(spread.total() + noise)),
+        independent: Covariance3::trusted(&(spread.independent() + noise)),
+    }
+}
+
+/// What becomes of the points on the pose's columns.
+struct Image {
+    /// k̄ of the total covariance.
+    shortening: f64,
+    /// Their covariances.
+    spread: Spread,
+}
+
+/// Both covariances at once. It is not inlined so that its results meet side by side in memory: that is where the
+/// compiler begins to make one instruction of two.
+#[inline(never)]
+fn image(total: &Covariance3, independent: &Covariance3, a: [f64; 2], n: &Dimension) -> Image {
+    let root = Root::new(&total.symmetric(), &independent.symmetric());
+    let turns = Turns::new(&root.phi, n);
+    Image {
+        shortening: turns.mean.total,
+        spread: root.spread(&turns, a),
     }
 }
 
 /// S, the lower Cholesky factor of the pose's covariance, row by row.
 struct Root {
-    x: f64,
-    y: [f64; 2],
-    phi: [f64; 3],
+    x: Twin,
+    y: [Twin; 2],
+    phi: [Twin; 3],
 }
 
 /// What the columns' turns `h_j` do.
 struct Turns {
     /// `sin h_j / √n`
-    sines: [f64; 3],
+    sines: [Twin; 3],
     /// k̄
-    mean: f64,
+    mean: Twin,
     /// `Σ (k_j − k̄)² / n` over all n columns (those of the noise have k = 0).
-    variance: f64,
+    variance: Twin,
 }
 
+/// A covariance, its lower triangle.
+struct Spread([Twin; 6]);
+
 impl Root {
+    /// By minors, so that no division waits for another: with `m = xx·yy − xy²` and `c = xx·yp − xy·xp` the pivots are
+    /// `xx`, `m/xx` and `pp − xp²/xx − c²/(xx·m)`. As in [`Factor`], a pivot that is rounding has a zero column.
     #[inline]
-    fn new(covariance: &Covariance3) -> Self {
-        let factor = Factor::new(&covariance.symmetric());
-        let [l21, l31, l32] = factor.lower;
-        let [s1, s2, s3] = factor.scale();
+    fn new(total: &Symmetric3, independent: &Symmetric3) -> Self {
+        let entry = |entry: fn(&Symmetric3) -> f64| Twin {
+            total: entry(total),
+            independent: entry(independent),
+        };
+        let (xx, yy, pp) = (entry(|p| p.xx), entry(|p| p.yy), entry(|p| p.pp));
+        let (xy, xp, yp) = (entry(|p| p.xy), entry(|p| p.xp), entry(|p| p.yp));
+
+        let smallest = Twin::both(factor::ABSOLUTE);
+        let d1 = xx.above(smallest, 0.0);
+        // Without a first column, the minors of the rest.
+        let (xx, xy, xp) = (
+            xx.above(smallest, 1.0),
+            xy.unless_zero(d1),
+            xp.unless_zero(d1),
+        );
+        let m = xx * yy - xy * xy;
+        let rounding = xx * rounding(yy);
+        let (m, divisor) = (m.above(rounding, 0.0), xx * m.above(rounding, 1.0));
+        let c = (xx * yp - xy * xp).unless_zero(m);
+        let (r1, r2) = (xx.reciprocal(), divisor.reciprocal());
+        let (l31, l32) = (xp * r1, c * r2); // Of the second column without its factor xx.
+        let d3 = (pp - xp * l31 - c * l32).above(self::rounding(pp), 0.0);
+        let (s1, s2, s3) = (d1.sqrt(), (m * r1).sqrt(), d3.sqrt());
         Self {
             x: s1,
-            y: [l21 * s1, s2],
-            phi: [l31 * s1, l32 * s2, s3],
+            y: [xy * r1 * s1, s2],
+            phi: [l31 * s1, l32 * xx * s2, s3],
         }
     }
 
+    /// Covariance of the points on the pose's columns, with `b = ∂a/∂φ = [−a_y, a_x]`.
     #[inline]
-    fn turns(&self, dimension: &Dimension) -> Turns {
-        let turn = |s| {
-            let (sin, cos) = libm::sincos(dimension.root * s);
-            (sin * dimension.reciprocal_root, 1.0 - cos)
-        };
-        Turns::new(self.phi.map(turn), dimension)
-    }
-
-    /// Covariance of the points on the pose's columns, with `b = ∂a/∂φ = [−a_y, a_x]`, and of the noise.
-    #[inline]
-    fn spread(&self, turns: &Turns, [ax, ay]: [f64; 2], noise: &Symmetric3) -> Symmetric3 {
+    fn spread(&self, turns: &Turns, [ax, ay]: [f64; 2]) -> Spread {
         let [u, v, w] = turns.sines;
         let x = [self.x - ay * u, -ay * v, -ay * w];
         let y = [self.y[0] + ax * u, self.y[1] + ax * v, ax * w];
         let even = turns.variance;
-        Symmetric3 {
-            xx: noise.xx + dot(x, x) + even * (ax * ax),
-            xy: noise.xy + dot(x, y) + even * (ax * ay),
-            xp: noise.xp + dot(x, self.phi),
-            yy: noise.yy + dot(y, y) + even * (ay * ay),
-            yp: noise.yp + dot(y, self.phi),
-            pp: noise.pp + dot(self.phi, self.phi),
+        Spread([
+            dot(x, x) + ax * ax * even,
+            dot(x, y) + ax * ay * even,
+            dot(x, self.phi),
+            dot(y, y) + ay * ay * even,
+            dot(y, self.phi),
+            dot(self.phi, self.phi),
+        ])
+    }
+}
+
+/// Up to this a pivot counts as zero.
+#[inline]
+fn rounding(diagonal: Twin) -> Twin {
+    (factor::RELATIVE * diagonal).larger(factor::ABSOLUTE)
+}
+
+impl Turns {
+    /// From every column's `sin h_j` and `k_j ≥ 0`. `Σ (k_j − k̄)² = Σ k_j² − (Σ k_j)²/n` does not cancel: three of at
+    /// least five terms are not zero, so that the second is at most 3/5 of the first.
+    #[inline]
+    fn new(phi: &[Twin; 3], n: &Dimension) -> Self {
+        let [s1, s2, s3] = *phi;
+        let [(u, k1), (v, k2), (w, k3)] = turns([n.root * s1, n.root * s2, n.root * s3]);
+        let mean = n.reciprocal * (k1 + k2 + k3);
+        let variance = n.reciprocal * (k1 * k1 + k2 * k2 + k3 * k3) - mean * mean;
+        Self {
+            sines: [
+                n.reciprocal_root * u,
+                n.reciprocal_root * v,
+                n.reciprocal_root * w,
+            ],
+            mean,
+            variance,
         }
     }
 }
 
-impl Turns {
-    /// From every column's `sin h_j / √n` and `k_j ≥ 0`. `Σ (k_j − k̄)² = Σ k_j² − (Σ k_j)²/n` does not cancel: three
-    /// of at least five terms are not zero, so that the second is at most 3/5 of the first.
+impl Spread {
     #[inline]
-    fn new([(u, k1), (v, k2), (w, k3)]: [(f64, f64); 3], dimension: &Dimension) -> Self {
-        let mean = (k1 + k2 + k3) * dimension.reciprocal;
-        let variance = (k1 * k1 + k2 * k2 + k3 * k3) * dimension.reciprocal - mean * mean;
-        Self {
-            sines: [u, v, w],
-            mean,
-            variance,
+    fn total(&self) -> Symmetric3 {
+        let [xx, xy, xp, yy, yp, pp] = &self.0;
+        Symmetric3 {
+            xx: xx.total,
+            xy: xy.total,
+            xp: xp.total,
+            yy: yy.total,
+            yp: yp.total,
+            pp: pp.total,
+        }
+    }
+
+    #[inline]
+    fn independent(&self) -> Symmetric3 {
+        let [xx, xy, xp, yy, yp, pp] = &self.0;
+        Symmetric3 {
+            xx: xx.independent,
+            xy: xy.independent,
+            xp: xp.independent,
+            yy: yy.independent,
+            yp: yp.independent,
+            pp: pp.independent,
         }
     }
 }
@@ -176,6 +251,6 @@ fn rotated_by_columns(noise: &Symmetric3, sin: f64, cos: f64) -> Symmetric3 {
 }
 
 #[inline]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+fn dot(a: [Twin; 3], b: [Twin; 3]) -> Twin {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -23,7 +23,7 @@ pub fn to_global(observer: &Belief, relative: &Pose, covariance: &Covariance3) -
     let sighting = Displacement {
         mean: [x, y, phi],
         noise: covariance.symmetric(),
-        dimension: Dimension::SIX,
+        dimension: &Dimension::SIX,
     };
     let Belief {
         pose,

@@ -7,10 +7,10 @@
 use crate::symmetric::Symmetric3;
 
 /// A pivot up to this part of its diagonal entry counts as zero.
-const RELATIVE: f64 = 1e-14;
+pub(crate) const RELATIVE: f64 = 1e-14;
 
 /// A pivot below this counts as zero: 1e-50 m is no distance, and its reciprocal must stay finite.
-const ABSOLUTE: f64 = 1e-100;
+pub(crate) const ABSOLUTE: f64 = 1e-100;
 
 /// A matrix whose pivots all exceed this part of their diagonal entries is far from singular.
 const REGULAR: f64 = 1e-6;
@@ -41,12 +41,6 @@ impl Factor {
             pivots: [d1, d2, d3],
             reciprocals: [r1, r2, r3],
         }
-    }
-
-    /// `√D`
-    #[inline]
-    pub(crate) fn scale(&self) -> [f64; 3] {
-        self.pivots.map(libm::sqrt)
     }
 
     /// `A⁻¹`; of a singular `A` a generalised inverse, `A A⁻ A = A`.

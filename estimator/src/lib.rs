@@ -43,6 +43,8 @@ pub mod settings;
 mod split;
 pub mod stamp;
 mod symmetric;
+mod turn;
+mod twin;
 mod weight;
 
 pub use belief::Belief;

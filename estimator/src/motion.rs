@@ -79,8 +79,8 @@ impl Motion {
     #[inline]
     fn over(&self, dt_s: f64) -> Displacement {
         let (noise, dimension) = match self {
-            Self::Nonholonomic { noise, .. } => (without_sideways(noise), Dimension::FIVE),
-            Self::Holonomic { noise, .. } => (noise.symmetric(), Dimension::SIX),
+            Self::Nonholonomic { noise, .. } => (without_sideways(noise), &Dimension::FIVE),
+            Self::Holonomic { noise, .. } => (noise.symmetric(), &Dimension::SIX),
         };
         Displacement {
             mean: self.velocity().map(|u| dt_s * u),
