@@ -40,7 +40,7 @@ fn an_interface_switched_off_and_on_is_used_again() {
         1,
         "the socket tells at once"
     );
-    interface.set(&["up"]);
+    interface.up();
     assert_eq!(
         supervise_until(BusState::Up, &mut bus, &mut now_ns),
         1,

@@ -42,7 +42,8 @@ impl Wheels {
 
     fn send(&mut self) {
         std::thread::sleep(self.next.saturating_duration_since(Instant::now()));
-        self.next += PERIOD;
+        // Never two at once, also when this machine has lost time: no encoder does that.
+        self.next = Instant::now() + PERIOD;
         for (sender, frame) in self
             .senders
             .iter_mut()

@@ -12,7 +12,7 @@ fn every_kind_of_frame_arrives_as_it_was_sent() {
     let interface = Interface::new("vcan1");
     interface.set(&["down"]);
     interface.set(&["mtu", FD_MTU]);
-    interface.set(&["up"]);
+    interface.up();
     let (mut bus, mut sender) = (interface.bus(Filter::All), interface.sender());
     let sent = [
         Frame::data_frame(StandardId::MAX, &[0xff; 8]).unwrap(),

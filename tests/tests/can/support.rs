@@ -3,7 +3,7 @@
 use std::os::fd::AsFd;
 use std::process::Command;
 
-use coloc_drivers::can::{Bus, Filter, Received, Sender};
+use coloc_drivers::can::{Bus, Filter, Frame, Received, Sender, StandardId};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -49,7 +49,25 @@ impl Interface {
 
     pub(crate) fn create(&self) {
         self.ip(&["add", self.0, "type", "vcan"], &[]);
+        self.up();
+    }
+
+    /// Switches it on and waits until frames cross it: the kernel sees to that a little later.
+    pub(crate) fn up(&self) {
         self.set(&["up"]);
+        let (witness, mut sender) = (self.bus(Filter::All), self.sender());
+        let probe = Frame::data_frame(StandardId::MAX, &[]).unwrap();
+        let crossed = (0..1000).any(|_| {
+            sender.send(&probe).unwrap();
+            ready(
+                &witness,
+                &Timespec {
+                    tv_sec: 0,
+                    tv_nsec: 20_000_000,
+                },
+            ) == 1
+        });
+        assert!(crossed, "no frame crosses {}", self.0);
     }
 
     fn ip(&self, what: &[&str], more: &[&str]) {
