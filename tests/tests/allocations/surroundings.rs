@@ -18,10 +18,9 @@ const DISTANCE_M: f64 = 2.0;
 
 pub(crate) fn config(directory: &Path, trigger: &str) -> Config {
     let at = directory.display();
-    let team: String = NEIGHBOURS
-        .iter()
+    let team = NEIGHBOURS
         .map(|id| format!("[[team]]\nname = \"robot{id}\"\nid = {id}\n"))
-        .collect();
+        .concat();
     let wheel = |message| {
         format!(
             "{{ message = \"{message}\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}"

@@ -81,7 +81,7 @@ impl Drop for Robot {
 }
 
 /// Wheels without noise: where the robot believes to be is then plain geometry.
-pub(crate) fn configuration(left: &str, right: &str, trigger: &str, root: &Path) -> String {
+fn configuration(left: &str, right: &str, trigger: &str, root: &Path) -> String {
     let wheel = |bus, message| {
         format!(
             "{{ bus = {bus}, message = \"{message}\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}"
@@ -96,10 +96,11 @@ pub(crate) fn configuration(left: &str, right: &str, trigger: &str, root: &Path)
         wheel(0, "WheelLeft"),
         wheel(u8::from(left != right), "WheelRight"),
     );
+    let root = root.display();
     format!(
         "[robot]\nname = \"{NAME}\"\nid = 1\n\
          [tick]\ntrigger = \"{trigger}\"\n\
-         [shm]\nroot = {root:?}\nprefix = \"{PREFIX}\"\n\
+         [shm]\nroot = \"{root}\"\nprefix = \"{PREFIX}\"\n\
          [initial]\nsigma = [0.1, 0.1, 0.0]\n\
          [motion]\nforward = {{ a = 0.0, b = 0.0, c = 0.0 }}\nturning = {{ a = 0.0, b = 0.0, c = 0.0 }}\n\
          outage_variance = [0.0, 0.0, 0.0]\n\
