@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
-use coloc_sim::Scenario;
-use coloc_sim::method::Kind;
+
+use crate::eval::EvalArgs;
 
 /// Cooperative localization: robots that tell one another where they are.
 #[derive(Debug, Parser)]
@@ -77,62 +77,6 @@ pub(crate) struct DemoArgs {
     /// Print the summary as JSON on standard output, everything else on standard error
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// Plays the same sensors to every method, over many runs with different noise and on all cores, and compares what they believe
-/// with the truth. The same seed gives the same figures.
-#[derive(Clone, Debug, Args)]
-#[command(after_help = scenarios())]
-pub(crate) struct EvalArgs {
-    /// Robots of a recording in MR.CLAM's format
-    #[arg(long, value_name = "DIR", conflicts_with = "synthetic")]
-    pub(crate) data: Option<PathBuf>,
-    /// Robots of a world made up from the seed (so it is without --data)
-    #[arg(long)]
-    pub(crate) synthetic: bool,
-    /// Which methods, in the table's order
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = method, default_value = "sl,nb,ei,ci,split-ci,coloc,ccl")]
-    pub(crate) methods: Vec<Kind>,
-    /// How many runs
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
-    pub(crate) runs: u16,
-    /// Where all randomness comes from
-    #[arg(long, value_name = "K", default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Stop after so many seconds of the world [default: all of it; 1500 where it is made up]
-    #[arg(long, value_name = "S", value_parser = seconds)]
-    pub(crate) seconds: Option<f64>,
-    /// What the sensors and the radio are like
-    #[arg(long, value_name = "NAME", default_value = "paper", value_parser = scenario)]
-    pub(crate) scenario: Scenario,
-    /// Write everything that was found out as JSON
-    #[arg(long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
-    /// Draw errors inside of their bounds, for every method and robot
-    #[arg(long, value_name = "DIR")]
-    pub(crate) plots: Option<PathBuf>,
-}
-
-fn method(name: &str) -> Result<Kind, String> {
-    let known = || Kind::ALL.map(Kind::name).join(", ");
-    Kind::named(name).ok_or_else(|| format!("the methods are {}", known()))
-}
-
-fn scenario(name: &str) -> Result<Scenario, String> {
-    Scenario::named(name).ok_or_else(|| "see the list in `coloc eval --help`".into())
-}
-
-fn scenarios() -> String {
-    let lines = Scenario::all()
-        .into_iter()
-        .map(|scenario| format!("  {:<12} {}", scenario.name, scenario.description));
-    let list = lines.collect::<Vec<_>>().join("\n");
-    format!(
-        "Scenarios:\n{list}\n\nMethods:\n  {}\n\nExamples:
-  coloc eval --data ../shared/data/mrclam1 --plots pictures
-  coloc eval --scenario one-way --methods split-ci,coloc --runs 5 --json one-way.json",
-        Kind::ALL.map(Kind::name).join(", ")
-    )
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

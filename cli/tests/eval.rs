@@ -6,78 +6,109 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-fn eval(args: &[&str], json: &Path, plots: &Path) -> Output {
+fn eval(arguments: &str, files: &[(&str, &Path)]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_coloc"));
-    command
-        .args([
-            "eval",
-            "--runs",
-            "2",
-            "--seconds",
-            "4",
-            "--methods",
-            "split-ci,coloc",
-        ])
-        .args(args);
-    command
-        .arg("--json")
-        .arg(json)
-        .arg("--plots")
-        .arg(plots)
-        .output()
-        .unwrap()
+    command.arg("eval").args(arguments.split(' '));
+    for (option, path) in files {
+        command.arg(option).arg(path);
+    }
+    command.output().unwrap()
 }
 
+const SHORT: &str = "--runs 2 --seconds 4 --methods split-ci,coloc";
+
 #[test]
-fn the_same_seed_gives_the_same_bytes_and_another_does_not() {
+fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads_and_another_does_not() {
     let folder = tempfile::tempdir().unwrap();
-    let run = |name: &str, seed: &str| {
+    let run = |name: &str, seed: &str, threads: &str| {
         let json = folder.path().join(name);
-        let output = eval(&["--seed", seed], &json, &folder.path().join("plots"));
-        assert!(output.status.success(), "{output:?}");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_coloc"));
+        command.arg("eval").args(SHORT.split(' '));
+        command.args(["--seed", seed, "--json"]).arg(&json);
+        let status = command.env("RAYON_NUM_THREADS", threads).output().unwrap();
+        assert!(status.status.success(), "{status:?}");
         std::fs::read(json).unwrap()
     };
-    let (one, again, other) = (run("one", "3"), run("again", "3"), run("other", "4"));
-    assert_eq!(one, again);
-    assert_ne!(one, other);
+    let one = run("one", "3", "1");
+    assert_eq!(one, run("again", "3", "3"));
+    assert_ne!(one, run("other", "4", "1"));
 }
 
 #[test]
 fn the_table_the_numbers_and_the_pictures_speak_of_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let (json, plots) = (folder.path().join("eval.json"), folder.path().join("plots"));
-    let output = eval(&["--scenario", "one-dgps"], &json, &plots);
+    let arguments = format!("{SHORT} --scenario one-dgps");
+    let output = eval(&arguments, &[("--json", &json), ("--plots", &plots)]);
     let table = String::from_utf8(output.stdout).unwrap();
-    let report: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let found: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let report = &found["reports"][0];
     assert_eq!((&report["runs"], &report["robots"]), (&2.into(), &5.into()));
-    let x_cm = 100.0
-        * report["methods"][1]["robots"][4]["rms"][0]
-            .as_f64()
-            .unwrap();
-    let row = table
+    let rms_m = report["methods"][1]["robots"][4]["rms_position"]
+        .as_f64()
+        .unwrap();
+    let rms_cm = format!("{:.2}", 100.0 * rms_m);
+    let rows = table
         .lines()
-        .find(|line| line.starts_with("coloc      R5"))
+        .skip_while(|line| !line.trim_start().starts_with("R5"));
+    let row = rows
+        .skip(1)
+        .find(|line| line.contains("coloc"))
         .expect("a row for each robot");
-    assert!(
-        row.contains(&format!(" {x_cm:.2} ")),
-        "{x_cm} is not in {row}"
-    );
-    assert!(table.contains("coloc against split-ci   R5"));
-    assert_eq!(std::fs::read_dir(&plots).unwrap().count(), 2 * 5 + 5);
+    assert!(row.ends_with(&rms_cm), "{rms_cm} is not in {row}");
+    assert!(table.contains("coloc less each other"));
+    for picture in [
+        "errors-R1",
+        "errors-R5",
+        "methods",
+        "conversion",
+        "paths",
+        "nees",
+    ] {
+        assert!(plots.join(format!("{picture}.svg")).is_file(), "{picture}");
+    }
+}
+
+#[test]
+fn all_scenarios_are_one_command_and_one_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let (json, markdown) = (folder.path().join("all.json"), folder.path().join("all.md"));
+    let arguments = "--runs 1 --seconds 1 --methods coloc --scenario all";
+    let output = eval(arguments, &[("--json", &json), ("--markdown", &markdown)]);
+    assert!(output.status.success(), "{output:?}");
+    let found: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let summary = std::fs::read_to_string(markdown).unwrap();
+    let reports = found["reports"].as_array().unwrap();
+    assert!(reports.len() > 12);
+    for report in reports {
+        let name = report["scenario"]["name"].as_str().unwrap();
+        assert!(summary.contains(&format!("| {name} | coloc |")), "{name}");
+    }
 }
 
 #[test]
 fn what_cannot_be_read_is_said_in_one_line() {
-    let folder = tempfile::tempdir().unwrap();
-    let output = eval(
-        &["--data", "/nonexistent"],
-        &folder.path().join("json"),
-        &folder.path().join("plots"),
-    );
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    assert!(
-        said.starts_with("coloc: ") && said.contains("/nonexistent") && said.lines().count() == 1,
-        "{said}"
-    );
+    let empty = tempfile::tempdir().unwrap();
+    for folder in ["/nonexistent", empty.path().to_str().unwrap()] {
+        let output = eval(SHORT, &[("--data", Path::new(folder))]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1));
+        assert!(
+            said.starts_with("coloc: ") && said.contains(folder) && said.lines().count() == 1,
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn an_unknown_name_is_answered_with_the_known_ones() {
+    for (wrong, known) in [
+        ("--scenario rain", "one-way"),
+        ("--methods ekf", "split-ci"),
+    ] {
+        let output = eval(wrong, &[]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        assert!(said.contains(known), "{said}");
+    }
 }

@@ -1,98 +1,98 @@
-//! The evaluation as a person reads it: a line for each method and robot, then what the product gains over its rivals.
+//! A table: aligned columns on a terminal, or Markdown.
 
-use coloc_sim::evaluate::{Comparison, EvalReport, MethodReport, RobotReport};
-use coloc_sim::method::Kind;
+use std::fmt::Write;
 
-const HEADER: [&str; 2] = [
-    "                 RMSE over runs, its mean ± std over time        RMS over time             NEES (3 is honest)         inside 3σ [%]",
-    "method     robot  x [cm]       y [cm]       φ [rad]         |  x [cm] y [cm] φ [rad] |     mean beyond 95 %  band -/+ % |     x     y     φ",
-];
+/// Rows under headings, with a title that says what they are.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Table {
+    pub(crate) title: String,
+    pub(crate) headings: Vec<String>,
+    /// Each as long as `headings`.
+    pub(crate) rows: Vec<Vec<String>>,
+}
 
-/// The whole table. Of the NEES, averaged over runs, a share of 5 % is beyond what holds 95 % of honest estimates, and of the
-/// time 5 % outside of its band: below it the uncertainty is too large, above it too small.
-#[allow(clippy::cast_precision_loss)] // Steps of a run.
-pub(crate) fn lines(report: &EvalReport) -> Vec<String> {
-    let seconds = report.steps.saturating_sub(1) as f64 * report.dt_s;
-    let (scenario, runs, seed) = (&report.scenario, report.runs, report.seed);
-    let title = format!(
-        "{}: {}; {runs} runs of {seconds:.0} s, seed {seed}",
-        scenario.name, scenario.description
-    );
-    let mut lines = vec![title, String::new()];
-    lines.extend(HEADER.map(str::to_owned));
-    for method in &report.methods {
-        lines.extend(
-            method
-                .robots
-                .iter()
-                .enumerate()
-                .map(|(robot, figures)| row(method.method, robot, figures)),
+impl Table {
+    pub(crate) fn new(title: impl Into<String>, headings: &[&str]) -> Self {
+        Self {
+            title: title.into(),
+            headings: headings.iter().map(|&heading| heading.into()).collect(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// For a terminal: the first two columns to the left, numbers to the right.
+    pub(crate) fn text(&self) -> String {
+        let widths = self.widths();
+        let mut text = format!("{}\n", self.title);
+        let mut before: &str = "";
+        for row in std::iter::once(&self.headings).chain(&self.rows) {
+            let group = row.first().map_or("", String::as_str);
+            for (column, (cell, &width)) in row.iter().zip(&widths).enumerate() {
+                let repeated = column == 0 && group == before && self.headings.len() > 3;
+                let cell = if repeated { "" } else { cell };
+                let pad = " ".repeat(width - cell.chars().count());
+                let (left, right) = if column < 2 {
+                    (cell, pad.as_str())
+                } else {
+                    (pad.as_str(), cell)
+                };
+                let _ = write!(text, "  {left}{right}"); // Strings take everything.
+            }
+            text.truncate(text.trim_end().len());
+            text.push('\n');
+            before = group;
+        }
+        text
+    }
+
+    fn widths(&self) -> Vec<usize> {
+        let width = |column: usize| {
+            let cells = self.rows.iter().filter_map(|row| row.get(column));
+            let longest = cells.map(|cell| cell.chars().count()).max().unwrap_or(0);
+            longest.max(self.headings[column].chars().count())
+        };
+        (0..self.headings.len()).map(width).collect()
+    }
+
+    /// For a document.
+    pub(crate) fn markdown(&self) -> String {
+        let mut text = format!("**{}**\n\n", self.title);
+        let rule: Vec<String> = (0..self.headings.len())
+            .map(|column| if column < 2 { "---" } else { "---:" }.into())
+            .collect();
+        for row in [&self.headings, &rule].into_iter().chain(&self.rows) {
+            let _ = writeln!(text, "| {} |", row.join(" | "));
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        let mut table = Table::new("Errors", &["robot", "method", "x [cm]", "y [cm]"]);
+        let row = |cells: [&str; 4]| cells.map(String::from).to_vec();
+        table.rows = vec![
+            row(["R1", "sl", "102", "3.1"]),
+            row(["R1", "coloc", "2.5", "2.59"]),
+        ];
+        table
+    }
+
+    #[test]
+    fn columns_are_aligned_and_a_group_is_named_once() {
+        assert_eq!(
+            table().text(),
+            "Errors\n  robot  method  x [cm]  y [cm]\n  R1     sl         102     3.1\n         coloc      2.5    2.59\n"
         );
     }
-    lines.push(String::new());
-    lines.extend(report.methods.iter().map(cost));
-    lines.push(String::new());
-    lines.extend(
-        report
-            .comparisons
-            .iter()
-            .filter(|pair| pair.method == Kind::Coloc)
-            .map(gain),
-    );
-    lines
-}
 
-fn row(method: Kind, robot: usize, figures: &RobotReport) -> String {
-    let cm = |metres: f64| 100.0 * metres;
-    let ([x, y, phi], [dx, dy, dphi]) = (figures.rmse_mean, figures.rmse_deviation);
-    let [rx, ry, rphi] = figures.rms;
-    let inside = figures.inside_3_sigma.map(|share| 100.0 * share);
-    let outside = 100.0 * figures.nees_outside;
-    let [below, above] = figures.nees_outside_band.map(|share| 100.0 * share);
-    format!(
-        "{:<10} R{:<3} {:>7.2}±{:<5.2} {:>6.2}±{:<5.2} {phi:>7.4}±{dphi:<6.4} | {:>7.2} {:>6.2} {rphi:>7.4} | {:>8.3} {outside:>9.1} % {below:>5.1}/{above:<5.1} | {:>5.1} {:>5.1} {:>5.1}",
-        method.name(),
-        robot + 1,
-        cm(x),
-        cm(dx),
-        cm(y),
-        cm(dy),
-        cm(rx),
-        cm(ry),
-        figures.nees,
-        inside[0],
-        inside[1],
-        inside[2],
-    )
-}
-
-fn cost(method: &MethodReport) -> String {
-    format!(
-        "{:<10} {:>10.0} messages of {:>3} bytes a run, {:>8.2} µs a step of the whole team",
-        method.method.name(),
-        method.messages_per_run,
-        method.message_bytes,
-        method.time_per_step.as_secs_f64() * 1e6,
-    )
-}
-
-/// Negative is better.
-fn gain(pair: &Comparison) -> String {
-    let [x, y, phi] = pair.rms;
-    let percent = |paired: coloc_sim::metrics::Paired| {
-        let sure = if paired.is_significant() {
-            ""
-        } else {
-            " (not significant)"
-        };
-        format!("{:+.1} %{sure}", 100.0 * paired.relative)
-    };
-    format!(
-        "coloc against {:<10} R{}: RMS x {}, y {}, φ {}",
-        pair.against.name(),
-        pair.robot + 1,
-        percent(x),
-        percent(y),
-        percent(phi)
-    )
+    #[test]
+    fn markdown_is_complete() {
+        let expected = "**Errors**\n\n| robot | method | x [cm] | y [cm] |\n| --- | --- | ---: | ---: |\n\
+            | R1 | sl | 102 | 3.1 |\n| R1 | coloc | 2.5 | 2.59 |\n";
+        assert_eq!(table().markdown(), expected);
+    }
 }

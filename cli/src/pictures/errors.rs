@@ -125,9 +125,12 @@ fn draw_legend(chart: &mut Panel<'_>) -> Result<(), Box<dyn std::error::Error>> 
 /// Half the panel's height: the bounds with some air, but not the first second's, which would dwarf the rest;
 /// the errors always fit.
 fn half_height(coordinate: usize, points: &[ErrorPoint]) -> f64 {
-    let mut bounds: Vec<f64> = points.iter().map(|c| c.three_sigma[coordinate]).collect();
-    bounds.sort_by(f64::total_cmp);
-    let usual = bounds.get(bounds.len() * 98 / 100).copied().unwrap_or(1.0);
+    let start_s = points.first().map_or(0.0, |c| c.time_s);
+    let usual = points
+        .iter()
+        .filter(|c| c.time_s > start_s + 1.0)
+        .map(|c| c.three_sigma[coordinate])
+        .fold(0.0, f64::max);
     let worst = points
         .iter()
         .map(|c| c.error[coordinate].abs())

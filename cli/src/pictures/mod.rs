@@ -2,16 +2,23 @@
 //!
 //! SVG needs no font files: the text stays text and the viewer draws it.
 
+mod bars;
+mod ellipses;
 mod errors;
-mod nees;
+mod lines;
 mod paths;
+mod png;
 mod style;
 
 use std::path::{Path, PathBuf};
 
+pub(crate) use bars::{BarPanel, draw_bars};
+pub(crate) use ellipses::{Ellipse, EllipsePanel, draw_ellipses};
 pub(crate) use errors::{ErrorPoint, draw_errors};
-pub(crate) use nees::{NeesCurve, draw_nees};
+pub(crate) use lines::{Line, Panel, Scale, draw_lines};
 pub(crate) use paths::{RobotPath, draw_paths};
+pub(crate) use png::to_png;
+pub(crate) use style::method_color;
 
 /// A picture that could not be drawn or written.
 #[derive(Debug, thiserror::Error)]

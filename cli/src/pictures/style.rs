@@ -1,5 +1,6 @@
 //! Colours, sizes and axis arithmetic that the pictures share.
 
+use coloc_sim::method::Kind;
 use plotters::style::{Color, RGBColor, ShapeStyle};
 
 pub(super) const INK: RGBColor = RGBColor(40, 44, 52);
@@ -23,6 +24,20 @@ const PALETTE: [RGBColor; 10] = [
 /// The colour of the `index`-th line; after ten it starts over.
 pub(super) fn robot_color(index: usize) -> RGBColor {
     PALETTE[index % PALETTE.len()]
+}
+
+/// The same colour for a method in every picture; variants share their method's.
+pub(crate) fn method_color(kind: Kind) -> RGBColor {
+    let [blue, vermilion, green, pink, orange, sky, ..] = PALETTE;
+    match kind {
+        Kind::Sl | Kind::SlPlain => TRUTH,
+        Kind::Nb => orange,
+        Kind::Ei => pink,
+        Kind::Ci | Kind::CiDet => sky,
+        Kind::SplitCi => blue,
+        Kind::Coloc | Kind::ColocStep => vermilion,
+        Kind::Ccl => green,
+    }
 }
 
 pub(super) fn line(color: RGBColor, width: u32) -> ShapeStyle {

@@ -88,6 +88,27 @@ impl Kind {
         }
     }
 
+    /// What it is, in a line.
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Sl => "single localization: odometry and own fixes only",
+            Self::SlPlain => {
+                "the same by plain integration instead of cubature, as in the paper's figures"
+            }
+            Self::Nb => "naive Bayes: takes what neighbours say as independent",
+            Self::Ei => "ellipsoidal intersection",
+            Self::Ci => "covariance intersection, weight by trace: takes nothing as independent",
+            Self::CiDet => "covariance intersection, weight by determinant",
+            Self::SplitCi => "split covariance intersection, the paper to the letter",
+            Self::Coloc => "the product's default: damped weight, reset on transmit too",
+            Self::ColocStep => "the same through the daemon's step and its history of measurements",
+            Self::Ccl => {
+                "centralized: one extended Kalman filter of the whole team, a bound for the others"
+            }
+        }
+    }
+
     /// What one message holds, at eight bytes a number: pose and covariances as upper triangles; for `ccl` the
     /// relative pose, which goes to the centre (as does all odometry, not counted).
     #[must_use]

@@ -1,0 +1,146 @@
+//! What `coloc eval` can be asked.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use coloc_sim::Scenario;
+use coloc_sim::method::Kind;
+
+/// Runs every method on the same noisy sensors, many times over, and says how far each is off, whether its uncertainty
+/// is honest, what it costs, and whether differences are more than luck.
+///
+/// The same seed gives the same JSON, byte for byte, on any number of threads. All cores are used; RAYON_NUM_THREADS=N
+/// uses N.
+#[derive(Clone, Debug, Args)]
+#[allow(clippy::doc_markdown)] // Printed as they are.
+#[command(after_help = reference())]
+pub(crate) struct EvalArgs {
+    /// A recording in MR.CLAM's format: RobotN_Odometry.dat and RobotN_Groundtruth.dat, plain or gzipped
+    #[arg(long, value_name = "DIR", conflicts_with = "synthetic")]
+    pub(crate) data: Option<PathBuf>,
+    /// A world made up from the seed, with the noise that the filters assume [the default]
+    #[arg(long)]
+    pub(crate) synthetic: bool,
+    /// Which estimators, with commas between
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = method,
+        default_value = "sl,nb,ei,ci,split-ci,coloc,ccl")]
+    pub(crate) methods: Vec<Kind>,
+    /// How many runs, each with other noise
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) runs: u16,
+    /// Where all randomness comes from
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Stop after this world time [s] [default: the whole recording, or 1500]
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub(crate) seconds: Option<f64>,
+    /// In which circumstances: a name from below, or `all`
+    #[arg(long, value_name = "NAME", default_value = "paper", value_parser = scenario)]
+    pub(crate) scenario: Choice,
+    /// Write everything that was found, with what is plotted
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write the tables as Markdown; a file with `<!-- coloc eval: NAME -->` and `<!-- end -->` gets them between these
+    #[arg(long, value_name = "FILE")]
+    pub(crate) markdown: Option<PathBuf>,
+    /// Draw the pictures as SVG into this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) plots: Option<PathBuf>,
+    /// Draw them as PNG too
+    #[arg(long, requires = "plots")]
+    pub(crate) png: bool,
+}
+
+/// One scenario or all of them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Choice {
+    One(Box<Scenario>),
+    All,
+}
+
+fn method(name: &str) -> Result<Kind, String> {
+    let names = || Kind::ALL.map(Kind::name).join(", ");
+    Kind::named(name).ok_or_else(|| format!("the methods are {}", names()))
+}
+
+fn scenario(name: &str) -> Result<Choice, String> {
+    if name == "all" {
+        return Ok(Choice::All);
+    }
+    let names = || {
+        Scenario::all()
+            .iter()
+            .map(|scenario| scenario.name)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let found = Scenario::named(name).map(|scenario| Choice::One(Box::new(scenario)));
+    found.ok_or_else(|| format!("the scenarios are {}, all", names()))
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|seconds| (0.1..=1e6).contains(seconds))
+        .ok_or_else(|| "must be a number of seconds, 0.1 to 1000000".into())
+}
+
+/// Everything that has a name, for `--help`.
+fn reference() -> String {
+    let mut text = String::from("Methods:\n");
+    let mut line = |name: &str, description: &str| {
+        let _ = writeln!(text, "  {name:<14}{description}"); // Strings take everything.
+    };
+    for kind in Kind::ALL {
+        line(kind.name(), kind.description());
+    }
+    line("", "");
+    let mut scenarios = text.trim_end().to_owned() + "\n\nScenarios:\n";
+    for Scenario {
+        name, description, ..
+    } in Scenario::all()
+    {
+        let _ = writeln!(scenarios, "  {name:<14}{description}");
+    }
+    scenarios
+        + "  all           every one of these, with a summary
+
+Examples:
+  coloc eval                                           the synthetic world, the paper's sensors
+  coloc eval --data ../shared/data/mrclam1 --plots pictures --json accuracy.json
+  coloc eval --data ../shared/data/mrclam1 --scenario one-way --methods split-ci,coloc
+  coloc eval --scenario all --runs 5 --methods split-ci,coloc
+
+Exit status: 0 done, 1 it could not be done, 2 the arguments were not understood."
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_is_in_the_help_with_its_meaning() {
+        let text = reference();
+        for scenario in Scenario::all() {
+            assert!(
+                text.contains(scenario.name) && text.contains(scenario.description),
+                "{}",
+                scenario.name
+            );
+        }
+        for kind in Kind::ALL {
+            assert!(
+                text.contains(&format!("  {:<14}{}", kind.name(), kind.description())),
+                "{kind:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_unknown_name_is_answered_with_the_known_ones() {
+        assert!(method("kalman").unwrap_err().contains("split-ci, coloc"));
+        assert!(scenario("rain").unwrap_err().contains("one-way"));
+        assert_eq!(scenario("all"), Ok(Choice::All));
+    }
+}
