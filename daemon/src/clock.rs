@@ -128,8 +128,8 @@ pub struct Moment {
     /// A frame that is read now cannot be older than this: the reads before left none behind.
     earliest: i64,
     latest: i64,
-    /// Configured clock minus `CLOCK_REALTIME`.
-    offset: i64,
+    /// Configured clock minus `CLOCK_REALTIME`: as it is now, and from the last tick's clocks, which differ after a step.
+    offsets: [i64; 2],
 }
 
 impl Timeline {
@@ -146,10 +146,11 @@ impl Timeline {
 
     /// The moment of the tick that begins at `now`.
     pub fn advance(&mut self, now: Reading) -> Moment {
-        let elapsed = now.monotonic_ns - self.last.monotonic_ns;
+        let last = self.last;
+        let elapsed = now.monotonic_ns - last.monotonic_ns;
         let stepped = |now: i64, last: i64| now.saturating_sub(last).saturating_sub(elapsed);
-        let shift = stepped(now.of(self.source), self.last.of(self.source));
-        let kernel_shift = stepped(now.realtime_ns, self.last.realtime_ns);
+        let shift = stepped(now.of(self.source), last.of(self.source));
+        let kernel_shift = stepped(now.realtime_ns, last.realtime_ns);
         let stamp = now.of(self.source);
         self.last = now;
         Moment {
@@ -159,7 +160,10 @@ impl Timeline {
             frames_unreliable: kernel_shift.abs() > self.step,
             earliest: stamp.saturating_sub(elapsed).saturating_sub(SLACK_NS),
             latest: stamp.saturating_add(SLACK_NS),
-            offset: stamp.saturating_sub(now.realtime_ns),
+            offsets: [
+                stamp.saturating_sub(now.realtime_ns),
+                stamp.saturating_sub(last.realtime_ns.saturating_add(elapsed)),
+            ],
         }
     }
 }
@@ -167,16 +171,14 @@ impl Timeline {
 impl Moment {
     /// The configured clock when the kernel received a frame, from the kernel's own stamp.
     ///
-    /// A stamp of a clock that has been stepped since is worthless; the time of this read is not.
+    /// If the clock was stepped since the last tick, the frame's stamp is of the clock before or after that: only one of
+    /// them puts it where it can have come. If neither does, the time of this read takes its place.
     #[must_use]
     pub fn of_frame(&self, kernel_ns: i64) -> i64 {
-        let stamp = kernel_ns.saturating_add(self.offset);
-        let plausible = (self.earliest..=self.latest).contains(&stamp);
-        if plausible && !self.frames_unreliable {
-            stamp
-        } else {
-            self.stamp.as_nanos()
-        }
+        let plausible = |stamp: &i64| (self.earliest..=self.latest).contains(stamp);
+        let readings = self.offsets.map(|offset| kernel_ns.saturating_add(offset));
+        let stamp = readings.into_iter().find(plausible);
+        stamp.unwrap_or(self.stamp.as_nanos())
     }
 }
 
@@ -234,7 +236,9 @@ mod tests {
                 1000 * SECOND + 20_000_000 + step,
             ));
             assert_eq!((moment.shift, moment.frames_unreliable), (Span::ZERO, true));
-            assert_eq!(moment.of_frame(before), SECOND + 20_000_000);
+            assert_eq!(moment.of_frame(before), SECOND + 10_000_000);
+            let after = before + 5_000_000 + step;
+            assert_eq!(moment.of_frame(after), SECOND + 15_000_000);
         }
     }
 

@@ -3,6 +3,7 @@
 mod bus;
 mod clock;
 mod descriptor;
+mod follow;
 mod wheels;
 
 use std::path::Path;
@@ -12,13 +13,14 @@ use coloc_daemon::config::Config;
 use coloc_daemon::event::Link;
 use coloc_daemon::tick::{Outcome, Robot};
 use coloc_daemon::wait::Wake;
-use coloc_drivers::can::Frame;
+use coloc_drivers::can::{BusSpec, Frame};
 use coloc_shm_types::{Estimate, RobotName, Space, Status, Subscriber};
 use tempfile::TempDir;
 
 use crate::counting::{Calls, calls_during};
 pub use bus::Line;
 pub use clock::Clock;
+pub use follow::follow;
 pub use wheels::{METRES_PER_TICK, TRACK_M, WAY_PER_PERIOD_M, Wheels, altered};
 
 /// From one tick to the next \[ns\].
@@ -57,7 +59,7 @@ impl Rig {
         let directory = tempfile::tempdir().unwrap();
         let line = line(directory.path());
         let bench = bus::Bench::new(line.clone());
-        let config = config(&directory.path().join("shm"), &line);
+        let config = config(&directory.path().join("shm"), &line.spec());
         let space = Space::open(&config.shm.root, &config.shm.prefix, "rig").unwrap();
         let estimates = space
             .subscriber(&RobotName::new("robot1").unwrap())
@@ -135,7 +137,7 @@ impl Rig {
 
 /// Turning is known exactly and the first heading too, so that where the robot believes to be is plain geometry; along
 /// its way it is as uncertain as a robot is.
-fn config(root: &Path, line: &Line) -> Config {
+fn config(root: &Path, bus: &BusSpec) -> Config {
     let wheel = |message| {
         format!(
             "{{ message = \"{message}\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}"
@@ -150,7 +152,7 @@ fn config(root: &Path, line: &Line) -> Config {
          [odometry]\nbuses = [\"{}\"]\nmax_speed_mps = 5.0\n\
          [odometry.wheels]\ntrack_m = {TRACK_M}\nleft = {}\nright = {}\n",
         root.display(),
-        line.spec(),
+        bus,
         wheel("WheelLeft"),
         wheel("WheelRight"),
     );

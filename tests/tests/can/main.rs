@@ -1,6 +1,6 @@
 //! coloc on the kernel's own CAN: one test binary, so that one virtual machine is booted for all of it.
 //!
-//! Run by `tests/run`, or alone by `tests/hil/with-vcan -i 4 -- cargo test -p coloc-tests --features vcan --test can --
+//! Run by `tests/run`, or alone by `tests/hil/with-vcan -i 5 -- cargo test -p coloc-tests --features vcan --test can --
 //! --test-threads=1`. Every test has an interface of its own; one that takes an interface away brings it back.
 #![allow(
     clippy::unwrap_used,
@@ -8,10 +8,16 @@
 )]
 
 mod bus_lost;
+mod clock_step;
 mod daemon;
 mod faults;
+mod fleet;
 mod frame_kinds;
+mod hardware;
 mod kernel_filter;
 mod kernel_stamp;
+mod load;
+mod recorded;
 mod robot;
 mod support;
+mod wheels;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
-use coloc_shm_types::{Estimate, RobotName, Space, Subscriber};
+use coloc_shm_types::{Estimate, Message, RobotName, Space, Status, Subscriber};
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
@@ -19,6 +19,7 @@ const PREFIX: &str = "can";
 pub(crate) struct Robot {
     process: Child,
     estimates: Subscriber<Estimate>,
+    status: Subscriber<Status>,
     /// Last, so that it is removed last.
     _directory: TempDir,
 }
@@ -26,15 +27,22 @@ pub(crate) struct Robot {
 impl Robot {
     /// Starts it with its left and right wheel on these buses, and waits until it ticks.
     pub(crate) fn start(left: &str, right: &str, trigger: &str) -> Self {
+        Self::configured(|root| configuration(left, right, trigger, root))
+    }
+
+    /// Starts it with a configuration for this shared-memory root, and waits until it ticks.
+    pub(crate) fn configured(configuration: impl FnOnce(&Path) -> String) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let (root, file) = (
             directory.path().join("shm"),
             directory.path().join("robot.toml"),
         );
-        std::fs::write(&file, configuration(left, right, trigger, &root)).unwrap();
+        std::fs::write(&file, configuration(&root)).unwrap();
         let space = Space::open(&root, PREFIX, "test").unwrap();
+        let name = RobotName::new(NAME).unwrap();
         let robot = Self {
-            estimates: space.subscriber(&RobotName::new(NAME).unwrap()).unwrap(),
+            estimates: space.subscriber(&name).unwrap(),
+            status: space.subscriber(&name).unwrap(),
             process: Command::new(env!("CARGO_BIN_EXE_colocd-under-test"))
                 .arg("run")
                 .arg(file)
@@ -50,21 +58,34 @@ impl Robot {
     pub(crate) fn estimate_until(
         &self,
         what: &str,
-        wanted: impl Fn(&Estimate) -> bool,
+        wanted: impl FnMut(&Estimate) -> bool,
     ) -> Estimate {
-        let deadline = Instant::now() + PATIENCE;
-        let mut last = None;
-        loop {
-            match self.estimates.receive().unwrap() {
-                Some(estimate) if wanted(&estimate) => return estimate,
-                Some(estimate) => last = Some(estimate),
-                None => std::thread::sleep(Duration::from_millis(1)),
-            }
-            assert!(
-                Instant::now() < deadline,
-                "{what}: not within {PATIENCE:?}; last: {last:?}"
-            );
-        }
+        first(&self.estimates, what, wanted)
+    }
+
+    /// The first account of all counters that is as wanted; one comes every second.
+    pub(crate) fn status_until(&self, what: &str, wanted: impl FnMut(&Status) -> bool) -> Status {
+        first(&self.status, what, wanted)
+    }
+
+    /// Estimates that have come and were not looked at; every number in them is one.
+    pub(crate) fn estimates(&self) -> impl Iterator<Item = Estimate> {
+        std::iter::from_fn(|| self.estimates.receive().unwrap()).inspect(assert_finite)
+    }
+
+    /// How often the thread that ticks has gone to sleep so far: a wake-up each.
+    pub(crate) fn sleeps(&self) -> u64 {
+        let threads = std::fs::read_dir(format!("/proc/{}/task", self.process.id())).unwrap();
+        let status =
+            |thread: std::fs::DirEntry| std::fs::read_to_string(thread.path().join("status"));
+        let ticking = threads
+            .map(|thread| status(thread.unwrap()).unwrap())
+            .find(|status| status.starts_with("Name:\tcolocd-tick\n"));
+        let sleeps = ticking.unwrap();
+        let sleeps = sleeps
+            .lines()
+            .find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
+        sleeps.unwrap().trim().parse().unwrap()
     }
 
     /// Ends it as a person would; it obeys.
@@ -72,6 +93,37 @@ impl Robot {
         kill_process(Pid::from_child(&self.process), Signal::TERM).unwrap();
         assert!(self.process.wait().unwrap().success());
     }
+}
+
+fn first<M: Message>(port: &Subscriber<M>, what: &str, mut wanted: impl FnMut(&M) -> bool) -> M {
+    let deadline = Instant::now() + PATIENCE;
+    let mut last = None;
+    loop {
+        match port.receive().unwrap() {
+            Some(message) if wanted(&message) => return message,
+            Some(message) => last = Some(message),
+            None => std::thread::sleep(Duration::from_millis(1)),
+        }
+        assert!(
+            Instant::now() < deadline,
+            "{what}: not within {PATIENCE:?}; last: {last:?}"
+        );
+    }
+}
+
+fn assert_finite(estimate: &Estimate) {
+    let Estimate {
+        pose,
+        velocity,
+        total,
+        independent,
+        ..
+    } = estimate;
+    let numbers = [&pose[..], velocity, total, independent].concat();
+    assert!(
+        numbers.iter().all(|number| number.is_finite()),
+        "{estimate:?}"
+    );
 }
 
 impl Drop for Robot {

@@ -27,6 +27,10 @@ impl Interface {
         Self(name)
     }
 
+    pub(crate) fn name(&self) -> &str {
+        self.0
+    }
+
     pub(crate) fn bus(&self, filter: Filter) -> Bus {
         Bus::open(&self.spec().parse().unwrap(), 0, filter).unwrap()
     }

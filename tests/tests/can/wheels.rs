@@ -1,0 +1,53 @@
+//! Encoders of two wheels, 50 Hz, on one bus or two.
+
+use std::time::{Duration, Instant};
+
+use coloc_drivers::can::Sender;
+use coloc_drivers::encoder::WheelFrames;
+
+use super::robot::METRES_PER_TICK;
+use super::support::Interface;
+
+const PERIOD: Duration = Duration::from_millis(20);
+
+/// The encoders, and how far their wheels have come.
+pub(crate) struct Wheels {
+    senders: [Sender; 2],
+    frames: WheelFrames,
+    way_m: [f64; 2],
+    next: Instant,
+}
+
+impl Wheels {
+    pub(crate) fn new(left: &Interface, right: &Interface) -> Self {
+        let frames = WheelFrames::new(METRES_PER_TICK);
+        Self {
+            senders: [left.sender(), right.sender()],
+            frames,
+            way_m: [0.0; 2],
+            next: Instant::now(),
+        }
+    }
+
+    /// Turns the wheels by so many encoder ticks a frame, for `count` frames.
+    pub(crate) fn turn(&mut self, ticks: [i32; 2], count: u32) {
+        for _ in 0..count {
+            self.way_m[0] += METRES_PER_TICK * f64::from(ticks[0]);
+            self.way_m[1] += METRES_PER_TICK * f64::from(ticks[1]);
+            self.send();
+        }
+    }
+
+    fn send(&mut self) {
+        std::thread::sleep(self.next.saturating_duration_since(Instant::now()));
+        // Never two at once, also when this machine has lost time: no encoder does that.
+        self.next = Instant::now() + PERIOD;
+        for (sender, frame) in self
+            .senders
+            .iter_mut()
+            .zip(self.frames.encode(self.way_m[0], self.way_m[1]))
+        {
+            sender.send(&frame).unwrap();
+        }
+    }
+}
