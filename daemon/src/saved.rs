@@ -31,7 +31,9 @@ pub struct Saved {
 /// Why a saved belief is not used. None of this is fatal: the robot starts from `[initial]`.
 #[derive(Debug)]
 pub enum Unusable {
-    /// There is none, or it cannot be read.
+    /// None was saved yet.
+    Missing,
+    /// It cannot be read.
     Unreadable(std::io::Error),
     /// Not what this program writes.
     Malformed(String),
@@ -44,6 +46,7 @@ pub enum Unusable {
 impl fmt::Display for Unusable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Missing => f.write_str("none was saved yet"),
             Self::Unreadable(error) => write!(f, "it cannot be read: {error}"),
             Self::Malformed(problem) => write!(f, "it is not a saved belief: {problem}"),
             Self::OtherRobot(id) => write!(f, "it is robot {id}'s"),
@@ -86,7 +89,11 @@ impl Saved {
     /// # Errors
     /// Why there is none.
     pub fn resume(config: &Config, realtime_ns: i64) -> Result<(Belief, f64), Unusable> {
-        let text = std::fs::read_to_string(config.state_file()).map_err(Unusable::Unreadable)?;
+        let text =
+            std::fs::read_to_string(config.state_file()).map_err(|error| match error.kind() {
+                std::io::ErrorKind::NotFound => Unusable::Missing,
+                _ => Unusable::Unreadable(error),
+            })?;
         let saved: Self =
             toml::from_str(&text).map_err(|error| Unusable::Malformed(error.message().into()))?;
         if saved.robot != config.robot.id {
@@ -171,10 +178,7 @@ mod tests {
     fn what_cannot_be_trusted_is_not_used() {
         let directory = tempfile::tempdir().unwrap();
         let config = config(directory.path());
-        assert!(matches!(
-            Saved::resume(&config, 0),
-            Err(Unusable::Unreadable(_))
-        ));
+        assert!(matches!(Saved::resume(&config, 0), Err(Unusable::Missing)));
         saved(4).write(&config.state_file()).unwrap();
         assert!(matches!(
             Saved::resume(&config, 101 * SECOND),
