@@ -18,7 +18,7 @@ use serde::Deserialize;
 pub use error::ConfigError;
 pub use sections::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Member,
-    Motion, Realtime, Robot, Scheduler, Shm, Telemetry, Tick, Trigger, Variance,
+    Motion, Realtime, Robot, Scheduler, Shm, Telemetry, Tick, Trigger, Variance, WaitMode,
 };
 
 /// A whole `robot.toml`. Only `[robot]` must be written; every other section has defaults.

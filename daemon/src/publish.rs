@@ -37,8 +37,23 @@ pub struct Circumstances {
     pub latency_ns: u64,
     /// Of the wake-up \[ns\].
     pub lateness_ns: u64,
+    /// Where the time went.
+    pub stages: Stages,
     /// By [`Input`].
     pub health: [Health; Input::COUNT],
+}
+
+/// Durations of a tick's stages, each as the last tick that knows it took \[ns\].
+#[derive(Copy, Clone, Debug, Default)]
+pub struct Stages {
+    /// From the wake-up until all inputs were there.
+    pub collect_ns: u32,
+    /// The estimator's step.
+    pub estimate_ns: u32,
+    /// Sending.
+    pub publish_ns: u32,
+    /// Counting.
+    pub account_ns: u32,
 }
 
 impl Publish {
@@ -95,6 +110,10 @@ impl Publish {
             frame_stamp_ns: with.frame_stamp_ns,
             latency_ns: with.latency_ns,
             lateness_ns: with.lateness_ns,
+            collect_ns: with.stages.collect_ns,
+            estimate_ns: with.stages.estimate_ns,
+            publish_ns: with.stages.publish_ns,
+            account_ns: with.stages.account_ns,
             pose: [belief.pose.x, belief.pose.y, belief.pose.phi],
             velocity: estimate.velocity,
             total: belief.total.to_row_major(),

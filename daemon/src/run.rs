@@ -144,7 +144,8 @@ fn start(config: &Config, link: Arc<Link>, stop: OwnedFd) -> Result<Started, Sta
         config.period_ns(),
         KernelTime.monotonic_ns(),
         stop,
-    )?;
+    )?
+    .polling(config.tick.wait);
     for bus in robot.collect().buses() {
         wait.watch(bus)?;
     }

@@ -14,7 +14,7 @@ use crate::collect::Collect;
 use crate::config::Config;
 use crate::estimate::{Estimate, initial};
 use crate::event::{Event, Link};
-use crate::publish::{Circumstances, Publish};
+use crate::publish::{Circumstances, Publish, Stages};
 use crate::saved::{Saved, Unusable};
 use crate::start::StartError;
 use crate::wait::Wake;
@@ -29,6 +29,8 @@ pub struct Robot {
     estimate: Estimate,
     publish: Publish,
     account: Account,
+    /// Of the tick before, where this one has none yet.
+    stages: Stages,
     resumed: Option<Result<f64, Unusable>>,
 }
 
@@ -70,6 +72,7 @@ impl Robot {
             estimate: Estimate::new(config, stamp, belief),
             publish: Publish::open(config, space, stamp.as_nanos())?,
             account: Account::new(config, link, stamp.as_nanos()),
+            stages: Stages::default(),
             resumed: resumed.map(|outcome| outcome.map(|(_, age_s)| age_s)),
         })
     }
@@ -105,27 +108,33 @@ impl Robot {
 
     fn tick(&mut self, wake: Wake, moment: &Moment) {
         let lateness_ns = self.account.woke(wake, moment.reading.monotonic_ns);
+        let mut watch = Stopwatch(moment.reading.monotonic_ns);
         // collect
         self.collect.messages(moment, &mut self.account);
         let inputs = self.collect.inputs(moment);
+        self.stages.collect_ns = watch.lap(&*self.time);
         // estimate
         let outputs = self.estimate.step(&inputs);
+        self.stages.estimate_ns = watch.lap(&*self.time);
         // publish
         let circumstances = Circumstances {
             tick: self.account.status.tick,
             frame_stamp_ns: self.collect.newest_frame_ns(moment.stamp),
-            latency_ns: since(&*self.time, moment),
+            latency_ns: watch.since(moment),
             lateness_ns,
+            stages: self.stages,
             health: self.account.health(),
         };
         self.publish.estimate(&outputs, &circumstances);
         self.publish.neighbours(outputs.outgoing);
+        self.stages.publish_ns = watch.lap(&*self.time);
         // account
         self.account
             .outputs(&outputs, inputs.odometry.len(), &moment.reading);
         self.collect.clear();
         self.account
             .close(moment.reading.monotonic_ns, circumstances.latency_ns);
+        self.stages.account_ns = watch.lap(&*self.time);
         self.last = moment.stamp;
     }
 
@@ -153,7 +162,18 @@ impl Robot {
     }
 }
 
-/// Time since the tick's wake-up \[ns\].
-fn since(time: &dyn TimeSource, moment: &Moment) -> u64 {
-    u64::try_from(time.monotonic_ns() - moment.reading.monotonic_ns).unwrap_or(0)
+/// When the last stage ended \[ns of `CLOCK_MONOTONIC`\].
+struct Stopwatch(i64);
+
+impl Stopwatch {
+    /// How long the stage that ends now took \[ns\].
+    fn lap(&mut self, time: &dyn TimeSource) -> u32 {
+        let begin = std::mem::replace(&mut self.0, time.monotonic_ns());
+        u32::try_from((self.0 - begin).max(0)).unwrap_or(u32::MAX)
+    }
+
+    /// From the tick's wake-up to the end of the last stage \[ns\].
+    fn since(&self, moment: &Moment) -> u64 {
+        u64::try_from(self.0 - moment.reading.monotonic_ns).unwrap_or(0)
+    }
 }

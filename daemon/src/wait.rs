@@ -2,6 +2,8 @@
 //!
 //! `timer`: a timerfd with absolute deadlines, so that lateness does not add up. `encoder`: a frame's arrival; the
 //! timer then stands half a period behind the next frame and takes over, at the same rate, when frames stop.
+//!
+//! Waiting is sleeping, unless [`Wait::polling`] says otherwise.
 
 use std::mem::MaybeUninit;
 use std::os::fd::{BorrowedFd, OwnedFd};
@@ -12,7 +14,7 @@ use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
 };
 
-use crate::config::Trigger;
+use crate::config::{Trigger, WaitMode};
 
 /// Why the wait ended.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -38,6 +40,8 @@ pub struct Wait {
     /// Kept open for as long as it is waited on.
     _stop: OwnedFd,
     trigger: Trigger,
+    /// For how long the kernel may put the thread to sleep.
+    timeout: Option<Timespec>,
     period_ns: i64,
     /// The first deadline that no tick has served.
     next_ns: i64,
@@ -76,11 +80,19 @@ impl Wait {
             timer,
             _stop: stop,
             trigger,
+            timeout: None,
             period_ns,
             next_ns: 0,
         };
         wait.arm(now_ns + period_ns)?;
         Ok(wait)
+    }
+
+    /// Asks the kernel again and again rather than sleep, if `mode` says so.
+    #[must_use]
+    pub fn polling(mut self, mode: WaitMode) -> Self {
+        self.timeout = (mode == WaitMode::Poll).then_some(timespec(0));
+        self
     }
 
     /// Lets frames on `bus` end the wait, if that is the trigger.
@@ -109,7 +121,7 @@ impl Wait {
     pub fn wait(&mut self) -> Result<Wake, Errno> {
         loop {
             let mut storage = [MaybeUninit::<epoll::Event>::uninit(); 8];
-            let events = match epoll::wait(&self.epoll, &mut storage, None::<&Timespec>) {
+            let events = match epoll::wait(&self.epoll, &mut storage, self.timeout.as_ref()) {
                 Ok((events, _)) => events,
                 Err(Errno::INTR) => continue,
                 Err(error) => return Err(error),
@@ -244,6 +256,18 @@ mod tests {
             panic!("nothing else can come")
         };
         assert_eq!(deadline_ns, now + PERIOD + PERIOD / 2);
+    }
+
+    #[test]
+    fn polling_finds_the_same_deadlines() {
+        let start = KernelTime.monotonic_ns();
+        let (wait, _stop) = wait(Trigger::Timer, start);
+        let mut wait = wait.polling(WaitMode::Poll);
+        let Wake::Deadline { deadline_ns, .. } = wait.wait().unwrap() else {
+            panic!("a deadline was due")
+        };
+        assert_eq!(deadline_ns, start + PERIOD);
+        assert!(KernelTime.monotonic_ns() >= deadline_ns);
     }
 
     #[test]

@@ -39,6 +39,17 @@ fn the_documented_example_is_the_defaults() {
     assert_eq!(example, defaults);
 }
 
+#[test]
+fn polling_is_refused_for_a_real_time_class() {
+    let said = refusal_of("[tick]\nwait = \"poll\"");
+    assert!(
+        said.contains("robot.toml:5") && said.contains("realtime.scheduler"),
+        "{said}"
+    );
+    let polling = format!("{MINIMAL}[tick]\nwait = \"poll\"\n[realtime]\nscheduler = \"other\"\n");
+    assert!(Config::parse(&polling, Path::new("robot.toml")).is_ok());
+}
+
 /// A key that the example leaves out would be a default that nobody can look up.
 #[test]
 fn the_documented_example_has_every_key() {

@@ -6,7 +6,7 @@ use coloc_drivers::encoder::{ConfigError, OdometryDecoder};
 
 use super::error::Refusal;
 use super::{
-    Config, Fusion, Health, History, Initial, Motion, Realtime, Scheduler, Shm, Telemetry,
+    Config, Fusion, Health, History, Initial, Motion, Realtime, Scheduler, Shm, Telemetry, WaitMode,
 };
 
 type Checked = Result<(), Refusal>;
@@ -30,6 +30,7 @@ pub fn check(config: &Config) -> Checked {
     history(&config.history, config.tick.rate_hz)?;
     health(&config.health)?;
     realtime(&config.realtime)?;
+    polling(config)?;
     telemetry(&config.telemetry)
 }
 
@@ -257,6 +258,18 @@ fn health(health: &Health) -> Checked {
         health.neighbours_stale_s,
         1e-3..=3600.0,
     )
+}
+
+/// The kernel takes a real-time thread that never sleeps off its processor for 50 ms of every second.
+fn polling(config: &Config) -> Checked {
+    if config.tick.wait == WaitMode::Poll && config.realtime.scheduler != Scheduler::Other {
+        refuse(
+            "tick.wait",
+            "\"poll\"",
+            "needs realtime.scheduler = \"other\": the kernel stops a real-time thread that never sleeps for 50 ms of every second",
+        )?;
+    }
+    Ok(())
 }
 
 fn realtime(realtime: &Realtime) -> Checked {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Motion,
-    Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, Variance,
+    Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, Variance, WaitMode,
 };
 
 impl Default for Clock {
@@ -21,6 +21,7 @@ impl Default for Tick {
         Self {
             rate_hz: 50.0,
             trigger: Trigger::Timer,
+            wait: WaitMode::Sleep,
         }
     }
 }

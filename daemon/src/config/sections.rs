@@ -62,6 +62,8 @@ pub struct Tick {
     pub rate_hz: f64,
     /// What starts a tick.
     pub trigger: Trigger,
+    /// How it is waited for.
+    pub wait: WaitMode,
 }
 
 /// What starts a tick.
@@ -73,6 +75,17 @@ pub enum Trigger {
     Timer,
     /// A frame's arrival; the timer is the fallback when frames stop.
     Encoder,
+}
+
+/// How the tick's thread waits.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum WaitMode {
+    /// In the kernel, leaving the processor to others.
+    #[default]
+    Sleep,
+    /// Asking again and again: the fastest, for a processor of its own at ordinary priority.
+    Poll,
 }
 
 /// `[shm]`

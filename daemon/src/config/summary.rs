@@ -26,8 +26,8 @@ impl fmt::Display for Summary<'_> {
         )?;
         writeln!(
             f,
-            "tick      {} Hz, started by {:?}",
-            c.tick.rate_hz, c.tick.trigger
+            "tick      {} Hz, started by {:?}, waited for by {:?}",
+            c.tick.rate_hz, c.tick.trigger, c.tick.wait
         )?;
         writeln!(
             f,

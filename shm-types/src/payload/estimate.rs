@@ -21,6 +21,14 @@ pub struct Estimate {
     pub latency_ns: u64,
     /// Wake-up lateness of this tick against its deadline (ns).
     pub lateness_ns: u64,
+    /// From the wake-up of this tick until all its inputs were there (ns); 4.29 s and more are [`u32::MAX`].
+    pub collect_ns: u32,
+    /// The estimator's step of this tick (ns).
+    pub estimate_ns: u32,
+    /// Sending the estimate and neighbours their poses (ns): at the tick before, as no message knows its own.
+    pub publish_ns: u32,
+    /// Counting (ns): at the tick before.
+    pub account_ns: u32,
     /// `[x, y, φ]` in the common frame (m, m, rad).
     pub pose: [f64; 3],
     /// `[v_x, v_y, ω]` in the body frame (m/s, m/s, rad/s).
@@ -37,9 +45,10 @@ pub struct Estimate {
     pub reserved: [u8; 2],
 }
 
-layout!(Estimate, 256;
-    header: 0, tick: 24, frame_stamp_ns: 32, latency_ns: 40, lateness_ns: 48, pose: 56, velocity: 80,
-    total: 104, independent: 176, health: 248, robot: 252, reserved: 254,
+layout!(Estimate, 272;
+    header: 0, tick: 24, frame_stamp_ns: 32, latency_ns: 40, lateness_ns: 48, collect_ns: 56, estimate_ns: 60,
+    publish_ns: 64, account_ns: 68, pose: 72, velocity: 96,
+    total: 120, independent: 192, health: 264, robot: 268, reserved: 270,
 );
 
 impl Estimate {
