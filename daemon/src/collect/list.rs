@@ -32,6 +32,11 @@ impl<T> List<T> {
         self.0.clear();
     }
 
+    /// Puts what is in it in the order of `key`; two of one key in any order.
+    pub fn sort_by_key<K: Ord>(&mut self, key: impl FnMut(&T) -> K) {
+        self.0.sort_unstable_by_key(key); // The stable sort allocates.
+    }
+
     /// What is in it.
     #[must_use]
     pub fn as_slice(&self) -> &[T] {
@@ -52,5 +57,15 @@ mod tests {
         list.clear();
         assert!(list.push(7));
         assert_eq!(list.as_slice(), [7]);
+    }
+
+    #[test]
+    fn it_is_sorted_in_place() {
+        let mut list = List::with_capacity(3);
+        [5, 1, 3]
+            .into_iter()
+            .for_each(|value| assert!(list.push(value)));
+        list.sort_by_key(|value| *value);
+        assert_eq!(list.as_slice(), [1, 3, 5]);
     }
 }

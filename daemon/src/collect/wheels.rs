@@ -23,6 +23,8 @@ pub struct Wheels {
     decoder: Option<OdometryDecoder>,
     to_motion: ToMotion,
     samples: List<OdometrySample>,
+    /// Frames of several buses with the order in which they were read; empty between ticks, unused by a single bus.
+    inbox: List<(usize, can::Received)>,
     /// Stamps of the newest sample and of the one before \[ns\]; 0 if there was none.
     newest_ns: [i64; 2],
     /// All steps of the configured clock so far. The decoder lives without them: its intervals span a step unharmed.
@@ -60,8 +62,10 @@ impl Wheels {
         let holonomic = odometry
             .and_then(|odometry| odometry.body.as_ref())
             .is_some_and(|body| body.sideways.is_some());
+        let buses = buses.collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
-            buses: buses.collect::<Result<_, _>>()?,
+            inbox: List::with_capacity(can::FRAMES_PER_CALL * buses.len()),
+            buses,
             to_motion: ToMotion {
                 noise: noise(&config.motion),
                 holonomic,
@@ -78,8 +82,9 @@ impl Wheels {
         let Some(decoder) = &mut self.decoder else {
             return;
         };
-        let (samples, newest_ns, to_motion, steps) = (
+        let (samples, inbox, newest_ns, to_motion, steps) = (
             &mut self.samples,
+            &mut self.inbox,
             &mut self.newest_ns,
             self.to_motion,
             self.steps,
@@ -102,8 +107,12 @@ impl Wheels {
                 Ok(None) | Err(_) => {}
             }
         };
-        for bus in &mut self.buses {
+        if let [bus] = self.buses.as_mut_slice() {
             bus.receive(&mut sink);
+        } else {
+            in_order(&mut self.buses, inbox, &mut sink);
+        }
+        for bus in &mut self.buses {
             bus.supervise(moment.reading.monotonic_ns);
         }
         account.buses(
@@ -152,6 +161,27 @@ impl Wheels {
         };
         self.newest_ns = self.newest_ns.map(shifted);
     }
+}
+
+/// Drains several buses as if they were one: a burst on both must not be decoded one bus after the other, or the
+/// wheels' counts of different moments would make a pair.
+fn in_order(
+    buses: &mut [Bus],
+    inbox: &mut List<(usize, can::Received)>,
+    sink: &mut impl FnMut(&can::Received),
+) {
+    for bus in buses {
+        bus.receive(&mut |received| {
+            // There is room for all that the buses hand over in one call each.
+            let _ = inbox.push((inbox.as_slice().len(), *received));
+        });
+    }
+    inbox.sort_by_key(|(position, received)| (received.stamp_ns, *position));
+    inbox
+        .as_slice()
+        .iter()
+        .for_each(|(_, received)| sink(received));
+    inbox.clear();
 }
 
 impl ToMotion {
@@ -236,5 +266,42 @@ fn counters(buses: &[Bus], decoded: &OdometryCounters) -> CanCounters {
         alive_repeats: decoded.of(FrameReject::Repeated),
         rx_overflows: sum(|counters| counters.receive_drops + counters.controller_overflows),
         reopens: sum(|counters| counters.reopened),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use coloc_drivers::can::{BusSpec, Sender};
+    use coloc_drivers::encoder::WheelFrames;
+
+    use super::*;
+
+    #[test]
+    fn a_burst_on_two_buses_is_read_in_the_order_in_which_it_came() {
+        let directory = tempfile::tempdir().unwrap();
+        let specs = ["left", "right"].map(|side| BusSpec::Local {
+            directory: directory.path().join(side),
+        });
+        let [left, right] = &specs;
+        let mut buses: Vec<Bus> = specs
+            .iter()
+            .zip(0_u8..)
+            .map(|(spec, number)| Bus::open(spec, number, Filter::All).unwrap())
+            .collect();
+        let mut senders = [left, right].map(|spec| Sender::open(spec).unwrap());
+        let mut wheels = WheelFrames::new(1e-4);
+        for turn in 0..5 {
+            let frames = wheels.encode(0.01 * f64::from(turn), 0.02 * f64::from(turn));
+            for (sender, frame) in senders.iter_mut().zip(frames) {
+                sender.send(&frame).unwrap();
+            }
+        }
+        let mut inbox = List::with_capacity(2 * can::FRAMES_PER_CALL);
+        let mut seen = Vec::new();
+        in_order(&mut buses, &mut inbox, &mut |received| {
+            seen.push(received.bus)
+        });
+        assert_eq!(seen, [0, 1, 0, 1, 0, 1, 0, 1, 0, 1]);
+        assert!(inbox.as_slice().is_empty());
     }
 }
