@@ -62,9 +62,9 @@ mod tests {
     #[test]
     fn it_is_sorted_in_place() {
         let mut list = List::with_capacity(3);
-        [5, 1, 3]
-            .into_iter()
-            .for_each(|value| assert!(list.push(value)));
+        for value in [5, 1, 3] {
+            assert!(list.push(value));
+        }
         list.sort_by_key(|value| *value);
         assert_eq!(list.as_slice(), [1, 3, 5]);
     }
