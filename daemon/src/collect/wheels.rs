@@ -299,7 +299,7 @@ mod tests {
         let mut inbox = List::with_capacity(2 * can::FRAMES_PER_CALL);
         let mut seen = Vec::new();
         in_order(&mut buses, &mut inbox, &mut |received| {
-            seen.push(received.bus)
+            seen.push(received.bus);
         });
         assert_eq!(seen, [0, 1, 0, 1, 0, 1, 0, 1, 0, 1]);
         assert!(inbox.as_slice().is_empty());
