@@ -10,6 +10,7 @@ use crate::config::{Config, nanos};
 use crate::event::{Event, Link};
 use crate::health::Watch;
 use crate::ledger::Ledger;
+use crate::record::Record;
 use crate::wait::Wake;
 
 /// Counts, on the real-time thread.
@@ -24,6 +25,7 @@ pub struct Account {
     next_report_ns: i64,
     next_belief_ns: i64,
     belief_period_ns: Option<i64>,
+    records: bool,
 }
 
 const REPORT_PERIOD_NS: i64 = 1_000_000_000;
@@ -52,6 +54,16 @@ impl Account {
                 .initial
                 .resume
                 .then(|| nanos(1.0 / config.telemetry.state_hz)),
+            records: !config.telemetry.record.as_os_str().is_empty(),
+        }
+    }
+
+    /// Hands lines on, if there is a recording.
+    pub fn record(&mut self, lines: impl IntoIterator<Item = Record>) {
+        if self.records {
+            lines
+                .into_iter()
+                .for_each(|line| self.tell(Event::Recorded(line)));
         }
     }
 

@@ -7,6 +7,7 @@ use coloc_shm_types::{BusState, Health, Input, Reject};
 use crossbeam::queue::ArrayQueue;
 
 use crate::ledger::Ledger;
+use crate::record::Record;
 
 /// Something that happened on the real-time thread.
 #[derive(Debug)]
@@ -64,6 +65,8 @@ pub enum Event {
         /// What.
         belief: Belief,
     },
+    /// A line of the recording.
+    Recorded(Record),
     /// A second's account; the box comes back through [`Link::spare`].
     Account(Box<Ledger>),
 }

@@ -22,6 +22,7 @@ pub mod health;
 pub mod ledger;
 pub mod publish;
 pub mod realtime;
+pub mod record;
 pub mod run;
 pub mod saved;
 pub mod start;

@@ -15,6 +15,7 @@ use crate::clock::{KernelTime, TimeSource};
 use crate::config::{Config, Trigger};
 use crate::event::Link;
 use crate::realtime;
+use crate::record::Recorder;
 use crate::start::StartError;
 use crate::telemetry::{Telemetry, open_log};
 use crate::tick::{Outcome, Robot};
@@ -29,13 +30,15 @@ const SPARE_STACK: usize = 2 << 20;
 /// Why it did not start. Once it runs, nothing ends it but a signal or the loss of its clock.
 pub fn run(config: &Config) -> Result<(), StartError> {
     open_log(&config.telemetry).map_err(system("telemetry.log_file cannot be opened"))?;
+    let recorder = Recorder::create(&config.telemetry.record)
+        .map_err(system("telemetry.record cannot be made"))?;
     // Before any thread, so that no signal finds its default action.
     let mut signals =
         Signals::new([SIGINT, SIGTERM]).map_err(system("signals cannot be handled"))?;
     let stop = eventfd(0, EventfdFlags::CLOEXEC)?;
     let link = Arc::new(Link::new());
     let ticking = Ticking::start(config, &link, &stop, signals.handle())?;
-    let telemetry = Telemetering::start(config, &link);
+    let telemetry = Telemetering::start(config, &link, recorder);
     if let Some(signal) = signals.forever().next() {
         info!(signal, "ending");
     }
@@ -189,10 +192,10 @@ struct Telemetering {
 }
 
 impl Telemetering {
-    fn start(config: &Config, link: &Arc<Link>) -> Result<Self, StartError> {
+    fn start(config: &Config, link: &Arc<Link>, recorder: Recorder) -> Result<Self, StartError> {
         let (stop, stopped) = channel();
         let (config, link) = (config.clone(), Arc::clone(link));
-        let body = move || telemetry(&config, link, &stopped);
+        let body = move || telemetry(&config, link, recorder, &stopped);
         let thread = Builder::new()
             .name("colocd-log".into())
             .spawn(body)
@@ -208,7 +211,7 @@ impl Telemetering {
 }
 
 /// Without a status the robot still knows where it is, so a failure here is logged and survived.
-fn telemetry(config: &Config, link: Arc<Link>, stop: &Receiver<()>) {
+fn telemetry(config: &Config, link: Arc<Link>, recorder: Recorder, stop: &Receiver<()>) {
     let open = || -> Result<_, StartError> {
         let space = Space::open(
             &config.shm.root,
@@ -218,8 +221,8 @@ fn telemetry(config: &Config, link: Arc<Link>, stop: &Receiver<()>) {
         Ok((Telemetry::open(config, &space, link)?, space))
     };
     match open() {
-        Ok((telemetry, _space)) => telemetry.run(stop),
-        Err(problem) => error!("no status will be published: {problem}"),
+        Ok((telemetry, _space)) => telemetry.recording(recorder).run(stop),
+        Err(problem) => error!("no status will be published, and nothing recorded: {problem}"),
     }
 }
 

@@ -14,6 +14,7 @@ use tracing::{error, info, warn};
 use crate::config::Config;
 use crate::event::{Event, Link};
 use crate::ledger::Ledger;
+use crate::record::Recorder;
 use crate::saved::Saved;
 use throttle::Throttle;
 
@@ -33,6 +34,7 @@ pub struct Telemetry {
     rejects: Throttle,
     state_file: PathBuf,
     state_file_works: bool,
+    recorder: Option<Recorder>,
     watchdog: Watchdog,
 }
 
@@ -66,6 +68,7 @@ impl Telemetry {
             rejects: Throttle::default(),
             state_file: config.state_file(),
             state_file_works: true,
+            recorder: None,
             watchdog: Watchdog {
                 patience: patience.max(2 * PERIOD),
                 last_beat: 0,
@@ -73,6 +76,15 @@ impl Telemetry {
                 barked: false,
             },
         })
+    }
+
+    /// Writes the recording as well.
+    #[must_use]
+    pub fn recording(self, recorder: Recorder) -> Self {
+        Self {
+            recorder: Some(recorder),
+            ..self
+        }
     }
 
     /// Works until the other end of `stop` is dropped, and once more after that.
@@ -92,12 +104,17 @@ impl Telemetry {
             self.handle(event);
         }
         self.rejects.tick();
+        self.recorder.iter_mut().for_each(Recorder::flush);
     }
 
     fn handle(&mut self, event: Event) {
         match event {
             Event::Account(ledger) => self.publish(ledger),
             Event::Rejected { input, reason } => self.rejects.note(input, reason),
+            Event::Recorded(line) => self
+                .recorder
+                .iter_mut()
+                .for_each(|recorder| recorder.write(&line)),
             Event::Belief {
                 realtime_ns,
                 belief,

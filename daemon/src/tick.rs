@@ -15,6 +15,7 @@ use crate::config::Config;
 use crate::estimate::{Estimate, initial};
 use crate::event::{Event, Link};
 use crate::publish::{Circumstances, Publish, Stages};
+use crate::record::{self, Record};
 use crate::saved::{Saved, Unusable};
 use crate::start::StartError;
 use crate::wait::Wake;
@@ -64,6 +65,8 @@ impl Robot {
             Some(Ok((belief, _))) => *belief,
             _ => initial(config),
         };
+        let mut account = Account::new(config, link, stamp.as_nanos());
+        account.record([Record::begin(config.robot.id, stamp.as_nanos(), &belief)]);
         Ok(Self {
             time,
             timeline: Timeline::new(&config.clock, now),
@@ -71,7 +74,7 @@ impl Robot {
             collect: Collect::open(config, space)?,
             estimate: Estimate::new(config, stamp, belief),
             publish: Publish::open(config, space, stamp.as_nanos())?,
-            account: Account::new(config, link, stamp.as_nanos()),
+            account,
             stages: Stages::default(),
             resumed: resumed.map(|outcome| outcome.map(|(_, age_s)| age_s)),
         })
@@ -129,6 +132,9 @@ impl Robot {
         self.publish.neighbours(outputs.outgoing);
         self.stages.publish_ns = watch.lap(&*self.time);
         // account
+        let lines = record::of_inputs(self.account.status.tick, &inputs);
+        self.account.record(lines);
+        self.account.record([Record::from(&outputs.estimate)]);
         self.account
             .outputs(&outputs, inputs.odometry.len(), &moment.reading);
         self.collect.clear();
@@ -156,6 +162,10 @@ impl Robot {
     fn shift(&mut self, shift: Span) {
         let old = self.last;
         self.last = old + shift;
+        self.account.record([Record::Rebase {
+            old_ns: old.as_nanos(),
+            new_ns: self.last.as_nanos(),
+        }]);
         self.estimate.rebase(old, self.last);
         self.collect.shift(shift);
         self.account.shift(shift);

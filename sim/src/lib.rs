@@ -14,6 +14,7 @@
 
 pub mod dead_reckoning;
 pub mod evaluate;
+pub mod fleet;
 pub mod method;
 pub mod metrics;
 pub mod mrclam;
@@ -23,6 +24,7 @@ pub mod sensors;
 pub mod synthetic;
 pub mod world;
 
+pub use fleet::{Fleet, Letter};
 pub use scenario::Scenario;
 pub use sensors::{Sensors, StepInputs};
 pub use synthetic::{Synthetic, SyntheticConfig};

@@ -121,6 +121,7 @@ impl Default for Telemetry {
             log_file: PathBuf::new(),
             state_file: PathBuf::new(),
             state_hz: 5.0,
+            record: PathBuf::new(),
             watchdog_ticks: 10,
         }
     }

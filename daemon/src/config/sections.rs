@@ -255,6 +255,8 @@ pub struct Telemetry {
     pub state_file: PathBuf,
     /// How often it is saved.
     pub state_hz: f64,
+    /// Everything the estimator is given and answers goes here, to be gone through again; empty records nothing.
+    pub record: PathBuf,
     /// The watchdog speaks when no tick was seen for as many periods.
     pub watchdog_ticks: u32,
 }

@@ -1,14 +1,13 @@
-//! The product as a daemon runs it: one [`Estimator`] with its history per robot, everything through [`step`].
+//! The product as a daemon runs it: one estimator with its history per robot, everything through its `step`.
 
-use coloc_estimator::history::Slot;
-use coloc_estimator::output::{Source, Verdict};
+use coloc_estimator::output::{Report, Source, Verdict};
 use coloc_estimator::{
-    Belief, Estimator, NeighbourPose, OdometrySample, Pose, PositionFix, RobotId, Sighting, Stamp,
-    TickInputs, step,
+    Belief, NeighbourPose, OdometrySample, Pose, PositionFix, Sighting, Stamp, TickInputs,
 };
 use nalgebra::Matrix3;
 
 use super::{FilterSettings, Innovation, Method, Sensor};
+use crate::fleet::{Fleet, Letter, id};
 use crate::sensors::StepInputs;
 
 /// History slots per robot: a second of everything, with ten robots.
@@ -21,33 +20,24 @@ const SLOTS: usize = 512;
 #[derive(Debug)]
 pub struct Stepwise {
     settings: FilterSettings,
-    robots: Vec<Robot>,
-    under_way: Vec<(usize, usize, NeighbourPose)>,
-}
-
-#[derive(Debug)]
-struct Robot {
-    estimator: Estimator<Vec<Slot>>,
-    belief: Belief,
+    robots: usize,
+    fleet: Fleet,
+    /// With the step at which they arrive.
+    under_way: Vec<(usize, Letter)>,
 }
 
 impl Stepwise {
     /// A team that begins at `initial`.
     #[must_use]
     pub fn new(settings: FilterSettings, initial: &[Belief]) -> Self {
-        let robot = |belief: &Belief| Robot {
-            estimator: Estimator::new(
-                settings.product,
-                Stamp::from_nanos(0),
-                *belief,
-                vec![Slot::default(); SLOTS],
-            ),
-            belief: *belief,
-        };
-        let robots = initial.iter().map(robot).collect();
+        let beginnings: Vec<_> = initial
+            .iter()
+            .map(|&belief| (Stamp::from_nanos(0), belief))
+            .collect();
         Self {
+            fleet: Fleet::new(settings.product, &beginnings, SLOTS),
             settings,
-            robots,
+            robots: initial.len(),
             under_way: Vec::new(),
         }
     }
@@ -55,7 +45,7 @@ impl Stepwise {
     /// The belief of `robot`, to the last bit that of a daemon with these inputs.
     #[must_use]
     pub fn belief(&self, robot: usize) -> Option<&Belief> {
-        self.robots.get(robot).map(|robot| &robot.belief)
+        Some(&self.fleet.estimate(robot)?.belief)
     }
 
     /// The stamp of `step`.
@@ -84,30 +74,18 @@ impl Stepwise {
             neighbours: &[],
             fixes: &fixes,
         };
-        let under_way = &mut self.under_way;
         let arrival = |to: usize| {
-            inputs
-                .sightings
-                .iter()
-                .find(|s| s.observer == robot && s.observed == to)
+            let mut seen = inputs.sightings.iter();
+            seen.find(|seen| seen.observer == robot && seen.observed == to)?
+                .arrives
         };
-        let outputs = step(&mut self.robots[robot].estimator, &tick);
-        for message in outputs.outgoing {
-            let to = usize::from(message.to.0);
-            if let Some(arrives) = arrival(to).and_then(|seen| seen.arrives) {
-                let neighbour = NeighbourPose {
-                    stamp: message.stamp,
-                    sequence: inputs.step as u64,
-                    sender: id(robot),
-                    pose: message.pose,
-                    total: message.total,
-                    independent: message.independent,
-                };
-                under_way.push((arrives, to, neighbour));
-            }
-        }
-        report(robot, outputs.reports, log);
-        self.robots[robot].belief = outputs.estimate.belief;
+        let under_way = &mut self.under_way;
+        let mut post = |letter: Letter| {
+            under_way.extend(arrival(letter.to).map(|arrives| (arrives, letter)));
+        };
+        self.fleet.tick(robot, &tick, &mut post, &mut |report| {
+            tell(robot, report, log);
+        });
     }
 
     fn sightings(&self, robot: usize, inputs: &StepInputs) -> Vec<Sighting> {
@@ -137,10 +115,10 @@ impl Stepwise {
     }
 
     fn hear(&mut self, robot: usize, now: usize, log: &mut dyn FnMut(Innovation)) {
-        let arrived = self
-            .under_way
-            .extract_if(.., |(arrives, to, _)| *to == robot && *arrives <= now);
-        let neighbours: Vec<NeighbourPose> = arrived.map(|(_, _, message)| message).collect();
+        let arrived = self.under_way.extract_if(.., |(arrives, letter)| {
+            letter.to == robot && *arrives <= now
+        });
+        let neighbours: Vec<NeighbourPose> = arrived.map(|(_, letter)| letter.pose).collect();
         if neighbours.is_empty() {
             return;
         }
@@ -149,54 +127,44 @@ impl Stepwise {
             neighbours: &neighbours,
             ..TickInputs::default()
         };
-        let outputs = step(&mut self.robots[robot].estimator, &tick);
-        report(robot, outputs.reports, log);
-        self.robots[robot].belief = outputs.estimate.belief;
-    }
-}
-
-fn report(
-    robot: usize,
-    reports: &[coloc_estimator::output::Report],
-    log: &mut dyn FnMut(Innovation),
-) {
-    for report in reports {
-        let sensor = match report.source {
-            Source::Neighbour(_) => Sensor::Neighbour,
-            Source::Fix => Sensor::Fix,
-            Source::Odometry | Source::Sighting(_) => continue,
-        };
-        let (accepted, d2) = match report.verdict {
-            Verdict::Accepted { d2 } => (true, d2),
-            Verdict::Gated { d2 } => (false, d2),
-            _ => (false, f64::INFINITY),
-        };
-        log(Innovation {
-            sensor,
-            robot,
-            accepted,
-            d2,
+        // Nothing is sent twice: the sightings of this stamp were sent when they were taken in.
+        self.fleet.tick(robot, &tick, &mut |_| (), &mut |report| {
+            tell(robot, report, log);
         });
     }
 }
 
-#[allow(clippy::cast_possible_truncation)] // A team is far below 2^16 robots.
-fn id(robot: usize) -> RobotId {
-    RobotId(robot as u16)
+fn tell(robot: usize, report: &Report, log: &mut dyn FnMut(Innovation)) {
+    let sensor = match report.source {
+        Source::Neighbour(_) => Sensor::Neighbour,
+        Source::Fix => Sensor::Fix,
+        Source::Odometry | Source::Sighting(_) => return,
+    };
+    let (accepted, d2) = match report.verdict {
+        Verdict::Accepted { d2 } => (true, d2),
+        Verdict::Gated { d2 } => (false, d2),
+        _ => (false, f64::INFINITY),
+    };
+    log(Innovation {
+        sensor,
+        robot,
+        accepted,
+        d2,
+    });
 }
 
 impl Method for Stepwise {
     fn step(&mut self, inputs: &StepInputs, log: &mut dyn FnMut(Innovation)) {
-        for robot in 0..self.robots.len() {
+        for robot in 0..self.robots {
             self.measure(robot, inputs, log);
         }
-        for robot in 0..self.robots.len() {
+        for robot in 0..self.robots {
             self.hear(robot, inputs.step, log);
         }
     }
 
     fn estimate(&self, robot: usize) -> (Pose, Matrix3<f64>) {
-        let belief = &self.robots[robot].belief;
+        let belief = self.belief(robot).copied().unwrap_or_default();
         (belief.pose, *belief.total.matrix())
     }
 }

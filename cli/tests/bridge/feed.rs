@@ -1,0 +1,134 @@
+//! A run's sensors, as daemons hear them: encoder frames on each robot's bus, sightings and fixes through shared memory.
+
+use std::collections::BTreeMap;
+
+use coloc_drivers::can::Sender;
+use coloc_drivers::encoder::WheelFrames;
+use coloc_shm_types::{Estimate, Header, Position, Publisher, RelativePose, Subscriber};
+use coloc_sim::{Sensors, StepInputs, Synthetic};
+use rustix::thread::clock_nanosleep_absolute;
+use rustix::time::{ClockId, Timespec, clock_gettime};
+
+use crate::replay::Published;
+use crate::team::{METRES_PER_TICK, ROBOTS, TRACK_M, Team, robot_name};
+
+const STEP_NS: i64 = 20_000_000;
+
+pub(crate) struct Feed {
+    robots: Vec<Robot>,
+    start_ns: i64,
+}
+
+struct Robot {
+    bus: Sender,
+    wheels: WheelFrames,
+    ways_m: [f64; 2],
+    sightings: Publisher<RelativePose>,
+    fixes: Publisher<Position>,
+    sent: u64,
+}
+
+impl Feed {
+    /// Opens the robots' buses and ports; the daemons are there already.
+    pub(crate) fn open(team: &Team) -> Self {
+        let space = team.space("feed");
+        let robot = |robot| Robot {
+            bus: Sender::open(&team.bus(robot)).unwrap(),
+            wheels: WheelFrames::new(METRES_PER_TICK),
+            ways_m: [0.0; 2],
+            sightings: space.publisher(&robot_name(robot)).unwrap(),
+            fixes: space.publisher(&robot_name(robot)).unwrap(),
+            sent: 0,
+        };
+        Self {
+            robots: (0..ROBOTS).map(robot).collect(),
+            start_ns: now_ns(),
+        }
+    }
+
+    /// Drives through the run in real time; what the daemons published meanwhile, by robot and tick.
+    pub(crate) fn drive(
+        mut self,
+        sensors: &Sensors<'_, Synthetic>,
+        steps: usize,
+        listeners: &[Subscriber<Estimate>],
+    ) -> Vec<BTreeMap<u64, Published>> {
+        let mut heard = vec![BTreeMap::new(); ROBOTS];
+        let mut deadline_ns = self.start_ns;
+        for step in 1..steps {
+            deadline_ns += STEP_NS;
+            sleep_until(deadline_ns);
+            self.send(&sensors.at(step), deadline_ns);
+            for (heard, listener) in heard.iter_mut().zip(listeners) {
+                while let Some(estimate) = listener.receive().unwrap() {
+                    heard.insert(estimate.tick, Published::heard(&estimate));
+                }
+            }
+        }
+        heard
+    }
+
+    fn send(&mut self, inputs: &StepInputs, stamp_ns: i64) {
+        for (robot, odometry) in self.robots.iter_mut().zip(&inputs.odometry) {
+            robot.roll(odometry.unwrap_or_default());
+        }
+        let session_ns = self.start_ns;
+        let header = |robot: &mut Robot| {
+            robot.sent += 1;
+            Header {
+                stamp_ns,
+                session_ns,
+                sequence: robot.sent,
+            }
+        };
+        for seen in &inputs.sightings {
+            let robot = &mut self.robots[seen.observer];
+            let [x, y, phi] = coloc_sim::Scenario::paper().sightings.sigma.map(|s| s * s);
+            let message = RelativePose {
+                header: header(robot),
+                observed: u16::try_from(seen.observed + 1).unwrap(),
+                pose: seen.relative.to_vector().into(),
+                covariance: [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, phi],
+                ..RelativePose::default()
+            };
+            robot.sightings.send(message).unwrap();
+        }
+        for fix in &inputs.fixes {
+            let robot = &mut self.robots[fix.robot];
+            let message = Position {
+                header: header(robot),
+                quality: 4,
+                position: fix.position,
+                covariance: [0.01, 0.0, 0.0, 0.01],
+                ..Position::default()
+            };
+            robot.fixes.send(message).unwrap();
+        }
+    }
+}
+
+impl Robot {
+    #[allow(clippy::cast_precision_loss)] // 20 ms.
+    fn roll(&mut self, [v, omega]: [f64; 2]) {
+        let (step_s, turn) = (STEP_NS as f64 / 1e9, omega * TRACK_M / 2.0);
+        self.ways_m[0] += (v - turn) * step_s;
+        self.ways_m[1] += (v + turn) * step_s;
+        let [left, right] = self.ways_m;
+        for frame in self.wheels.encode(left, right) {
+            self.bus.send(&frame).unwrap();
+        }
+    }
+}
+
+fn now_ns() -> i64 {
+    let now = clock_gettime(ClockId::Monotonic);
+    now.tv_sec * 1_000_000_000 + now.tv_nsec
+}
+
+fn sleep_until(deadline_ns: i64) {
+    let deadline = Timespec {
+        tv_sec: deadline_ns / 1_000_000_000,
+        tv_nsec: deadline_ns % 1_000_000_000,
+    };
+    while clock_nanosleep_absolute(ClockId::Monotonic, &deadline) == Err(rustix::io::Errno::INTR) {}
+}

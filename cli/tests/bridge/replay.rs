@@ -1,0 +1,138 @@
+//! The recordings of a team, gone through again in one process by what `coloc eval` runs as `coloc-step`.
+
+use std::collections::BTreeMap;
+
+use coloc_daemon::estimate::settings;
+use coloc_daemon::record::{RecordedTick, Recording};
+use coloc_estimator::{Belief, NeighbourPose, RobotId, Sighting, Stamp};
+use coloc_shm_types::Estimate;
+use coloc_sim::{Fleet, Letter};
+
+use crate::team::{ROBOTS, Team};
+
+/// An estimate, compared bit for bit.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Published {
+    stamp_ns: i64,
+    pose: [u64; 3],
+    total: [u64; 9],
+    independent: [u64; 9],
+}
+
+impl Published {
+    pub(crate) fn new(stamp: Stamp, belief: &Belief) -> Self {
+        Self {
+            stamp_ns: stamp.as_nanos(),
+            pose: [belief.pose.x, belief.pose.y, belief.pose.phi].map(f64::to_bits),
+            total: belief.total.to_row_major().map(f64::to_bits),
+            independent: belief.independent.to_row_major().map(f64::to_bits),
+        }
+    }
+
+    pub(crate) fn heard(estimate: &Estimate) -> Self {
+        Self {
+            stamp_ns: estimate.header.stamp_ns,
+            pose: estimate.pose.map(f64::to_bits),
+            total: estimate.total.map(f64::to_bits),
+            independent: estimate.independent.map(f64::to_bits),
+        }
+    }
+
+    fn message(pose: &NeighbourPose) -> Self {
+        let belief = Belief {
+            pose: pose.pose,
+            total: pose.total,
+            independent: pose.independent,
+        };
+        Self::new(pose.stamp, &belief)
+    }
+}
+
+/// What came out.
+pub(crate) struct Played {
+    /// By robot and tick.
+    pub(crate) beliefs: Vec<Vec<Published>>,
+    /// How many went from robot to robot.
+    pub(crate) messages: usize,
+}
+
+/// By sender, receiver and the sender's count.
+type Letters = BTreeMap<(usize, usize, u64), NeighbourPose>;
+
+/// Goes through the ticks in an order in which every message has been sent before it is received.
+pub(crate) fn replay(team: &Team, recordings: &[Recording]) -> Played {
+    let config = team.config(0);
+    let beginnings: Vec<_> = recordings.iter().map(|r| (r.stamp, r.initial)).collect();
+    let mut fleet = Fleet::new(settings(&config), &beginnings, config.history.capacity);
+    let mut letters = Letters::new();
+    let mut played = Played {
+        beliefs: vec![Vec::new(); ROBOTS],
+        messages: 0,
+    };
+    let mut waiting = true;
+    while waiting {
+        waiting = false;
+        for (robot, recording) in recordings.iter().enumerate() {
+            while let Some(tick) = recording.ticks.get(played.beliefs[robot].len()) {
+                let Some(neighbours) = received(tick, robot, &letters) else {
+                    break;
+                };
+                played.messages += neighbours.len();
+                let belief = play(&mut fleet, robot, tick, neighbours, &mut letters);
+                played.beliefs[robot].push(belief);
+                waiting = true;
+            }
+        }
+    }
+    played
+}
+
+/// What was worked out for this robot of what it had received at this tick; `None` while some of it was not sent yet.
+fn received(tick: &RecordedTick, robot: usize, letters: &Letters) -> Option<Vec<NeighbourPose>> {
+    let find = |recorded: &NeighbourPose| {
+        let sender = index(recorded.sender);
+        let sent = letters.get(&(sender, robot, recorded.sequence))?;
+        // It went through shared memory as it was worked out.
+        assert_eq!(
+            Published::message(recorded),
+            Published::message(sent),
+            "from {sender} to {robot}"
+        );
+        Some(*sent)
+    };
+    tick.neighbours.iter().map(find).collect()
+}
+
+fn play(
+    fleet: &mut Fleet,
+    robot: usize,
+    tick: &RecordedTick,
+    neighbours: Vec<NeighbourPose>,
+    letters: &mut Letters,
+) -> Published {
+    assert_eq!(tick.rebase, None, "a monotonic clock does not step");
+    let renumbered = |sighting: &Sighting| Sighting {
+        observed: number(index(sighting.observed)),
+        ..*sighting
+    };
+    let own = RecordedTick {
+        sightings: tick.sightings.iter().map(renumbered).collect(),
+        neighbours,
+        ..tick.clone()
+    };
+    let mut post = |letter: Letter| {
+        letters.insert((robot, letter.to, letter.pose.sequence), letter.pose);
+    };
+    fleet.tick(robot, &own.inputs(), &mut post, &mut |_| ());
+    let estimate = fleet.estimate(robot).unwrap();
+    Published::new(estimate.stamp, &estimate.belief)
+}
+
+/// Daemons are numbered from 1, the fleet's robots from 0.
+fn index(id: RobotId) -> usize {
+    usize::from(id.0) - 1
+}
+
+fn number(robot: usize) -> RobotId {
+    coloc_sim::fleet::id(robot)
+}

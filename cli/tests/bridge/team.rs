@@ -1,0 +1,148 @@
+//! Five daemons with a home of their own, which goes with them.
+
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use coloc_daemon::config::Config;
+use coloc_daemon::record::Recording;
+use coloc_drivers::can::BusSpec;
+use coloc_shm_types::{Estimate, RobotName, Space, Subscriber};
+use coloc_sim::World;
+use rustix::process::{Pid, Signal, kill_process};
+use tempfile::TempDir;
+
+pub(crate) const ROBOTS: usize = 5;
+pub(crate) const TRACK_M: f64 = 0.258;
+pub(crate) const METRES_PER_TICK: f64 = 1e-6;
+const PREFIX: &str = "bridge";
+const PATIENCE: Duration = Duration::from_secs(60);
+
+pub(crate) struct Team {
+    home: TempDir,
+    daemons: Vec<Child>,
+}
+
+impl Team {
+    /// Starts them where the robots of `world` begin.
+    pub(crate) fn start(world: &impl World) -> Self {
+        let mut team = Self {
+            home: tempfile::tempdir().unwrap(),
+            daemons: Vec::new(),
+        };
+        for robot in 0..ROBOTS {
+            let file = team.file(robot, "toml");
+            std::fs::write(&file, team.configuration(robot, world)).unwrap();
+            let mut command = Command::new(env!("CARGO_BIN_EXE_coloc"));
+            command.args(["colocd", "run"]).arg(file);
+            team.daemons
+                .push(command.stdin(Stdio::null()).spawn().unwrap());
+        }
+        team
+    }
+
+    fn configuration(&self, robot: usize, world: &impl World) -> String {
+        let at = self.home.path().display();
+        let pose = world.initial(robot).unwrap();
+        let member =
+            |index: usize| format!("[[team]]\nname = \"{}\"\nid = {}\n", name(index), index + 1);
+        let members: String = (0..ROBOTS).map(member).collect();
+        let wheel = |side: &str| {
+            format!(
+                "{{ message = \"Wheel{side}\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}"
+            )
+        };
+        format!(
+            "[robot]\nname = \"{}\"\nid = {}\n{members}\
+             [clock]\nsource = \"monotonic\"\n\
+             [shm]\nroot = \"{at}/shm\"\nprefix = \"{PREFIX}\"\n\
+             [initial]\npose = [{}, {}, {}]\nsigma = [0.01, 0.01, 0.01]\n\
+             [realtime]\nscheduler = \"other\"\nlock_memory = false\n\
+             [telemetry]\nlog = \"error\"\nrecord = \"{}\"\n\
+             [odometry]\nbuses = [\"{}\"]\nmax_speed_mps = 20.0\n\
+             [odometry.wheels]\ntrack_m = {TRACK_M}\nleft = {}\nright = {}\n",
+            name(robot),
+            robot + 1,
+            pose.x,
+            pose.y,
+            pose.phi,
+            self.file(robot, "jsonl").display(),
+            self.bus(robot),
+            wheel("Left"),
+            wheel("Right"),
+        )
+    }
+
+    fn file(&self, robot: usize, extension: &str) -> PathBuf {
+        self.home.path().join(name(robot)).with_extension(extension)
+    }
+
+    pub(crate) fn config(&self, robot: usize) -> Config {
+        Config::load(&self.file(robot, "toml")).unwrap()
+    }
+
+    pub(crate) fn bus(&self, robot: usize) -> BusSpec {
+        BusSpec::Local {
+            directory: self.home.path().join(format!("bus{robot}")),
+        }
+    }
+
+    pub(crate) fn space(&self, who: &str) -> Space {
+        Space::open(&self.home.path().join("shm"), PREFIX, who).unwrap()
+    }
+
+    /// Waits until every daemon speaks.
+    pub(crate) fn listen(&mut self) -> Vec<Subscriber<Estimate>> {
+        let space = self.space("listener");
+        let listen = |robot| space.subscriber(&robot_name(robot)).unwrap();
+        let listeners: Vec<Subscriber<Estimate>> = (0..ROBOTS).map(listen).collect();
+        let deadline = Instant::now() + PATIENCE;
+        for (robot, listener) in listeners.iter().enumerate() {
+            while listener.receive().unwrap().is_none() {
+                assert!(
+                    self.daemons[robot].try_wait().unwrap().is_none(),
+                    "robot {robot} has ended"
+                );
+                assert!(Instant::now() < deadline, "robot {robot} is silent");
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        }
+        listeners
+    }
+
+    /// Ends them in good order, so that their recordings are whole.
+    pub(crate) fn stop(&mut self) {
+        for daemon in &self.daemons {
+            let pid = Pid::from_raw(i32::try_from(daemon.id()).unwrap()).unwrap();
+            kill_process(pid, Signal::TERM).unwrap();
+        }
+        for mut daemon in self.daemons.drain(..) {
+            assert!(daemon.wait().unwrap().success());
+        }
+        let left = std::fs::read_dir(self.home.path().join("shm")).map_or(0, Iterator::count);
+        assert_eq!(left, 0, "left in shared memory");
+    }
+
+    pub(crate) fn recordings(&self) -> Vec<Recording> {
+        let read = |robot| Recording::read(&self.file(robot, "jsonl")).unwrap();
+        (0..ROBOTS).map(read).collect()
+    }
+}
+
+/// Of a failed test.
+impl Drop for Team {
+    fn drop(&mut self) {
+        for daemon in &mut self.daemons {
+            // Both fail only if it is gone already.
+            let _ = (daemon.kill(), daemon.wait());
+        }
+    }
+}
+
+fn name(robot: usize) -> String {
+    format!("robot{}", robot + 1)
+}
+
+pub(crate) fn robot_name(robot: usize) -> RobotName {
+    RobotName::new(&name(robot)).unwrap()
+}

@@ -1,0 +1,218 @@
+//! A recording: everything that the estimator was given, tick by tick, and what it answered.
+//!
+//! The step is pure, so a recording goes through it again to the same bits. Lines of JSON; numbers are written so
+//! that they read back exactly.
+//!
+//! ```text
+//! begin ( [rebase] tick (odometry | sighting | neighbour | fix)* estimate )*
+//! ```
+//!
+//! The real-time thread only puts [`Record`]s into the ring; a tick says how many lines belong to it, so that a
+//! reader notices what a full ring has lost.
+
+mod read;
+mod write;
+
+use coloc_estimator::{
+    Belief, Estimate, Motion, NeighbourPose, OdometrySample, PositionFix, Sighting, TickInputs,
+};
+use serde::{Deserialize, Serialize};
+
+pub use read::{RecordedTick, Recording, RecordingError};
+pub use write::Recorder;
+
+/// A line of a recording. Poses `[x, y, φ]` \[m, m, rad\], covariances row-major, stamps \[ns\].
+#[derive(Copy, Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "record", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Record {
+    /// The first line: who, and what it believes before anything is measured.
+    Begin {
+        /// Number in the team.
+        robot: u16,
+        /// Of `belief`.
+        stamp_ns: i64,
+        /// Mean.
+        pose: [f64; 3],
+        /// P
+        total: [f64; 9],
+        /// `P_i`
+        independent: [f64; 9],
+    },
+    /// The clock was stepped.
+    Rebase {
+        /// What this moment used to be called …
+        old_ns: i64,
+        /// … and is called from now on.
+        new_ns: i64,
+    },
+    /// A tick; its inputs and its estimate follow.
+    Tick {
+        /// Counted from 0 without gaps.
+        tick: u64,
+        /// The tick's own stamp.
+        stamp_ns: i64,
+        /// Lines with inputs.
+        inputs: usize,
+    },
+    /// Of the wheels.
+    Odometry {
+        /// Interval's begin.
+        start_ns: i64,
+        /// Interval's end.
+        stamp_ns: i64,
+        /// Whether there is a sideways velocity.
+        holonomic: bool,
+        /// `[v_x, v_y, ω]` \[m/s, m/s, rad/s\].
+        velocity: [f64; 3],
+        /// Variances and covariances of these.
+        noise: [f64; 9],
+    },
+    /// Own sighting of another robot.
+    Sighting {
+        /// When.
+        stamp_ns: i64,
+        /// The sensor's count.
+        sequence: u64,
+        /// Whom.
+        observed: u16,
+        /// In the body frame.
+        pose: [f64; 3],
+        /// R
+        covariance: [f64; 9],
+    },
+    /// Pose from a neighbour.
+    Neighbour {
+        /// When the neighbour saw us.
+        stamp_ns: i64,
+        /// Its count of what it sent to us.
+        sequence: u64,
+        /// Who.
+        sender: u16,
+        /// y*
+        pose: [f64; 3],
+        /// R*
+        total: [f64; 9],
+        /// R*_i
+        independent: [f64; 9],
+    },
+    /// Satellite fix.
+    Fix {
+        /// When.
+        stamp_ns: i64,
+        /// The receiver's count.
+        sequence: u64,
+        /// \[m\]
+        position: [f64; 2],
+        /// `R_A`
+        covariance: [f64; 4],
+    },
+    /// What was published.
+    Estimate {
+        /// The tick's stamp.
+        stamp_ns: i64,
+        /// Mean.
+        pose: [f64; 3],
+        /// P
+        total: [f64; 9],
+        /// `P_i`
+        independent: [f64; 9],
+    },
+}
+
+/// The lines of a tick's inputs, its own first.
+pub fn of_inputs(tick: u64, inputs: &TickInputs<'_>) -> impl Iterator<Item = Record> {
+    let count = inputs.odometry.len()
+        + inputs.sightings.len()
+        + inputs.neighbours.len()
+        + inputs.fixes.len();
+    let head = Record::Tick {
+        tick,
+        stamp_ns: inputs.stamp.as_nanos(),
+        inputs: count,
+    };
+    std::iter::once(head)
+        .chain(inputs.odometry.iter().map(Record::from))
+        .chain(inputs.sightings.iter().map(Record::from))
+        .chain(inputs.neighbours.iter().map(Record::from))
+        .chain(inputs.fixes.iter().map(Record::from))
+}
+
+impl Record {
+    /// The first line.
+    #[must_use]
+    pub fn begin(robot: u16, stamp_ns: i64, belief: &Belief) -> Self {
+        Self::Begin {
+            robot,
+            stamp_ns,
+            pose: belief.pose.to_vector().into(),
+            total: belief.total.to_row_major(),
+            independent: belief.independent.to_row_major(),
+        }
+    }
+}
+
+impl From<&OdometrySample> for Record {
+    fn from(sample: &OdometrySample) -> Self {
+        let (holonomic, noise) = match sample.motion {
+            Motion::Nonholonomic { noise, .. } => {
+                let [vv, vw, wv, ww] = noise.to_row_major();
+                (false, [vv, 0.0, vw, 0.0, 0.0, 0.0, wv, 0.0, ww])
+            }
+            Motion::Holonomic { noise, .. } => (true, noise.to_row_major()),
+        };
+        Self::Odometry {
+            start_ns: sample.start.as_nanos(),
+            stamp_ns: sample.stamp.as_nanos(),
+            holonomic,
+            velocity: sample.motion.velocity(),
+            noise,
+        }
+    }
+}
+
+impl From<&Sighting> for Record {
+    fn from(sighting: &Sighting) -> Self {
+        Self::Sighting {
+            stamp_ns: sighting.stamp.as_nanos(),
+            sequence: sighting.sequence,
+            observed: sighting.observed.0,
+            pose: sighting.relative.to_vector().into(),
+            covariance: sighting.covariance.to_row_major(),
+        }
+    }
+}
+
+impl From<&NeighbourPose> for Record {
+    fn from(neighbour: &NeighbourPose) -> Self {
+        Self::Neighbour {
+            stamp_ns: neighbour.stamp.as_nanos(),
+            sequence: neighbour.sequence,
+            sender: neighbour.sender.0,
+            pose: neighbour.pose.to_vector().into(),
+            total: neighbour.total.to_row_major(),
+            independent: neighbour.independent.to_row_major(),
+        }
+    }
+}
+
+impl From<&PositionFix> for Record {
+    fn from(fix: &PositionFix) -> Self {
+        Self::Fix {
+            stamp_ns: fix.stamp.as_nanos(),
+            sequence: fix.sequence,
+            position: fix.position,
+            covariance: fix.covariance.to_row_major(),
+        }
+    }
+}
+
+impl From<&Estimate> for Record {
+    fn from(estimate: &Estimate) -> Self {
+        Self::Estimate {
+            stamp_ns: estimate.stamp.as_nanos(),
+            pose: estimate.belief.pose.to_vector().into(),
+            total: estimate.belief.total.to_row_major(),
+            independent: estimate.belief.independent.to_row_major(),
+        }
+    }
+}

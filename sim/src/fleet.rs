@@ -1,0 +1,144 @@
+//! The product's estimators of a whole team in one process: each ticks when it likes, and hands its messages over.
+//!
+//! What five daemons do over shared memory, without the shared memory: given the same ticks, the same bits.
+
+use coloc_estimator::history::Slot;
+use coloc_estimator::output::Report;
+use coloc_estimator::{
+    Belief, Estimate, Estimator, NeighbourPose, OutgoingPose, RobotId, Settings, Stamp, TickInputs,
+    step,
+};
+
+/// A team of estimators. Robots are numbered from 0.
+#[derive(Debug)]
+pub struct Fleet {
+    robots: Vec<Robot>,
+}
+
+#[derive(Debug)]
+struct Robot {
+    estimator: Estimator<Vec<Slot>>,
+    estimate: Estimate,
+    /// How many messages went to each robot.
+    sent: Vec<u64>,
+}
+
+/// A message on its way.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Letter {
+    /// Who was seen.
+    pub to: usize,
+    /// As the estimator of `to` takes it.
+    pub pose: NeighbourPose,
+}
+
+impl Fleet {
+    /// A robot for each beginning; `slots` is the history's capacity.
+    #[must_use]
+    pub fn new(settings: Settings, beginnings: &[(Stamp, Belief)], slots: usize) -> Self {
+        let robot = |&(stamp, belief): &(Stamp, Belief)| Robot {
+            estimator: Estimator::new(settings, stamp, belief, vec![Slot::default(); slots]),
+            estimate: Estimate {
+                stamp,
+                belief,
+                ..Estimate::default()
+            },
+            sent: vec![0; beginnings.len()],
+        };
+        Self {
+            robots: beginnings.iter().map(robot).collect(),
+        }
+    }
+
+    /// What `robot` believed at its latest tick; `None` if there is no such robot.
+    #[must_use]
+    pub fn estimate(&self, robot: usize) -> Option<&Estimate> {
+        self.robots.get(robot).map(|robot| &robot.estimate)
+    }
+
+    /// A tick of `robot`: every message that it sends goes to `post`, every verdict to `log`.
+    /// Robots that do not exist neither tick nor get messages.
+    pub fn tick(
+        &mut self,
+        robot: usize,
+        inputs: &TickInputs<'_>,
+        post: &mut dyn FnMut(Letter),
+        log: &mut dyn FnMut(&Report),
+    ) {
+        let Some(member) = self.robots.get_mut(robot) else {
+            return;
+        };
+        let outputs = step(&mut member.estimator, inputs);
+        for outgoing in outputs.outgoing {
+            let to = usize::from(outgoing.to.0);
+            if let Some(sent) = member.sent.get_mut(to) {
+                let pose = neighbour(robot, *sent, outgoing);
+                *sent += 1;
+                post(Letter { to, pose });
+            }
+        }
+        outputs.reports.iter().for_each(log);
+        member.estimate = outputs.estimate;
+    }
+
+    /// The clock of `robot` was stepped: what was `old` is now `new`.
+    pub fn rebase(&mut self, robot: usize, old: Stamp, new: Stamp) {
+        if let Some(member) = self.robots.get_mut(robot) {
+            member.estimator.rebase(old, new);
+        }
+    }
+}
+
+fn neighbour(sender: usize, sequence: u64, outgoing: &OutgoingPose) -> NeighbourPose {
+    NeighbourPose {
+        stamp: outgoing.stamp,
+        sequence,
+        sender: id(sender),
+        pose: outgoing.pose,
+        total: outgoing.total,
+        independent: outgoing.independent,
+    }
+}
+
+/// The number of the robot with that index.
+#[must_use]
+#[allow(clippy::cast_possible_truncation)] // A team is far below 2^16 robots.
+pub fn id(robot: usize) -> RobotId {
+    RobotId(robot as u16)
+}
+
+#[cfg(test)]
+mod tests {
+    use coloc_estimator::{Covariance3, Pose, Sighting};
+
+    use super::*;
+
+    #[test]
+    fn messages_are_counted_for_each_receiver() {
+        let covariance = Covariance3::diagonal([0.01; 3]).expect("positive");
+        let begin = (
+            Stamp::from_nanos(0),
+            Belief::independent(Pose::default(), covariance),
+        );
+        let mut fleet = Fleet::new(Settings::default(), &[begin; 3], 64);
+        let mut sequences = Vec::new();
+        for (nanos, observed) in [(1, 1), (2, 2), (3, 1), (4, 9)] {
+            let stamp = Stamp::from_nanos(nanos);
+            let sighting = Sighting {
+                stamp,
+                sequence: 0,
+                observed: RobotId(observed),
+                relative: Pose::default(),
+                covariance,
+            };
+            let inputs = TickInputs {
+                stamp,
+                sightings: &[sighting],
+                ..TickInputs::default()
+            };
+            let mut post = |letter: Letter| sequences.push((letter.to, letter.pose.sequence));
+            fleet.tick(0, &inputs, &mut post, &mut |_| ());
+        }
+        assert_eq!(sequences, [(1, 0), (2, 0), (1, 1)], "nobody is robot 9");
+    }
+}
