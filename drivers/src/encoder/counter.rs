@@ -118,7 +118,12 @@ impl Counter {
         reason = "distances beyond 2^53 ticks are implausible anyway"
     )]
     fn way_m(&self, from: Count, to: Count) -> f64 {
-        sign_extend(to.raw.wrapping_sub(from.raw), self.bits) as f64 * self.metres_per_count
+        let bits = if cfg!(coloc_break = "wrap") {
+            u64::BITS
+        } else {
+            self.bits
+        };
+        sign_extend(to.raw.wrapping_sub(from.raw), bits) as f64 * self.metres_per_count
     }
 
     /// The farthest that the wheel can have come between two stamps \[m\].

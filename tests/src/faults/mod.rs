@@ -36,7 +36,7 @@ pub struct Fault {
     pub health: &'static [(u32, Health)],
     /// When the state of the bus changes; it begins and ends as `Active`.
     pub bus: &'static [(u32, BusState)],
-    /// What the status counts, and how much of it.
+    /// What the status counts, and how much of it; everything else it does not count.
     pub counts: &'static [Count],
     /// What becomes of the estimate.
     pub estimate: Way,

@@ -202,7 +202,9 @@ pub(super) fn restarted(rig: &mut Rig) {
 }
 
 macro_rules! counts {
-    ($($name:ident)*) => {$(
+    ($($name:ident)*) => {
+        pub(super) const COUNTERS: [fn(u64) -> Count; 7] = [$($name),*];
+        $(
         pub(super) const fn $name(by: u64) -> Count {
             Count { name: stringify!($name), of: |can| can.$name, by, or_more: false }
         }

@@ -13,6 +13,9 @@ use crate::rig::{TRACK_M, WAY_PER_PERIOD_M};
 /// Odometry is stale when its newest sample is older than 0.1 s: at 50 Hz, on the sixth tick without one.
 const STALE: u32 = 6;
 
+/// Thirty pairs are lost: a counter of four bits says only that it were fourteen, or thirty, or forty-six.
+const LOST_30: u64 = 2 * (30 % 16);
+
 /// What is not said otherwise: thirty ticks, unnoticed, nothing lost.
 const USUAL: Fault = Fault {
     name: "",
@@ -38,6 +41,7 @@ pub const FAULTS: &[Fault] = &[
         made: "no frame for 30 ticks",
         script: Script::each(script::silence),
         health: &[(STALE, Stale), (31, Ok)],
+        counts: &[script::alive_skips(LOST_30)],
         ..USUAL
     },
     Fault {
@@ -46,6 +50,7 @@ pub const FAULTS: &[Fault] = &[
         made: "only the right wheel's frames come",
         script: Script::each(script::only_right),
         health: &[(STALE, Stale), (31, Ok)],
+        counts: &[script::alive_skips(LOST_30 / 2)],
         ..USUAL
     },
     Fault {
@@ -53,6 +58,7 @@ pub const FAULTS: &[Fault] = &[
         word: Slow,
         made: "four of five pairs are lost",
         script: Script::each(script::every_fifth),
+        counts: &[script::alive_skips(48)],
         ..USUAL
     },
     Fault {
@@ -68,6 +74,7 @@ pub const FAULTS: &[Fault] = &[
             (26, Stale),
             (30, Ok),
         ],
+        counts: &[script::alive_skips(54)],
         ..USUAL
     },
     Fault {
@@ -83,6 +90,7 @@ pub const FAULTS: &[Fault] = &[
             (26, Stale),
             (29, Ok),
         ],
+        counts: &[script::alive_skips(48)],
         ..USUAL
     },
     Fault {
@@ -109,6 +117,7 @@ pub const FAULTS: &[Fault] = &[
         word: Wrong,
         made: "every pair is held back until the next has come",
         script: Script::each(script::swapped),
+        counts: &[script::alive_skips(30)],
         ..USUAL
     },
     Fault {
@@ -135,7 +144,7 @@ pub const FAULTS: &[Fault] = &[
         made: "the last byte of every frame is inverted",
         script: Script::each(script::wrong_checksum),
         health: &[(STALE, Faulty), (31, Ok)],
-        counts: &[script::checksum_errors(60)],
+        counts: &[script::checksum_errors(60), script::alive_skips(LOST_30)],
         ..USUAL
     },
     Fault {
@@ -144,7 +153,7 @@ pub const FAULTS: &[Fault] = &[
         made: "every frame ends after four bytes",
         script: Script::each(script::short),
         health: &[(STALE, Faulty), (31, Ok)],
-        counts: &[script::malformed(60)],
+        counts: &[script::malformed(60), script::alive_skips(LOST_30)],
         ..USUAL
     },
     Fault {
@@ -153,6 +162,7 @@ pub const FAULTS: &[Fault] = &[
         made: "eight random bytes under both identifiers",
         script: Script::each(script::garbage),
         health: &[(STALE, Faulty), (31, Ok)],
+        counts: &[script::checksum_errors(60), script::alive_skips(LOST_30)],
         ..USUAL
     },
     Fault {
@@ -173,6 +183,7 @@ pub const FAULTS: &[Fault] = &[
             begin: script::jump,
             ..Script::each(script::drive)
         },
+        counts: &[script::malformed(4), script::alive_skips(4)],
         ..USUAL
     },
     Fault {
@@ -206,6 +217,7 @@ pub const FAULTS: &[Fault] = &[
         word: Wrong,
         made: "another robot's encoders send well-formed frames under the same identifiers",
         script: Script::each(script::second_node),
+        counts: &[script::malformed(60)],
         ..USUAL
     },
     // --- What the controller reports. ---
@@ -259,7 +271,7 @@ pub const FAULTS: &[Fault] = &[
         },
         health: &[(1, Faulty), (31, Ok)],
         bus: &[(1, BusOff), (31, Active)],
-        counts: &[script::error_frames(2)],
+        counts: &[script::error_frames(2), script::alive_skips(LOST_30)],
         ..USUAL
     },
     // --- What happens to the interface and the socket. ---
@@ -275,7 +287,7 @@ pub const FAULTS: &[Fault] = &[
         },
         health: &[(1, Faulty), (31, Ok)],
         bus: &[(1, Down), (31, Active)],
-        counts: &[script::reopens(0)],
+        counts: &[script::alive_skips(LOST_30)],
         ..USUAL
     },
     Fault {
@@ -305,7 +317,7 @@ pub const FAULTS: &[Fault] = &[
         },
         health: &[(1, Faulty), (2, Ok)],
         bus: &[(1, Down), (2, Active)],
-        counts: &[script::reopens(1)],
+        counts: &[script::reopens(1), script::alive_skips(4)],
         ..USUAL
     },
     Fault {
@@ -319,7 +331,7 @@ pub const FAULTS: &[Fault] = &[
         },
         health: &[(1, Faulty), (2, Ok)],
         bus: &[(1, Down), (2, Active)],
-        counts: &[script::reopens(1)],
+        counts: &[script::reopens(1), script::alive_skips(4)],
         ..USUAL
     },
     Fault {
@@ -329,7 +341,10 @@ pub const FAULTS: &[Fault] = &[
         place: Interface,
         ticks: 2,
         script: Script::each(script::flood),
-        counts: &[script::rx_overflows(1).or_more()],
+        counts: &[
+            script::rx_overflows(1).or_more(),
+            script::alive_repeats(1).or_more(),
+        ],
         ..USUAL
     },
     // --- What happens to the clock. ---

@@ -28,7 +28,9 @@ fn write_log(path: &Path) {
         ];
         let micros = 1_700_000_000_000_000 + 20_000 * pair;
         let mut line = |id: u16, data: &[u8]| {
-            let hex: String = data.iter().map(|byte| format!("{byte:02X}")).collect();
+            let hex = data
+                .iter()
+                .fold(String::new(), |hex, byte| format!("{hex}{byte:02X}"));
             let (seconds, fraction) = (micros / 1_000_000, micros % 1_000_000);
             writeln!(log, "({seconds}.{fraction:06}) vcan0 {id:03X}#{hex}").unwrap();
         };
