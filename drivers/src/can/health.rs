@@ -93,10 +93,11 @@ impl BusHealth {
         }
     }
 
-    /// Accounts for a data or remote frame: proof that the controller is on the bus.
+    /// Accounts for a data or remote frame: proof that the controller is on the bus. That an interface is up again it does
+    /// not prove: the frame may have been in the queue when it went down.
     pub(super) fn note_frame(&mut self) {
         self.counters.frames += 1;
-        if matches!(self.state, BusState::BusOff | BusState::Down) {
+        if self.state == BusState::BusOff {
             self.state = BusState::Up;
         }
     }
@@ -107,7 +108,10 @@ impl BusHealth {
         for class in error.classes() {
             self.counters.by_class[class as usize] += 1;
         }
-        if let Some(state) = error.announced_state().filter(|_| !cfg!(coloc_break = "bus_off")) {
+        if let Some(state) = error
+            .announced_state()
+            .filter(|_| !cfg!(coloc_break = "bus_off"))
+        {
             self.state = state.into();
         }
         self.controller = error.counters().unwrap_or(self.controller);
@@ -156,5 +160,12 @@ mod tests {
         let mut health = BusHealth::new(BusState::BusOff);
         health.note_frame();
         assert_eq!(health.state, BusState::Up);
+    }
+
+    #[test]
+    fn a_frame_from_before_does_not_bring_an_interface_up() {
+        let mut health = BusHealth::new(BusState::Down);
+        health.note_frame();
+        assert_eq!(health.state, BusState::Down);
     }
 }

@@ -41,6 +41,16 @@ pub(super) fn silence(rig: &mut Rig, _: u32) {
     rig.turn();
 }
 
+/// What was sent just before stays in the daemon's queue.
+pub(super) fn unplug(rig: &mut Rig, tick: u32) {
+    if tick == 1 {
+        drive(rig, tick);
+        rig.switch(false);
+    } else {
+        silence(rig, tick);
+    }
+}
+
 pub(super) fn only_right(rig: &mut Rig, _: u32) {
     let [_, right] = rig.turn();
     rig.send(&[right]);

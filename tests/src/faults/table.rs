@@ -278,16 +278,15 @@ pub const FAULTS: &[Fault] = &[
     Fault {
         name: "the interface goes down and up",
         word: Off,
-        made: "`ip link set … down`, then `up`",
+        made: "`ip link set … down` with frames in the queue, then `up`",
         place: Interface,
         script: Script {
-            begin: |rig| rig.switch(false),
             end: |rig| rig.switch(true),
-            ..Script::each(script::silence)
+            ..Script::each(script::unplug)
         },
         health: &[(1, Faulty), (31, Ok)],
         bus: &[(1, Down), (31, Active)],
-        counts: &[script::alive_skips(LOST_30)],
+        counts: &[script::alive_skips(2 * (29 % 16))],
         ..USUAL
     },
     Fault {

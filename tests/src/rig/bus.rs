@@ -50,7 +50,9 @@ impl Line {
         }
     }
 
-    fn sending_spec(&self) -> BusSpec {
+    /// What the rig sends on.
+    #[must_use]
+    pub fn sending_spec(&self) -> BusSpec {
         match self {
             Self::Hardware { sender, .. } => BusSpec::SocketCan {
                 interface: sender.clone(),

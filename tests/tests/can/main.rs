@@ -8,6 +8,8 @@
 )]
 
 mod bus_lost;
+mod can_utils;
+mod car;
 mod clock_step;
 mod daemon;
 mod faults;
@@ -17,6 +19,7 @@ mod hardware;
 mod kernel_filter;
 mod kernel_stamp;
 mod load;
+mod outage;
 mod recorded;
 mod robot;
 mod support;

@@ -133,7 +133,7 @@ impl Drop for Robot {
 }
 
 /// Wheels without noise: where the robot believes to be is then plain geometry.
-fn configuration(left: &str, right: &str, trigger: &str, root: &Path) -> String {
+pub(crate) fn configuration(left: &str, right: &str, trigger: &str, root: &Path) -> String {
     let wheel = |bus, message| {
         format!(
             "{{ bus = {bus}, message = \"{message}\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}"

@@ -20,13 +20,23 @@ pub(crate) struct Wheels {
 
 impl Wheels {
     pub(crate) fn new(left: &Interface, right: &Interface) -> Self {
+        Self::between([left.sender(), right.sender()])
+    }
+
+    /// Those that send the left and the right wheel's frames.
+    pub(crate) fn between(senders: [Sender; 2]) -> Self {
         let frames = WheelFrames::new(METRES_PER_TICK);
         Self {
-            senders: [left.sender(), right.sender()],
+            senders,
             frames,
             way_m: [0.0; 2],
             next: Instant::now(),
         }
+    }
+
+    /// Sends by new sockets: the old ones have an error to tell when their interface was down.
+    pub(crate) fn reconnect(&mut self, left: &Interface, right: &Interface) {
+        self.senders = [left.sender(), right.sender()];
     }
 
     /// Turns the wheels by so many encoder ticks a frame, for `count` frames.
