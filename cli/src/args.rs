@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use crate::eval::EvalArgs;
+use crate::latency::{LatencyArgs, ReaderArgs};
 
 /// Cooperative localization: robots that tell one another where they are.
 #[derive(Debug, Parser)]
@@ -17,6 +18,7 @@ use crate::eval::EvalArgs;
     after_help = "Examples:
   coloc demo                            five robots for half a minute, here and now
   coloc eval                            how accurate is it, and does it know?
+  coloc latency                         how soon is a new estimate in your hands?
   coloc check robot.toml                what does this configuration mean?
   coloc colocd run robot.toml           run the daemon of one robot"
 )]
@@ -31,6 +33,11 @@ pub(crate) enum Command {
     Demo(DemoArgs),
     /// Find out how accurate and how honest the estimators are, over many runs
     Eval(Box<EvalArgs>),
+    /// Find out how soon a new estimate is in other programs' hands, and where the time goes
+    Latency(LatencyArgs),
+    /// The process in which `coloc latency` reads the estimates
+    #[command(hide = true)]
+    LatencyReader(ReaderArgs),
     /// Read a robot's configuration, say what it means, open nothing
     Check {
         /// The robot's configuration
@@ -79,7 +86,7 @@ pub(crate) struct DemoArgs {
     pub(crate) json: bool,
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
         .filter(|seconds| (1.0..=86_400.0).contains(seconds))

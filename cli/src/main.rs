@@ -15,6 +15,7 @@ mod comparison;
 mod daemon;
 mod demo;
 mod eval;
+mod latency;
 mod output;
 mod pictures;
 
@@ -29,6 +30,8 @@ fn main() -> ExitCode {
     match parse(std::env::args_os()) {
         Ok(Command::Demo(args)) => demo::command(&args),
         Ok(Command::Eval(args)) => eval::command(&args),
+        Ok(Command::Latency(args)) => latency::command(&args),
+        Ok(Command::LatencyReader(args)) => latency::reader(&args),
         Ok(Command::Check { config }) => daemon::check(&config),
         Ok(Command::Colocd { args }) => daemon::run_with(args),
         Err(answer) => answer,

@@ -27,11 +27,16 @@ impl Buses {
     /// Call it while the process has one thread: it may move into a network of its own, which only the calling thread and
     /// those that it starts later share.
     pub(crate) fn choose(robots: usize, directory: &Path) -> Self {
-        let kernel = private_vcan(robots).or_else(|reason| existing_vcan(robots).ok_or(reason));
-        kernel.unwrap_or_else(|reason| Self::local(robots, directory, reason))
+        Self::kernels(robots).unwrap_or_else(|reason| Self::local(robots, directory, reason))
     }
 
-    fn local(robots: usize, directory: &Path, reason: String) -> Self {
+    /// The kernel's buses, or why there are none. As [`Self::choose`]: while there is one thread.
+    pub(crate) fn kernels(robots: usize) -> Result<Self, String> {
+        private_vcan(robots).or_else(|reason| existing_vcan(robots).ok_or(reason))
+    }
+
+    /// Local buses below `directory`.
+    pub(crate) fn local(robots: usize, directory: &Path, reason: String) -> Self {
         let specs = (1..=robots).map(|robot| BusSpec::Local {
             directory: directory.join(format!("can{robot}")),
         });

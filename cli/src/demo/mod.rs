@@ -6,8 +6,8 @@
 //! ```
 
 mod bars;
-mod bus;
-mod clock;
+pub(crate) mod bus;
+pub(crate) mod clock;
 mod console;
 mod feed;
 mod feed_thread;

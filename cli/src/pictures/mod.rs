@@ -7,6 +7,7 @@ mod ellipses;
 mod errors;
 mod lines;
 mod paths;
+mod percentiles;
 mod png;
 mod style;
 
@@ -17,6 +18,7 @@ pub(crate) use ellipses::{Ellipse, EllipsePanel, draw_ellipses};
 pub(crate) use errors::{ErrorPoint, draw_errors};
 pub(crate) use lines::{Line, Panel, Scale, draw_lines};
 pub(crate) use paths::{RobotPath, draw_paths};
+pub(crate) use percentiles::{PercentileCurve, draw_percentiles};
 pub(crate) use png::to_png;
 pub(crate) use style::method_color;
 

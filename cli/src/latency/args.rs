@@ -1,0 +1,129 @@
+//! The command line of `coloc latency`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use crate::args::seconds;
+
+/// Starts a real `colocd`, sends it encoder frames, fixes, sightings and neighbours' poses whether it keeps up or not, and
+/// reads its estimates in another process. First polling, everybody at ordinary priority: what the program takes. Then
+/// sleeping, as robots run it: what the scheduler adds.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  coloc latency
+  coloc latency --rate 1000 --seconds 20 --wait poll
+  coloc latency --load 4 --json busy.json --plot busy.svg")]
+pub(crate) struct LatencyArgs {
+    /// How long each way of waiting is measured, in seconds; floors come on top
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub(crate) seconds: f64,
+    /// Pairs of encoder frames, and ticks, per second
+    #[arg(long, value_name = "HZ", default_value_t = 50.0, value_parser = rate)]
+    pub(crate) rate: f64,
+    /// How many neighbours speak, ten times a second
+    #[arg(long, value_name = "K", default_value_t = 4, value_parser = clap::value_parser!(u16).range(0..=64))]
+    pub(crate) neighbours: u16,
+    /// What starts a tick
+    #[arg(long, value_enum, default_value_t = TriggerArg::Encoder)]
+    pub(crate) trigger: TriggerArg,
+    /// Which kind of CAN bus
+    #[arg(long, value_enum, default_value_t = CanArg::Auto)]
+    pub(crate) can: CanArg,
+    /// Only this way of waiting [default: one after the other]
+    #[arg(long, value_enum)]
+    pub(crate) wait: Option<WaitArg>,
+    /// Busy threads beside it
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=256))]
+    pub(crate) load: u16,
+    /// Write all figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Draw latency over percentiles as SVG
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) plot: Option<PathBuf>,
+}
+
+/// What starts a tick, as in `robot.toml`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum TriggerArg {
+    /// Absolute deadlines; frames wait for the next one
+    Timer,
+    /// The frames themselves
+    Encoder,
+}
+
+impl TriggerArg {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Timer => "timer",
+            Self::Encoder => "encoder",
+        }
+    }
+}
+
+/// How a tick is waited for, as in `robot.toml`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum WaitArg {
+    /// Busy, at ordinary priority
+    Poll,
+    /// Asleep, in real time where that is granted
+    Sleep,
+}
+
+impl WaitArg {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Poll => "poll",
+            Self::Sleep => "sleep",
+        }
+    }
+
+    pub(crate) fn describe(self) -> &'static str {
+        match self {
+            Self::Poll => "polling",
+            Self::Sleep => "sleeping",
+        }
+    }
+}
+
+/// Kinds of CAN buses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CanArg {
+    /// The kernel's where it can have them
+    Auto,
+    /// The kernel's virtual interfaces
+    Vcan,
+    /// Sockets in a directory
+    Local,
+}
+
+/// What the reading process must know.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ReaderArgs {
+    /// Root of the shared memory
+    #[arg(long)]
+    pub(crate) root: PathBuf,
+    /// Whose estimates
+    #[arg(long)]
+    pub(crate) robot: String,
+    /// When to end, in nanoseconds of the monotonic clock
+    #[arg(long)]
+    pub(crate) until_ns: i64,
+    /// About how many estimates there will be
+    #[arg(long, default_value_t = 0)]
+    pub(crate) expect: usize,
+    /// Processors to run on
+    #[arg(long, value_delimiter = ',')]
+    pub(crate) cpus: Vec<usize>,
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|rate| (1.0..=1000.0).contains(rate))
+        .ok_or_else(|| "must be a number of frames per second, 1 to 1000".into())
+}

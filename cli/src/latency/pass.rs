@@ -1,0 +1,280 @@
+//! One way of waiting, measured: floors, then the daemon.
+
+use std::fs::File;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use coloc_drivers::can::BusSpec;
+use coloc_shm_types::{Estimate, RobotName, Space};
+use rustix::process::{Pid, Signal, kill_process};
+
+use super::args::{LatencyArgs, TriggerArg, WaitArg};
+use super::facts::scheduling_class;
+use super::floors::Floors;
+use super::matching::{Matched, Seen, Sent, matched};
+use super::percentiles::Durations;
+use super::placement::Placement;
+use super::reader::Reader;
+use super::robot_file::{ROBOT, Wanted, write};
+use super::sender::{Schedule, Sender};
+use super::{LatencyError, PREFIX};
+use crate::daemon::PARENT_VARIABLE;
+use crate::demo::bus::Buses;
+use crate::demo::clock::{now_ns, sleep_until};
+use crate::pictures::PercentileCurve;
+
+/// How long a daemon may take to come up, or to end.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// From the opening of everything to the first frame.
+const AHEAD_NS: i64 = 300_000_000;
+/// Frames at the start that are not measured: everything is touched for the first time.
+const WARM_UP_NS: i64 = 1_000_000_000;
+/// How long the last frame may take.
+const GRACE_NS: i64 = 500_000_000;
+/// How long each floor is measured, as a part of the run.
+const FLOOR_PART: f64 = 0.2;
+
+/// What is the same for every way of waiting.
+pub(crate) struct Setting {
+    directory: PathBuf,
+    root: PathBuf,
+    bus: BusSpec,
+    placement: Placement,
+    seconds: f64,
+    rate_hz: f64,
+    trigger: TriggerArg,
+    neighbours: u16,
+}
+
+impl Setting {
+    pub(crate) fn new(
+        args: &LatencyArgs,
+        directory: &Path,
+        buses: &Buses,
+    ) -> Result<Self, LatencyError> {
+        let bus = buses.specs.first().cloned();
+        Ok(Self {
+            directory: directory.to_owned(),
+            root: directory.join("shm"),
+            bus: bus.ok_or(LatencyError::Thread("bus"))?,
+            placement: Placement::choose(),
+            seconds: args.seconds,
+            rate_hz: args.rate,
+            trigger: args.trigger,
+            neighbours: args.neighbours,
+        })
+    }
+
+    #[allow(clippy::cast_possible_truncation)] // Whole nanoseconds and deadlines of a day at most.
+    fn schedule(&self, part: f64) -> Schedule {
+        Schedule {
+            start_ns: now_ns() + AHEAD_NS,
+            period_ns: (1e9 / self.rate_hz) as i64,
+            count: (self.seconds * part * self.rate_hz).ceil() as i64,
+        }
+    }
+}
+
+/// What was measured.
+pub(crate) struct Pass {
+    pub(crate) mode: WaitArg,
+    /// Scheduling class that the daemon's tick obtained.
+    pub(crate) class: String,
+    pub(crate) floors: Floors,
+    pub(crate) frames: Durations,
+    pub(crate) lost: u64,
+    pub(crate) from_kernel: Durations,
+    pub(crate) stages: Vec<(&'static str, Durations)>,
+    /// The longest publication around the moment when a subscriber joined \[ns\].
+    pub(crate) join_ns: u64,
+}
+
+impl Pass {
+    /// Names and curves for the picture.
+    pub(crate) fn curves(&self) -> Vec<PercentileCurve> {
+        let curve = |name: &str, durations: &Durations| PercentileCurve {
+            name: format!("{name}, {}", self.mode.describe()),
+            points: durations.curve(),
+        };
+        vec![
+            curve("frame to estimate", &self.frames),
+            curve("floor: frame read", &self.floors.frame),
+            curve("floor: transport", &self.floors.transport),
+        ]
+    }
+}
+
+/// Measures one way of waiting.
+pub(crate) fn run(setting: &Setting, mode: WaitArg) -> Result<Pass, LatencyError> {
+    let Setting {
+        bus,
+        root,
+        placement,
+        ..
+    } = setting;
+    let floors = Floors::measure(bus, root, mode, placement, || setting.schedule(FLOOR_PART))?;
+    let daemon = Daemon::start(setting, mode)?;
+    let class = scheduling_class(daemon.child.id(), "colocd-tick");
+    let schedule = setting.schedule(1.0);
+    let expect = 2 * usize::try_from(schedule.count).unwrap_or(0);
+    let until_ns = schedule.end_ns() + GRACE_NS;
+    let reader = Reader::start(root, ROBOT, until_ns, expect, placement)?;
+    let sender = Sender::of_everything(bus, root, setting.neighbours, schedule, placement);
+    sleep_until(schedule.due_ns(schedule.count * 4 / 5));
+    let joined_ns = now_ns();
+    let late_joiner = daemon.listen()?;
+    let sent = sender.finish()?;
+    let seen = reader.finish()?;
+    drop((late_joiner, daemon));
+
+    let measured: Vec<Sent> = sent
+        .into_iter()
+        .filter(|sent| sent.due_ns >= schedule.start_ns + WARM_UP_NS)
+        .collect();
+    let Matched {
+        from_due_ns,
+        from_kernel_ns,
+        lost,
+    } = matched(&measured, &seen);
+    Ok(Pass {
+        mode,
+        class,
+        floors,
+        frames: Durations::of(from_due_ns),
+        lost,
+        from_kernel: Durations::of(from_kernel_ns),
+        stages: stages(
+            &measured,
+            &ticks_with_frames(&seen, schedule.start_ns + WARM_UP_NS),
+            setting.trigger,
+        ),
+        join_ns: cost_of_joining(&seen, joined_ns),
+    })
+}
+
+/// Ticks that brought a new frame.
+fn ticks_with_frames(seen: &[Seen], from_ns: i64) -> Vec<Seen> {
+    let pairs = seen.iter().zip(seen.iter().skip(1));
+    pairs
+        .filter(|(before, tick)| {
+            tick.frame_stamp_ns > before.frame_stamp_ns && tick.frame_stamp_ns >= from_ns
+        })
+        .map(|(_, tick)| *tick)
+        .collect()
+}
+
+fn stages(sent: &[Sent], ticks: &[Seen], trigger: TriggerArg) -> Vec<(&'static str, Durations)> {
+    let of = |stage: fn(&Seen) -> i64| Durations::of(ticks.iter().map(stage));
+    let wake_up = match trigger {
+        TriggerArg::Encoder => ("wake-up", of(|tick| tick.stamp_ns - tick.frame_stamp_ns)),
+        TriggerArg::Timer => (
+            "wake-up",
+            of(|tick| i64::try_from(tick.lateness_ns).unwrap_or(i64::MAX)),
+        ),
+    };
+    let sender = sent.iter().map(|sent| sent.sent_ns - sent.due_ns);
+    vec![
+        ("sender", Durations::of(sender)),
+        wake_up,
+        ("collect", of(|tick| tick.collect_ns.into())),
+        ("estimate", of(|tick| tick.estimate_ns.into())),
+        ("publish", of(|tick| tick.publish_ns.into())),
+        ("account", of(|tick| tick.account_ns.into())),
+        (
+            "transfer",
+            of(|tick| {
+                tick.received_ns
+                    - tick.stamp_ns
+                    - i64::try_from(tick.latency_ns).unwrap_or(i64::MAX)
+            }),
+        ),
+    ]
+}
+
+/// A tick reports the publication of the one before: those within 100 ms after the join.
+fn cost_of_joining(seen: &[Seen], joined_ns: i64) -> u64 {
+    let around = seen
+        .iter()
+        .filter(|tick| (joined_ns..joined_ns + 100_000_000).contains(&tick.stamp_ns));
+    around.map(|tick| tick.publish_ns.into()).max().unwrap_or(0)
+}
+
+/// A real daemon.
+struct Daemon {
+    child: Child,
+    root: PathBuf,
+}
+
+impl Daemon {
+    /// Starts it, and waits until it speaks.
+    fn start(setting: &Setting, mode: WaitArg) -> Result<Self, LatencyError> {
+        let spawn = |error: std::io::Error| LatencyError::Spawn(format!("colocd: {error}"));
+        let file = write(&Wanted {
+            directory: &setting.directory,
+            root: &setting.root,
+            bus: &setting.bus,
+            placement: &setting.placement,
+            rate_hz: setting.rate_hz,
+            trigger: setting.trigger,
+            neighbours: setting.neighbours,
+            wait: mode,
+        })?;
+        let log = file.with_extension("log");
+        let output = File::create(&log).map_err(spawn)?;
+        let child = Command::new(std::env::current_exe().map_err(spawn)?)
+            .args(["colocd", "run"])
+            .arg(&file)
+            .env(PARENT_VARIABLE, std::process::id().to_string())
+            .process_group(0)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(output)
+            .spawn()
+            .map_err(spawn)?;
+        let mut daemon = Self {
+            child,
+            root: setting.root.clone(),
+        };
+        daemon.wait_until_up(&log)?;
+        Ok(daemon)
+    }
+
+    fn wait_until_up(&mut self, log: &Path) -> Result<(), LatencyError> {
+        let (_space, estimates) = self.listen()?;
+        let deadline = Instant::now() + PATIENCE;
+        while estimates.receive().map_err(LatencyError::shm)?.is_none() {
+            let gone = self.child.try_wait().is_ok_and(|status| status.is_some());
+            if gone || Instant::now() > deadline {
+                let text = std::fs::read_to_string(log).unwrap_or_default();
+                return Err(LatencyError::NotUp(text.trim().to_owned()));
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Ok(())
+    }
+
+    /// Joins those who hear its estimates.
+    fn listen(&self) -> Result<(Space, coloc_shm_types::Subscriber<Estimate>), LatencyError> {
+        let space = Space::open(&self.root, PREFIX, "coloc-latency").map_err(LatencyError::shm)?;
+        let robot = RobotName::new(ROBOT).map_err(LatencyError::shm)?;
+        let estimates = space.subscriber(&robot).map_err(LatencyError::shm)?;
+        Ok((space, estimates))
+    }
+}
+
+impl Drop for Daemon {
+    fn drop(&mut self) {
+        let pid = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw);
+        // It fails only if the process is gone, which is what is wanted.
+        let _ = pid.map(|pid| kill_process(pid, Signal::TERM));
+        let deadline = Instant::now() + PATIENCE;
+        while self.child.try_wait().is_ok_and(|status| status.is_none()) {
+            if Instant::now() > deadline {
+                let _ = self.child.kill();
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+}

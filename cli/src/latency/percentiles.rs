@@ -1,0 +1,84 @@
+//! Durations, counted and summed up.
+
+use hdrhistogram::Histogram;
+use serde::Serialize;
+
+/// The quantiles that are reported.
+const QUANTILES: [f64; 5] = [0.5, 0.9, 0.99, 0.999, 0.9999];
+
+/// One nanosecond to a minute, to 0.1 %.
+const RANGE_NS: (u64, u64) = (1, 60_000_000_000);
+const DIGITS: u8 = 3;
+
+/// A histogram of durations.
+#[derive(Clone, Debug)]
+pub(crate) struct Durations(Histogram<u64>);
+
+/// What is reported of a histogram \[ns\].
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(crate) struct Percentiles {
+    pub(crate) p50_ns: u64,
+    pub(crate) p90_ns: u64,
+    pub(crate) p99_ns: u64,
+    pub(crate) p99_9_ns: u64,
+    pub(crate) p99_99_ns: u64,
+    pub(crate) max_ns: u64,
+    pub(crate) count: u64,
+}
+
+impl Durations {
+    /// Counts durations \[ns\]; one below zero, which a clock's conversion may yield, counts as zero.
+    pub(crate) fn of(durations_ns: impl IntoIterator<Item = i64>) -> Self {
+        #[allow(clippy::expect_used)] // Constants of this file; any test would show it.
+        let mut histogram = Histogram::new_with_bounds(RANGE_NS.0, RANGE_NS.1, DIGITS)
+            .expect("the bounds are legal");
+        for duration_ns in durations_ns {
+            histogram.saturating_record(u64::try_from(duration_ns).unwrap_or(0));
+        }
+        Self(histogram)
+    }
+
+    pub(crate) fn percentiles(&self) -> Percentiles {
+        let [p50_ns, p90_ns, p99_ns, p99_9_ns, p99_99_ns] =
+            QUANTILES.map(|quantile| self.0.value_at_quantile(quantile));
+        Percentiles {
+            p50_ns,
+            p90_ns,
+            p99_ns,
+            p99_9_ns,
+            p99_99_ns,
+            max_ns: self.0.max(),
+            count: self.0.len(),
+        }
+    }
+
+    /// Points `(quantile, µs)` of the curve up to the last quantile that the count supports.
+    #[allow(clippy::cast_precision_loss)] // A minute in nanoseconds is far below 2^53.
+    pub(crate) fn curve(&self) -> Vec<(f64, f64)> {
+        let points = self.0.iter_quantiles(5);
+        points
+            .map(|point| {
+                let value = point.value_iterated_to() as f64 / 1e3;
+                (point.quantile_iterated_to(), value)
+            })
+            .filter(|(quantile, _)| *quantile < 1.0)
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_those_of_the_durations() {
+        let percentiles = Durations::of(1..=10_000).percentiles();
+        assert_eq!((percentiles.count, percentiles.p50_ns), (10_000, 5_003));
+        assert!(percentiles.max_ns >= 10_000 && percentiles.p99_99_ns >= 9_999);
+    }
+
+    #[test]
+    fn what_ends_before_it_begins_took_no_time() {
+        assert_eq!(Durations::of([-5]).percentiles().max_ns, 0);
+    }
+}

@@ -1,0 +1,105 @@
+//! Everything that was found out, as JSON.
+
+use std::path::Path;
+
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::LatencyError;
+use super::args::LatencyArgs;
+use super::facts::Facts;
+use super::pass::Pass;
+use super::percentiles::Percentiles;
+use crate::demo::bus::Buses;
+
+/// Facts, settings and passes.
+pub(crate) struct Report {
+    pub(crate) facts: Facts,
+    pub(crate) settings: Settings,
+    pub(crate) passes: Vec<Pass>,
+}
+
+/// What was asked for and obtained.
+#[derive(Debug, Serialize)]
+pub(crate) struct Settings {
+    pub(crate) seconds: f64,
+    pub(crate) rate_hz: f64,
+    pub(crate) neighbours: u16,
+    pub(crate) trigger: &'static str,
+    pub(crate) can: &'static str,
+    pub(crate) can_because: String,
+    pub(crate) load_threads: u16,
+}
+
+impl Report {
+    pub(crate) fn new(facts: Facts, args: &LatencyArgs, buses: &Buses) -> Self {
+        let settings = Settings {
+            seconds: args.seconds,
+            rate_hz: args.rate,
+            neighbours: args.neighbours,
+            trigger: args.trigger.name(),
+            can: buses.kind,
+            can_because: buses.reason.clone(),
+            load_threads: args.load,
+        };
+        Self {
+            facts,
+            settings,
+            passes: Vec::new(),
+        }
+    }
+
+    /// For the picture.
+    pub(crate) fn title(&self) -> String {
+        let Settings {
+            rate_hz,
+            trigger,
+            neighbours,
+            can,
+            ..
+        } = &self.settings;
+        format!(
+            "colocd: frame to estimate at {rate_hz} Hz, {trigger}, {neighbours} neighbours, {can} bus"
+        )
+    }
+
+    pub(crate) fn write(&self, path: &Path) -> Result<(), LatencyError> {
+        let passes: Vec<Value> = self.passes.iter().map(pass).collect();
+        let all = json!({ "machine": self.facts, "settings": self.settings, "passes": passes });
+        let text = serde_json::to_string_pretty(&all)
+            .map_err(|error| LatencyError::files(path, &error))?;
+        std::fs::write(path, text).map_err(|error| LatencyError::files(path, &error))
+    }
+}
+
+fn pass(pass: &Pass) -> Value {
+    let stages: Map<String, Value> = pass
+        .stages
+        .iter()
+        .map(|(name, durations)| ((*name).to_owned(), json!(durations.percentiles())))
+        .collect();
+    json!({
+        "wait": pass.mode.name(),
+        "scheduling_class": pass.class,
+        "frame_due_to_estimate": pass.frames.percentiles(),
+        "frames_lost": pass.lost,
+        "frame_in_kernel_to_estimate": pass.from_kernel.percentiles(),
+        "stages": stages,
+        "floor_frame_read": pass.floors.frame.percentiles(),
+        "floor_transport": pass.floors.transport.percentiles(),
+        "floor_clock_read": pass.floors.clock.percentiles(),
+        "ratio_to_floors": { "p50": ratio(pass, |p| p.p50_ns), "p99": ratio(pass, |p| p.p99_ns) },
+        "subscriber_join_ns": pass.join_ns,
+    })
+}
+
+/// From the kernel to the reader, as a multiple of the floors' sum at the same percentile.
+#[allow(clippy::cast_precision_loss)] // A minute in nanoseconds is far below 2^53.
+pub(crate) fn ratio(pass: &Pass, percentile: fn(&Percentiles) -> u64) -> f64 {
+    let at = |percentiles: Percentiles| percentile(&percentiles) as f64;
+    let floors = &pass.floors;
+    let sum = at(floors.frame.percentiles())
+        + at(floors.transport.percentiles())
+        + at(floors.clock.percentiles());
+    at(pass.from_kernel.percentiles()) / sum
+}

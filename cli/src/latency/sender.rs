@@ -1,0 +1,196 @@
+//! The sensors and the neighbours: open loop, on absolute deadlines, on a thread of its own.
+
+use std::path::Path;
+use std::thread::JoinHandle;
+
+use coloc_drivers::can::{BusSpec, Sender as Bus};
+use coloc_drivers::encoder::WheelFrames;
+use coloc_shm_types::{Header, Neighbour, Position, Publisher, RelativePose, RobotName, Space};
+
+use super::matching::Sent;
+use super::placement::{Placement, settle};
+use super::robot_file::{METRES_PER_TICK, ROBOT, pose, sight_of_the_origin, ways_m};
+use super::{LatencyError, PREFIX};
+use crate::demo::clock::{now_ns, sleep_until};
+
+/// Deadlines at a fixed rate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Schedule {
+    pub(crate) start_ns: i64,
+    pub(crate) period_ns: i64,
+    pub(crate) count: i64,
+}
+
+impl Schedule {
+    pub(crate) fn due_ns(&self, k: i64) -> i64 {
+        self.start_ns + k * self.period_ns
+    }
+
+    pub(crate) fn end_ns(&self) -> i64 {
+        self.due_ns(self.count)
+    }
+
+    pub(crate) fn deadlines(self) -> impl Iterator<Item = i64> {
+        (0..self.count).map(move |k| self.due_ns(k))
+    }
+
+    #[allow(clippy::cast_precision_loss)] // Runs last far less than 2^53 ns.
+    fn time_s(&self, at_ns: i64) -> f64 {
+        (at_ns - self.start_ns) as f64 / 1e9
+    }
+}
+
+/// Everything but the wheels speaks this often \[ns\]: 10 Hz.
+const OTHERS_NS: i64 = 100_000_000;
+
+/// Runs until the schedule's end.
+pub(crate) struct Sender(JoinHandle<Result<Vec<Sent>, LatencyError>>);
+
+impl Sender {
+    /// Encoder frames alone, for a floor.
+    pub(crate) fn of_frames(bus: &BusSpec, schedule: Schedule, placement: &Placement) -> Self {
+        let (bus, cpus) = (bus.clone(), placement.others.clone());
+        Self(std::thread::spawn(move || {
+            settle(&cpus, true);
+            Wheels::open(&bus)?.run(schedule, |_| ())
+        }))
+    }
+
+    /// Encoder frames, fixes, sightings and what `neighbours` say.
+    pub(crate) fn of_everything(
+        bus: &BusSpec,
+        root: &Path,
+        neighbours: u16,
+        schedule: Schedule,
+        placement: &Placement,
+    ) -> Self {
+        let (bus, root, cpus) = (bus.clone(), root.to_owned(), placement.others.clone());
+        Self(std::thread::spawn(move || {
+            let mut wheels = Wheels::open(&bus)?;
+            let mut others = Others::open(&root, neighbours)?;
+            settle(&cpus, true);
+            wheels.run(schedule, |due_ns| others.speak(&schedule, due_ns))
+        }))
+    }
+
+    /// What was sent when.
+    pub(crate) fn finish(self) -> Result<Vec<Sent>, LatencyError> {
+        self.0.join().unwrap_or(Err(LatencyError::Thread("sender")))
+    }
+}
+
+struct Wheels {
+    bus: Bus,
+    frames: WheelFrames,
+}
+
+impl Wheels {
+    fn open(bus: &BusSpec) -> Result<Self, LatencyError> {
+        Ok(Self {
+            bus: Bus::open(bus).map_err(LatencyError::bus)?,
+            frames: WheelFrames::new(METRES_PER_TICK),
+        })
+    }
+
+    /// Sends at each deadline, `before` first. Who wakes late still sends all that is due: the schedule does not wait.
+    fn run(
+        &mut self,
+        schedule: Schedule,
+        mut before: impl FnMut(i64),
+    ) -> Result<Vec<Sent>, LatencyError> {
+        let mut sent = Vec::new();
+        for due_ns in schedule.deadlines() {
+            sleep_until(due_ns);
+            before(due_ns);
+            let [left_m, right_m] = ways_m(schedule.time_s(due_ns));
+            let [left, right] = self.frames.encode(left_m, right_m);
+            self.bus.send(&left).map_err(LatencyError::bus)?;
+            let sent_ns = now_ns();
+            self.bus.send(&right).map_err(LatencyError::bus)?;
+            sent.push(Sent { due_ns, sent_ns });
+        }
+        Ok(sent)
+    }
+}
+
+struct Others {
+    fixes: Publisher<Position>,
+    sightings: Publisher<RelativePose>,
+    neighbours: Publisher<Neighbour>,
+    team: u16,
+    session_ns: i64,
+    sequence: u64,
+    next_ns: i64,
+}
+
+impl Others {
+    fn open(root: &Path, team: u16) -> Result<Self, LatencyError> {
+        let space = Space::open(root, PREFIX, "coloc-latency-sender").map_err(LatencyError::shm)?;
+        let robot = RobotName::new(ROBOT).map_err(LatencyError::shm)?;
+        Ok(Self {
+            fixes: space.publisher(&robot).map_err(LatencyError::shm)?,
+            sightings: space.publisher(&robot).map_err(LatencyError::shm)?,
+            neighbours: space.publisher(&robot).map_err(LatencyError::shm)?,
+            team,
+            session_ns: now_ns(),
+            sequence: 0,
+            next_ns: 0,
+        })
+    }
+
+    /// What is measured now, of the truth: a message that did not arrive shows in nothing but its own absence.
+    fn speak(&mut self, schedule: &Schedule, due_ns: i64) {
+        if due_ns < self.next_ns {
+            return;
+        }
+        self.next_ns = due_ns + OTHERS_NS;
+        let time_s = schedule.time_s(due_ns);
+        let header = Header {
+            stamp_ns: due_ns,
+            session_ns: self.session_ns,
+            sequence: self.sequence,
+        };
+        self.sequence += 1;
+        let _ = self.fixes.send(fix(header, time_s));
+        let _ = self.sightings.send(sighting(header, time_s));
+        for sender in 2..self.team + 2 {
+            let _ = self.neighbours.send(word(header, sender, time_s));
+        }
+    }
+}
+
+fn fix(header: Header, time_s: f64) -> Position {
+    let [x, y, _] = pose(time_s);
+    Position {
+        header,
+        quality: 2,
+        position: [x, y],
+        covariance: [0.01, 0.0, 0.0, 0.01],
+        ..Position::default()
+    }
+}
+
+fn sighting(header: Header, time_s: f64) -> RelativePose {
+    RelativePose {
+        header,
+        observed: 2,
+        pose: sight_of_the_origin(time_s),
+        covariance: diagonal([0.01, 0.01, 3e-4]),
+        ..RelativePose::default()
+    }
+}
+
+fn word(header: Header, sender: u16, time_s: f64) -> Neighbour {
+    Neighbour {
+        header,
+        sender,
+        pose: pose(time_s),
+        total: diagonal([0.02, 0.02, 2e-3]),
+        independent: diagonal([0.01, 0.01, 3e-4]),
+        ..Neighbour::default()
+    }
+}
+
+fn diagonal([a, b, c]: [f64; 3]) -> [f64; 9] {
+    [a, 0.0, 0.0, 0.0, b, 0.0, 0.0, 0.0, c]
+}
