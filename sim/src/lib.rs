@@ -18,6 +18,7 @@ pub mod fleet;
 pub mod method;
 pub mod metrics;
 pub mod mrclam;
+pub mod promises;
 pub mod random;
 pub mod scenario;
 pub mod sensors;

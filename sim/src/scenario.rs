@@ -141,6 +141,14 @@ impl Scenario {
         });
         add("one-dgps", "DGPS on R1 only", &|s| s.fixes.robots = vec![0]);
         add(
+            "one-dgps-slow",
+            "DGPS on R1 only, relative poses at 2 Hz",
+            &|s| {
+                s.fixes.robots = vec![0];
+                s.sightings.rate_hz = 2.0;
+            },
+        );
+        add(
             "dgps-outage",
             "no fixes for 60 s in the middle of the run",
             &|s| s.fixes.outage_s = 60.0,

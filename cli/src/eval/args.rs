@@ -38,6 +38,9 @@ pub(crate) struct EvalArgs {
     /// In which circumstances: a name from below, or `all`
     #[arg(long, value_name = "NAME", default_value = "paper", value_parser = scenario)]
     pub(crate) scenario: Choice,
+    /// Hold the promises of docs/accuracy.md against these runs; the recording must be the first of MR.CLAM
+    #[arg(long, requires = "data", conflicts_with_all = ["methods", "seconds", "scenario", "json", "plots"])]
+    pub(crate) promises: bool,
     /// Write everything that was found, with what is plotted
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
@@ -110,9 +113,10 @@ Examples:
   coloc eval                                           the synthetic world, the paper's sensors
   coloc eval --data ../shared/data/mrclam1 --plots pictures --json accuracy.json
   coloc eval --data ../shared/data/mrclam1 --scenario one-way --methods split-ci,coloc
+  coloc eval --data ../shared/data/mrclam1 --promises
   coloc eval --scenario all --runs 5 --methods split-ci,coloc
 
-Exit status: 0 done, 1 it could not be done, 2 the arguments were not understood."
+Exit status: 0 done, 1 it could not be done or a promise was broken, 2 the arguments were not understood."
 }
 
 #[cfg(test)]

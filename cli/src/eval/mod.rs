@@ -34,6 +34,8 @@ pub(crate) enum EvalCommandError {
         "the scenario {0} needs another number of robots than were recorded: use --synthetic instead of --data"
     )]
     NeedsSynthetic(&'static str),
+    #[error("{0} of {1} promises are broken")]
+    Broken(usize, usize),
     #[error("cannot write {path}: {reason}", path = path.display())]
     Files { path: PathBuf, reason: String },
     #[error(transparent)]

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use coloc_sim::evaluate::{EvalConfig, EvalReport, evaluate};
+use coloc_sim::promises::promises;
 
 use super::args::EvalArgs;
 use super::document::Document;
@@ -14,6 +15,9 @@ use crate::output::print_line;
 
 pub(crate) fn run(args: &EvalArgs) -> Result<(), EvalCommandError> {
     let setup = Setup::new(args)?;
+    if args.promises {
+        return hold_promises(args, &setup);
+    }
     let reports: Vec<EvalReport> = setup
         .configs
         .iter()
@@ -47,6 +51,30 @@ fn evaluated(setup: &Setup, config: &EvalConfig) -> Result<EvalReport, EvalComma
             .join("\n")
     );
     Ok(report)
+}
+
+fn hold_promises(args: &EvalArgs, setup: &Setup) -> Result<(), EvalCommandError> {
+    let Some(config) = setup.configs.first() else {
+        return Ok(());
+    };
+    let bar = Bar::new("promises");
+    let promises = promises(&config.world, args.runs, args.seed, &|progress| {
+        bar.show(progress);
+    })?;
+    drop(bar);
+    let table = tables::promises(&promises);
+    print_line(&table.text());
+    if let Some(path) = &args.markdown {
+        splice::write(
+            path,
+            &format!("{} promises", setup.world),
+            &table.markdown(),
+        )?;
+    }
+    match promises.iter().filter(|promise| !promise.kept).count() {
+        0 => Ok(()),
+        broken => Err(EvalCommandError::Broken(broken, promises.len())),
+    }
 }
 
 fn write_markdown(

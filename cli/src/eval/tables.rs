@@ -3,6 +3,7 @@
 use coloc_sim::evaluate::{Comparison, EvalReport, MethodReport, NisReport, RobotReport};
 use coloc_sim::method::Kind;
 use coloc_sim::metrics::Paired;
+use coloc_sim::promises::Promise;
 
 use super::number::{cm, digits, or_dash, percent, rad, signed};
 use super::table::Table;
@@ -273,4 +274,19 @@ fn summary_cells(method: &MethodReport) -> Vec<String> {
         digits(worst(|robot| robot.nees)),
         percent(worst(|robot| robot.nees_outside)),
     ]
+}
+
+/// Every promise with what was found.
+pub(crate) fn promises(promises: &[Promise]) -> Table {
+    let mut table = Table::new("Promises", &["promise", "bar", "found", "kept"]);
+    table.rows.extend(promises.iter().map(|promise| {
+        let kept = if promise.kept { "yes" } else { "NO" };
+        vec![
+            promise.what.clone(),
+            promise.bar.into(),
+            promise.found.clone(),
+            kept.into(),
+        ]
+    }));
+    table
 }
