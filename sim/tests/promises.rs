@@ -8,7 +8,7 @@ use coloc_sim::evaluate::EvalWorld;
 use coloc_sim::mrclam::Recording;
 use coloc_sim::promises::promises;
 
-const RUNS: u16 = 2;
+const RUNS: u16 = 4;
 /// A promise that is not kept yet: docs/accuracy.md says why. When it is, this has to go.
 const BROKEN: &str = "one-dgps (";
 
