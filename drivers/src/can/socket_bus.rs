@@ -12,7 +12,7 @@ use super::error_frame::ErrorCounters;
 use super::filter::Filter;
 use super::frame::{FD_SIZE, Frame, Kind};
 use super::health::{BusHealth, BusState};
-use super::sys;
+use super::sys::{self, Datagram};
 
 /// What a socket leads to, and how to open one.
 pub(super) trait Endpoint {
@@ -101,46 +101,53 @@ impl<E: Endpoint> SocketBus<E> {
         sink: &mut impl FnMut(&Received),
     ) -> Drained {
         let mut frames = 0;
-        for _ in 0..FRAMES_PER_CALL {
-            match self.receive_one(health) {
-                Ok(Some((frame, stamp_ns))) => {
-                    if accept(&frame, filter, health) {
-                        sink(&Received {
-                            frame,
-                            stamp_ns,
-                            bus: number,
-                        });
-                        frames += 1;
-                    }
-                }
-                Ok(None) | Err(Errno::INTR) => {}
-                Err(error) => {
-                    self.note_failure(error, health);
-                    return Drained {
-                        frames,
-                        more: false,
-                    };
-                }
+        let mut hand_on = |frame: &Frame, stamp_ns, health: &mut BusHealth| {
+            if accept(frame, filter, health) {
+                sink(&Received {
+                    frame: *frame,
+                    stamp_ns,
+                    bus: number,
+                });
+                frames += 1;
             }
+        };
+        let mut more = true;
+        for _ in 0..FRAMES_PER_CALL / sys::BATCH {
+            match self.receive_batch(health, &mut hand_on) {
+                Ok(sys::BATCH) | Err(Errno::INTR) => continue,
+                Ok(_) => {}
+                Err(error) => self.note_failure(error, health),
+            }
+            more = false;
+            break;
         }
-        Drained { frames, more: true }
+        Drained { frames, more }
     }
 
-    /// One datagram; `None` if it is no frame.
-    fn receive_one(&mut self, health: &mut BusHealth) -> Result<Option<(Frame, i64)>, Errno> {
+    /// As many datagrams as one call brings; how many.
+    fn receive_batch(
+        &mut self,
+        health: &mut BusHealth,
+        hand_on: &mut impl FnMut(&Frame, i64, &mut BusHealth),
+    ) -> Result<usize, Errno> {
         let open = self.open.as_mut().ok_or(Errno::AGAIN)?;
-        let mut buffer = [0; FD_SIZE];
-        let datagram = sys::receive(open.socket.as_fd(), &mut buffer)?;
-        if let Some(dropped) = datagram.dropped {
-            health.counters.receive_drops += u64::from(dropped.wrapping_sub(open.dropped));
-            open.dropped = dropped;
+        let mut buffers = [[0; FD_SIZE]; sys::BATCH];
+        let mut datagrams = [Datagram::default(); sys::BATCH];
+        let count = sys::receive(open.socket.as_fd(), &mut buffers, &mut datagrams)?;
+        for (datagram, buffer) in datagrams.iter().zip(&buffers).take(count) {
+            if let Some(dropped) = datagram.dropped {
+                health.counters.receive_drops += u64::from(dropped.wrapping_sub(open.dropped));
+                open.dropped = dropped;
+            }
+            // A datagram always carries a stamp, also an empty one; only a socket that was shut down has none.
+            let stamp_ns = datagram.stamp_ns.ok_or(Errno::SHUTDOWN)?;
+            let bytes = buffer.get(..datagram.len).filter(|_| !datagram.truncated);
+            match bytes.and_then(|bytes| Frame::from_raw(bytes).ok()) {
+                Some(frame) => hand_on(&frame, stamp_ns, health),
+                None => health.counters.malformed += 1,
+            }
         }
-        // A datagram always carries a stamp, also an empty one; only a socket that was shut down has none.
-        let stamp_ns = datagram.stamp_ns.ok_or(Errno::SHUTDOWN)?;
-        let bytes = buffer.get(..datagram.len).filter(|_| !datagram.truncated);
-        let frame = bytes.and_then(|bytes| Frame::from_raw(bytes).ok());
-        health.counters.malformed += u64::from(frame.is_none());
-        Ok(frame.map(|frame| (frame, stamp_ns)))
+        Ok(count)
     }
 
     fn note_failure(&mut self, error: Errno, health: &mut BusHealth) {

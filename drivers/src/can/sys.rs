@@ -1,7 +1,7 @@
 //! The few calls of the kernel's socket interface that no library offers without allocating.
 #![allow(
     unsafe_code,
-    reason = "recvmsg with control messages and CAN socket options exist only as C calls"
+    reason = "recvmmsg with control messages and CAN socket options exist only as C calls"
 )]
 
 use std::ffi::c_int;
@@ -9,6 +9,8 @@ use std::mem::MaybeUninit;
 use std::os::fd::{AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
 
 use rustix::io::Errno;
+
+use super::frame::FD_SIZE;
 
 #[expect(
     clippy::cast_possible_truncation,
@@ -37,35 +39,56 @@ pub(super) struct Datagram {
 #[repr(C, align(8))]
 struct Control([MaybeUninit<u8>; 128]);
 
-/// Takes one datagram off the socket, with the kernel's stamp and drop count; never blocks.
-pub(super) fn receive(socket: BorrowedFd<'_>, buffer: &mut [u8]) -> Result<Datagram, Errno> {
-    let mut control = Control([MaybeUninit::uninit(); 128]);
-    let mut io = libc::iovec {
+/// The most datagrams that one call of [`receive`] takes.
+pub(super) const BATCH: usize = 8;
+#[expect(clippy::cast_possible_truncation, reason = "eight")]
+const BATCH_COUNT: libc::c_uint = BATCH as libc::c_uint;
+
+/// Takes datagrams off the socket, with the kernel's stamps and drop counts, one into each of `buffers`; never blocks.
+/// Fewer than [`BATCH`] came if there were no more: one system call is enough to know. Returns how many.
+pub(super) fn receive(
+    socket: BorrowedFd<'_>,
+    buffers: &mut [[u8; FD_SIZE]; BATCH],
+    datagrams: &mut [Datagram; BATCH],
+) -> Result<usize, Errno> {
+    let mut controls = [const { Control([MaybeUninit::uninit(); 128]) }; BATCH];
+    let mut io = buffers.each_mut().map(|buffer| libc::iovec {
         iov_base: buffer.as_mut_ptr().cast(),
         iov_len: buffer.len(),
-    };
-    // SAFETY: all-zero is a valid msghdr (null pointers, zero lengths).
-    let mut message: libc::msghdr = unsafe { std::mem::zeroed() };
-    message.msg_iov = &raw mut io;
-    message.msg_iovlen = 1;
-    message.msg_control = control.0.as_mut_ptr().cast();
-    message.msg_controllen = size_of::<Control>() as _;
-    // SAFETY: message points at buffer and control, which outlive the call, with their true lengths.
-    let len = unsafe { libc::recvmsg(socket.as_raw_fd(), &raw mut message, libc::MSG_DONTWAIT) };
-    let len = usize::try_from(len).map_err(|_| last_error())?;
-    let truncated = message.msg_flags & libc::MSG_TRUNC != 0;
-    let mut datagram = Datagram {
-        len,
-        truncated,
-        ..Datagram::default()
-    };
-    // SAFETY: message is as recvmsg left it, control still lives.
-    unsafe { read_control(&message, &mut datagram) };
-    Ok(datagram)
+    });
+    // SAFETY: all-zero is a valid mmsghdr (null pointers, zero lengths).
+    let mut messages: [libc::mmsghdr; BATCH] = unsafe { std::mem::zeroed() };
+    for ((message, io), control) in messages.iter_mut().zip(&mut io).zip(&mut controls) {
+        message.msg_hdr.msg_iov = io;
+        message.msg_hdr.msg_iovlen = 1;
+        message.msg_hdr.msg_control = control.0.as_mut_ptr().cast();
+        message.msg_hdr.msg_controllen = size_of::<Control>() as _;
+    }
+    // SAFETY: messages point at buffers and controls, which outlive the call, with their true lengths.
+    let count = check(unsafe {
+        libc::recvmmsg(
+            socket.as_raw_fd(),
+            messages.as_mut_ptr(),
+            BATCH_COUNT,
+            libc::MSG_DONTWAIT as _,
+            std::ptr::null_mut(),
+        )
+    })?;
+    let count = usize::try_from(count).unwrap_or(0);
+    for (message, datagram) in messages.iter().zip(datagrams).take(count) {
+        *datagram = Datagram {
+            len: usize::try_from(message.msg_len).unwrap_or(0),
+            truncated: message.msg_hdr.msg_flags & libc::MSG_TRUNC != 0,
+            ..Datagram::default()
+        };
+        // SAFETY: recvmmsg left it so, the control buffers still live.
+        unsafe { read_control(&message.msg_hdr, datagram) };
+    }
+    Ok(count)
 }
 
 /// # Safety
-/// `message` must be as `recvmsg` left it, its control buffer alive.
+/// `message` must be as `recvmmsg` left it, its control buffer alive.
 unsafe fn read_control(message: &libc::msghdr, datagram: &mut Datagram) {
     // SAFETY: by this function's contract the headers lie within the control buffer and were written by the kernel,
     // which puts a timespec behind SO_TIMESTAMPNS and a u32 behind SO_RXQ_OVFL; data may be unaligned.

@@ -14,7 +14,9 @@ use std::sync::Arc;
 use std::sync::mpsc::channel;
 
 use coloc_daemon::clock::{KernelTime, TimeSource};
+use coloc_daemon::config::{Realtime, Scheduler};
 use coloc_daemon::event::Link;
+use coloc_daemon::realtime;
 use coloc_daemon::telemetry::Telemetry;
 use coloc_daemon::tick::{Outcome, Robot};
 use coloc_daemon::wait::{Wait, Wake};
@@ -115,6 +117,58 @@ fn ticks_without_allocation(trigger: &str, ticks: u64) {
         estimates as u64 >= ticks && told as u64 >= 4 * ticks,
         "{estimates} estimates, {told} poses told"
     );
+}
+
+/// Memory as the daemon sets it up: locked, the stack touched. Faults of the thread that ticks, everything it plays
+/// between the ticks included.
+#[test]
+fn no_tick_faults_on_a_page() {
+    let directory = tempfile::tempdir().unwrap();
+    let config = config(directory.path(), "timer");
+    let space = Space::open(&config.shm.root, &config.shm.prefix, "test").unwrap();
+    let mut surroundings = Surroundings::new(directory.path(), &space);
+    let link = Arc::new(Link::new());
+    let mut robot = Robot::open(&config, &space, Box::new(KernelTime), link).unwrap();
+    let memory = Realtime {
+        scheduler: Scheduler::Other,
+        ..config.realtime.clone()
+    };
+    let refused = realtime::set_up(&memory);
+    if let Some(refused) = refused.first() {
+        eprintln!("SKIPPED: page faults on the real-time thread: {refused}");
+        return;
+    }
+    let stop = eventfd(0, EventfdFlags::CLOEXEC).unwrap();
+    let now_ns = KernelTime.monotonic_ns();
+    let mut wait = Wait::new(config.tick.trigger, config.period_ns(), now_ns, stop).unwrap();
+    let mut faults = 0;
+    while robot.account().status.tick < 2000 {
+        surroundings.send();
+        let before = faults_of_this_thread();
+        one_tick(&mut robot, &mut wait);
+        let during = faults_of_this_thread() - before;
+        surroundings.receive();
+        faults += if robot.account().status.tick > WARM_UP {
+            during
+        } else {
+            0
+        };
+    }
+    assert_eq!(faults, 0);
+}
+
+/// Those that needed no disk, and those that did.
+#[allow(
+    unsafe_code,
+    reason = "usage of one thread is not offered safely by the dependencies"
+)]
+fn faults_of_this_thread() -> i64 {
+    // SAFETY: all-zero is a valid rusage.
+    let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
+    // SAFETY: usage is a rusage that the kernel fills in.
+    let result = unsafe { libc::getrusage(libc::RUSAGE_THREAD, &raw mut usage) };
+    assert_eq!(result, 0);
+    usage.ru_minflt + usage.ru_majflt
 }
 
 /// What the daemon's loop does; whether it came to a tick.
