@@ -8,8 +8,7 @@ const BEGIN: &str = "<!-- The table of tests/src/faults/table.rs begins -->\n";
 const END: &str = "<!-- The table ends -->\n";
 
 /// The table.
-#[must_use]
-pub fn markdown() -> String {
+fn markdown() -> String {
     let mut text = String::from(
         "| fault | in a word | how it is made | health of odometry | state of the bus | counted | estimate | well again |\n\
          | --- | --- | --- | --- | --- | --- | --- | --- |\n",

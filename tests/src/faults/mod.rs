@@ -10,7 +10,7 @@ mod table;
 
 use coloc_shm_types::{BusState, CanCounters, Health};
 
-pub use markdown::{filled_in, markdown};
+pub use markdown::filled_in;
 pub use play::play;
 pub use script::Script;
 pub use suite::play_all;
@@ -104,18 +104,6 @@ pub enum Way {
     Kept,
     /// It turns as the false wheel says, by so much \[rad\]: nothing on the bus can tell. Fixes and neighbours can.
     Turns(f64),
-}
-
-impl Fault {
-    /// The fault of that name.
-    ///
-    /// # Panics
-    /// If there is none.
-    #[must_use]
-    pub fn named(name: &str) -> &'static Self {
-        let fault = FAULTS.iter().find(|fault| fault.name == name);
-        fault.unwrap_or_else(|| panic!("no fault is called {name:?}"))
-    }
 }
 
 /// What a list of changes says about `tick`.
