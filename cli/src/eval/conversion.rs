@@ -9,7 +9,7 @@ use crate::pictures::{Ellipse, EllipsePanel};
 
 const DRAWS: usize = 3000;
 /// One of so many is drawn: more would hide one another.
-const DRAWN: usize = 3;
+const DRAWN: usize = 6;
 /// The observer, and what it sees 8 m away.
 const OBSERVER: Pose = Pose {
     x: 0.0,

@@ -10,9 +10,12 @@ use super::style::{GRID, INK, extent, tick_label};
 
 const WIDTH_PX: u32 = 1000;
 const CAPTION_PX: u32 = 36;
+const LEGEND_PX: u32 = 26;
 const PANEL_PX: u32 = 260;
 /// From one name to the next in the legend.
-const KEY_PX: i32 = 80;
+const KEY_PX: i32 = 90;
+/// Where the first name begins: above the panels' axes.
+const FIRST_KEY_PX: i32 = 80;
 /// Share of a group's width that its bars take.
 const FULL: f64 = 0.84;
 
@@ -32,7 +35,8 @@ pub(crate) fn draw_bars(
     methods: &[(&str, RGBColor)],
     panels: &[BarPanel],
 ) -> Result<(), PictureError> {
-    let size = (WIDTH_PX, CAPTION_PX + PANEL_PX * panels.len() as u32);
+    let height = CAPTION_PX + LEGEND_PX + PANEL_PX * panels.len() as u32;
+    let size = (WIDTH_PX, height);
     let area = SVGBackend::new(file, size).into_drawing_area();
     draw(&area, caption, groups, methods, panels).map_err(|error| PictureError::new(file, &error))
 }
@@ -51,7 +55,8 @@ fn draw(
     let (title, rest) = area.split_vertically(CAPTION_PX);
     let font = ("sans-serif", 20).into_font().color(&INK);
     title.draw(&Text::new(caption.to_owned(), (10, 10), font))?;
-    draw_legend(&title, methods)?;
+    let (legend, rest) = rest.split_vertically(LEGEND_PX);
+    draw_legend(&legend, methods)?;
     let places = rest.split_evenly((panels.len(), 1));
     for (place, panel) in places.iter().zip(panels) {
         draw_panel(place, groups, methods, panel)?;
@@ -121,15 +126,14 @@ fn draw_panel(
     Ok(())
 }
 
-/// Beside the caption, at the right: the panels are full of bars.
+/// In a row of its own: the panels are full of bars.
 #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)] // A few names.
-fn draw_legend(title: &Area<'_>, methods: &[(&str, RGBColor)]) -> Result<(), Failure> {
-    let first = WIDTH_PX as i32 - 20 - KEY_PX * methods.len() as i32;
+fn draw_legend(row: &Area<'_>, methods: &[(&str, RGBColor)]) -> Result<(), Failure> {
     for (index, (method, color)) in methods.iter().enumerate() {
-        let x = first + KEY_PX * index as i32;
-        title.draw(&Rectangle::new([(x, 14), (x + 12, 26)], color.filled()))?;
+        let x = FIRST_KEY_PX + KEY_PX * index as i32;
+        row.draw(&Rectangle::new([(x, 5), (x + 12, 17)], color.filled()))?;
         let font = ("sans-serif", 14).into_font().color(&INK);
-        title.draw(&Text::new((*method).to_owned(), (x + 17, 13), font))?;
+        row.draw(&Text::new((*method).to_owned(), (x + 17, 4), font))?;
     }
     Ok(())
 }
