@@ -81,7 +81,9 @@ fn fusion(fusion: &config::Fusion) -> FusionSettings {
     };
     FusionSettings {
         criterion,
+        heading_lever_m: fusion.heading_lever_m,
         damping: fusion.damping,
+        memory: span(fusion.memory_s),
         reset_on_transmit: fusion.reset_on_transmit,
         gate,
         gate_weight,

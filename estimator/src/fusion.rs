@@ -36,7 +36,7 @@ pub struct Fusion {
     pub d2: f64,
 }
 
-/// Algorithm 3: `own` after hearing `received`.
+/// Algorithm 3: `own` after hearing `received`; β is the settings' damping ([`crate::Pace::damped`] gives that of the moment).
 ///
 /// A dependent part that is zero is not divided by its weight, nor is the weight damped then; if both are, this
 /// is the Kalman filter's update. If neither covariance has an independent part, it is covariance intersection.
@@ -105,7 +105,12 @@ fn choose(prior: &Split, message: &Split, settings: &FusionSettings) -> (f64, We
             },
         );
     }
-    let best = optimal(prior, message, settings.criterion);
+    let lever = settings.heading_lever_m;
+    let best = optimal(
+        &prior.with_heading_in_metres(lever),
+        &message.with_heading_in_metres(lever),
+        settings.criterion,
+    );
     let damping = settings.damping.clamp(0.0, 1.0);
     let weights = Weights {
         own: best.own + (1.0 - damping) * best.received,

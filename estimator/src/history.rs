@@ -28,6 +28,7 @@ use core::cmp::Ordering;
 use crate::belief::Belief;
 use crate::input::OdometrySample;
 use crate::outbox::Outbox;
+use crate::pace::Pace;
 use crate::settings::Settings;
 use crate::stamp::Stamp;
 
@@ -58,6 +59,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
                 stamp,
                 belief,
                 exchanged: false,
+                pace: Pace::beginning(stamp),
             },
             base_odometry: None,
             entries: Ring::new(storage),
@@ -126,12 +128,14 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// Forgets all entries; what was believed at `old`, and the velocity held then, are the base at `new`.
     pub(crate) fn rebase(&mut self, old: Stamp, new: Stamp, settings: &Settings) {
         let belief = self.belief_at(old, &settings.odometry);
+        let pace = self.pace_at(old);
         let odometry = self.last_sample_before(self.first_after(old)).copied();
         let shift = new - old;
         self.base = Checkpoint {
             stamp: new,
             belief,
             exchanged: false,
+            pace: pace.shifted(shift),
         };
         self.base_odometry = odometry.map(|sample| OdometrySample {
             start: sample.start + shift,

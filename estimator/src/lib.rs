@@ -37,6 +37,7 @@ pub mod motion;
 pub mod noise;
 mod outbox;
 pub mod output;
+pub mod pace;
 pub mod pose;
 mod root;
 pub mod settings;
@@ -58,6 +59,7 @@ pub use input::{NeighbourPose, OdometrySample, PositionFix, RobotId, Sighting, T
 pub use motion::{Motion, propagate};
 pub use noise::OdometryNoise;
 pub use output::{Estimate, OdometryState, OutgoingPose, Report, Source, TickOutputs, Verdict};
+pub use pace::Pace;
 pub use pose::Pose;
 pub use settings::{FusionSettings, OdometrySettings, Settings};
 pub use stamp::{Span, Stamp};

@@ -28,8 +28,13 @@ pub enum GateWeight {
 pub struct FusionSettings {
     /// What the weight minimises.
     pub criterion: Criterion,
+    /// L \[m\]: the trace is that of `diag(1, 1, L²) P⁺`, square metres where a neighbour L away is seen from here: how far off this
+    /// robot would put it counts as much as where itself is. 1 adds m² and rad² as the paper does; the determinant does not depend on it.
+    pub heading_lever_m: f64,
     /// β ∈ (0, 1]: the weight used is `1 − β (1 − α*)`. 1 is the paper's greedy weight.
     pub damping: f64,
+    /// τ: in the history β is at most the mean interval between the poses received over this ([`crate::pace`]). Zero: always β.
+    pub memory: Span,
     /// Also move `P_i` into `P_d` when a pose was sent, not only when one was received.
     pub reset_on_transmit: bool,
     /// Accept if d² is at most this (χ² with three degrees of freedom); infinite accepts everything.
@@ -69,11 +74,13 @@ pub struct Settings {
 }
 
 impl FusionSettings {
-    /// The paper to the letter: greedy weight, `P_i` moved on receipt only.
+    /// The paper to the letter: greedy weight of m² and rad², `P_i` moved on receipt only.
     #[must_use]
     pub fn paper() -> Self {
         Self {
+            heading_lever_m: 1.0,
             damping: 1.0,
+            memory: Span::ZERO,
             reset_on_transmit: false,
             ..Self::default()
         }
@@ -84,7 +91,9 @@ impl Default for FusionSettings {
     fn default() -> Self {
         Self {
             criterion: Criterion::Trace,
-            damping: 0.2,
+            heading_lever_m: 4.0,
+            damping: 0.5,
+            memory: Span::from_millis(1000),
             reset_on_transmit: true,
             gate: CHI2_3_99,
             gate_weight: GateWeight::Update,

@@ -45,6 +45,22 @@ impl Split {
         self.dependent + self.independent * weight
     }
 
+    /// With headings in units of 1/`lever` rad: what a robot `lever` away moves by.
+    #[inline]
+    pub(crate) fn with_heading_in_metres(&self, lever: f64) -> Self {
+        let scaled = |part: &Symmetric3| Symmetric3 {
+            xp: part.xp * lever,
+            yp: part.yp * lever,
+            pp: part.pp * (lever * lever),
+            ..*part
+        };
+        Self {
+            dependent: scaled(&self.dependent),
+            independent: scaled(&self.independent),
+            is_independent: self.is_independent,
+        }
+    }
+
     /// Whether `P_d/w` leaves nothing of any coordinate as w goes to zero.
     pub(crate) fn is_regular(&self) -> bool {
         Factor::new(&self.dependent).is_regular(&self.dependent)

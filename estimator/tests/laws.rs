@@ -201,19 +201,22 @@ proptest! {
     }
 
     #[test]
-    fn no_other_weight_is_better(own in belief(), message in message(), of_determinant in any::<bool>()) {
+    fn no_other_weight_is_better(
+        own in belief(), message in message(), of_determinant in any::<bool>(), heading_lever_m in 0.1..=10.0,
+    ) {
         let [p_i, r_i] = [own.independent, message.independent].map(|c| *c.matrix());
         let [p_d, r_d] = [own.total.matrix() - p_i, message.total.matrix() - r_i];
         if regular_inverse(&p_d).and(regular_inverse(&r_d)).is_none() {
             return Ok(());
         }
         let criterion = if of_determinant { Criterion::Determinant } else { Criterion::Trace };
-        let measure = |p: &Matrix3<f64>| if of_determinant { p.determinant() } else { p.trace() };
+        let trace = |p: &Matrix3<f64>| p.m11 + p.m22 + heading_lever_m * heading_lever_m * p.m33;
+        let measure = |p: &Matrix3<f64>| if of_determinant { p.determinant() } else { trace(p) };
         let cost = |alpha: f64| {
             let (p1, p2) = (p_d / alpha + p_i, r_d / (1.0 - alpha) + r_i);
             measure(&(p2 * (p1 + p2).try_inverse().unwrap() * p1))
         };
-        let settings = FusionSettings { criterion, gate: f64::INFINITY, ..FusionSettings::paper() };
+        let settings = FusionSettings { criterion, heading_lever_m, gate: f64::INFINITY, ..FusionSettings::paper() };
         let found = measure(fuse(&own, &message, &settings).belief.total.matrix());
         for alpha in (1..100).map(|percent| f64::from(percent) / 100.0) {
             prop_assert!(found <= cost(alpha) * (1.0 + 1e-6), "{found} but {} at {alpha}", cost(alpha));

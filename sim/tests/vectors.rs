@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use coloc_estimator::angle::wrap;
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::settings::Criterion;
-use coloc_estimator::{Belief, Covariance3, Pose, Settings};
+use coloc_estimator::{Belief, Covariance3, Pace, Pose, Settings};
 use coloc_sim::method::rule::Rule;
 use nalgebra::Matrix3;
 use serde_json::Value;
@@ -70,7 +70,7 @@ fn assert_case(case: &Value) {
         total,
         independent: Covariance3::ZERO,
     };
-    let fusion = rule.fuse(&own, &received);
+    let fusion = rule.fuse(&own, &received, &Pace::default());
     assert_eq!(
         Some(fusion.accepted),
         expected["accepted"].as_bool(),

@@ -206,6 +206,8 @@ fn fusion(fusion: &Fusion) -> Checked {
             "must be above 0 and at most 1",
         )?;
     }
+    within("fusion.heading_lever_m", fusion.heading_lever_m, 0.0..=1e3)?;
+    seconds("fusion.memory_s", fusion.memory_s, 0.0..=3600.0)?;
     for (key, gate) in [
         ("fusion.neighbour_gate", fusion.neighbour_gate),
         ("fusion.position_gate", fusion.position_gate),

@@ -71,7 +71,9 @@ impl Default for Fusion {
         Self {
             paper: false,
             criterion: Criterion::Trace,
-            damping: 0.2,
+            heading_lever_m: 4.0,
+            damping: 0.5,
+            memory_s: 1.0,
             reset_on_transmit: true,
             neighbour_gate: 11.344_866_730_144_373,
             gate_weight: GateWeight::Update,

@@ -148,12 +148,17 @@ pub struct Initial {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fusion {
-    /// The published algorithm to the letter: overrides `damping` (1), `reset_on_transmit` (false) and `gate_weight`.
+    /// The published algorithm to the letter: overrides `heading_lever_m` (1), `damping` (1),
+    /// `memory_s` (0), `reset_on_transmit` (false) and `gate_weight`.
     pub paper: bool,
     /// What the weight minimises.
     pub criterion: Criterion,
-    /// β ∈ (0, 1]; 1 is the greedy weight.
+    /// In the trace a radian counts as that many metres \[m\].
+    pub heading_lever_m: f64,
+    /// The largest β ∈ (0, 1]; 1 is the greedy weight.
     pub damping: f64,
+    /// β is at most the mean interval between poses received over this; 0: always `damping` \[s\].
+    pub memory_s: f64,
     /// What was sent is no longer independent.
     pub reset_on_transmit: bool,
     /// Largest normalised innovation squared of a neighbour's pose (χ², 3 degrees of freedom; 99 %).

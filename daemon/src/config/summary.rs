@@ -75,8 +75,8 @@ impl Summary<'_> {
             "the paper's".into()
         } else {
             format!(
-                "damping {}, reset on transmit {}",
-                fusion.damping, fusion.reset_on_transmit
+                "damping {} with a memory of {} s, reset on transmit {}",
+                fusion.damping, fusion.memory_s, fusion.reset_on_transmit
             )
         };
         writeln!(

@@ -3,6 +3,7 @@
 use crate::belief::Belief;
 use crate::input::{NeighbourPose, OdometrySample, PositionFix, RobotId, Sighting};
 use crate::output::Source;
+use crate::pace::Pace;
 use crate::stamp::Stamp;
 
 /// Any measurement.
@@ -85,6 +86,8 @@ pub(crate) struct Checkpoint {
     pub(crate) belief: Belief,
     /// Poses were exchanged in this event: `P_i := 0` once no neighbour's pose can follow (Algorithm 4, line 19).
     pub(crate) exchanged: bool,
+    /// Of the neighbours' poses up to here.
+    pub(crate) pace: Pace,
 }
 
 impl Checkpoint {

@@ -10,6 +10,7 @@ use crate::fusion::fuse;
 use crate::input::{NeighbourPose, PositionFix, Sighting};
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
+use crate::pace::Pace;
 use crate::settings::{OdometrySettings, Settings};
 use crate::stamp::{Span, Stamp};
 
@@ -59,7 +60,14 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             stamp,
             belief: self.propagate(last.settled(), last.stamp, stamp, index, settings),
             exchanged: false,
+            ..last
         }
+    }
+
+    /// The pace of the neighbours' poses at `stamp` as the up-to-date entries give it.
+    pub(crate) fn pace_at(&self, stamp: Stamp) -> Pace {
+        let next = self.first_after(stamp).min(self.evaluated);
+        self.checkpoint_before(next).pace
     }
 
     fn checkpoint_before(&self, index: usize) -> Checkpoint {
@@ -136,7 +144,8 @@ impl Checkpoint {
             total: neighbour.total,
             independent: neighbour.independent,
         };
-        let fusion = fuse(&self.belief, &received, &settings.fusion);
+        let pace = self.pace.heard(self.stamp);
+        let fusion = fuse(&self.belief, &received, &pace.damped(&settings.fusion));
         if let Some(outbox) = outbox {
             let source = Source::Neighbour(neighbour.sender);
             outbox.report(source, self.stamp, verdict(fusion.accepted, fusion.d2));
@@ -144,6 +153,7 @@ impl Checkpoint {
         Self {
             belief: fusion.belief,
             exchanged: true,
+            pace,
             ..self
         }
     }

@@ -22,7 +22,7 @@ pub mod team;
 pub mod wheels;
 
 use coloc_estimator::noise::OdometryNoise;
-use coloc_estimator::{Belief, Covariance2, Covariance3, Pose, Settings};
+use coloc_estimator::{Belief, Covariance2, Covariance3, Pose, Settings, Stamp};
 use nalgebra::Matrix3;
 use serde::Serialize;
 
@@ -160,6 +160,15 @@ impl FilterSettings {
             product: Settings::default(),
             longest_delay: (scenario.radio.delay_s[1] / dt_s).ceil() as usize,
         }
+    }
+}
+
+impl FilterSettings {
+    /// The stamp of `step`.
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)] // Milliseconds, whole; steps below 2^40.
+    pub fn stamp(&self, step: usize) -> Stamp {
+        Stamp::from_nanos(step as i64 * (self.dt_s * 1e9).round() as i64)
     }
 }
 

@@ -3,7 +3,7 @@
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::fusion::{Fusion, fuse};
 use coloc_estimator::settings::{Criterion, FusionSettings};
-use coloc_estimator::{Belief, Covariance3, Settings};
+use coloc_estimator::{Belief, Covariance3, Pace, Settings};
 
 use super::ellipsoidal;
 
@@ -60,7 +60,7 @@ impl Rule {
 
     /// `own` after hearing `received`.
     #[must_use]
-    pub fn fuse(&self, own: &Belief, received: &GlobalPose) -> Fusion {
+    pub fn fuse(&self, own: &Belief, received: &GlobalPose, pace: &Pace) -> Fusion {
         let received = GlobalPose {
             independent: self.claim(received.total, received.independent),
             ..*received
@@ -73,7 +73,7 @@ impl Rule {
                 d2: 0.0,
             },
             Self::Naive(settings) | Self::Intersection(settings) | Self::Split(settings) => {
-                fuse(&self.books(own), &received, settings)
+                fuse(&self.books(own), &received, &pace.damped(settings))
             }
             Self::Ellipsoidal { gate } => ellipsoidal::fuse(own, &received, *gate),
         }

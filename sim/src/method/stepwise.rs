@@ -50,9 +50,8 @@ impl Stepwise {
 
     /// The stamp of `step`.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)] // Milliseconds, whole; steps below 2^40.
     pub fn stamp(&self, step: usize) -> Stamp {
-        Stamp::from_nanos(step as i64 * (self.settings.dt_s * 1e9).round() as i64)
+        self.settings.stamp(step)
     }
 
     fn measure(&mut self, robot: usize, inputs: &StepInputs, log: &mut dyn FnMut(Innovation)) {

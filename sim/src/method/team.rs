@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use coloc_estimator::convert::{GlobalPose, to_global};
-use coloc_estimator::{Belief, Motion, Pose, fix, propagate};
+use coloc_estimator::{Belief, Motion, Pace, Pose, Stamp, fix, propagate};
 use nalgebra::Matrix3;
 
 use super::rule::Rule;
@@ -24,10 +24,12 @@ pub struct Team {
 #[derive(Clone, Debug)]
 struct Robot {
     belief: Belief,
+    /// Of the messages received.
+    pace: Pace,
     wheels: Wheels,
     now: Event,
-    /// The last events, the latest last, with the belief before each: where late messages are put.
-    past: VecDeque<(Belief, Event)>,
+    /// The last events, the latest last, with the belief and the pace before each: where late messages are put.
+    past: VecDeque<(Belief, Pace, Event)>,
 }
 
 /// All that happens to one robot at one step.
@@ -68,6 +70,7 @@ impl Team {
     pub fn new(rule: Rule, settings: FilterSettings, initial: &[Belief]) -> Self {
         let robot = |belief: &Belief| Robot {
             belief: rule.books(belief),
+            pace: Pace::beginning(Stamp::from_nanos(0)),
             wheels: Wheels::default(),
             now: Event::new(0, Motion::standstill([0.0; 3])),
             past: VecDeque::new(),
@@ -143,12 +146,14 @@ impl Event {
     fn finish(
         &self,
         mut belief: Belief,
+        pace: &mut Pace,
         rule: Rule,
         settings: &FilterSettings,
         log: &mut dyn FnMut(Sensor, bool, f64),
     ) -> Belief {
         for (_, pose) in &self.received {
-            let fusion = rule.fuse(&belief, pose);
+            *pace = pace.heard(settings.stamp(self.step));
+            let fusion = rule.fuse(&belief, pose, pace);
             log(Sensor::Neighbour, fusion.accepted, fusion.d2);
             belief = fusion.belief;
         }
@@ -173,7 +178,8 @@ impl Robot {
     fn begin(&mut self, step: usize, motion: Motion, settings: &FilterSettings) {
         self.now.begin(step, motion);
         if settings.longest_delay > 0 {
-            self.past.push_back((self.belief, self.now.clone()));
+            self.past
+                .push_back((self.belief, self.pace, self.now.clone()));
             if self.past.len() > settings.longest_delay + 1 {
                 self.past.pop_front();
             }
@@ -186,22 +192,26 @@ impl Robot {
         let Some(index) = self
             .past
             .iter()
-            .position(|(_, event)| event.step == message.step)
+            .position(|(_, _, event)| event.step == message.step)
         else {
             return;
         };
-        self.past[index].1.receive(message.sender, message.pose);
+        self.past[index].2.receive(message.sender, message.pose);
         let mut belief = self.past[index].0;
-        for (before, event) in self.past.range_mut(index..) {
+        let mut pace = self.past[index].1;
+        for (before, paced, event) in self.past.range_mut(index..) {
             *before = belief;
+            *paced = pace;
             belief = event.finish(
                 propagate(&belief, &event.motion, settings.dt_s),
+                &mut pace,
                 rule,
                 settings,
                 &mut |_, _, _| (),
             );
         }
         self.belief = belief;
+        self.pace = pace;
     }
 }
 
@@ -224,10 +234,14 @@ impl Method for Team {
                     d2,
                 });
             };
-            robot.belief = robot
-                .now
-                .finish(robot.belief, self.rule, &self.settings, &mut log);
-            if let Some((_, last)) = robot.past.back_mut() {
+            robot.belief = robot.now.finish(
+                robot.belief,
+                &mut robot.pace,
+                self.rule,
+                &self.settings,
+                &mut log,
+            );
+            if let Some((_, _, last)) = robot.past.back_mut() {
                 last.clone_from(&robot.now);
             }
         }
