@@ -9,8 +9,6 @@ use coloc_sim::mrclam::Recording;
 use coloc_sim::promises::promises;
 
 const RUNS: u16 = 4;
-/// A promise that is not kept yet: docs/accuracy.md says why. When it is, this has to go.
-const BROKEN: &str = "one-dgps (";
 
 fn recording() -> Option<Recording> {
     let walked = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
@@ -36,7 +34,6 @@ fn the_promises_about_recording_1_are_kept() {
     let promises = promises(&world, RUNS, 1, &|_| ()).expect("sensible");
     assert!(promises.len() >= 24, "{} promises", promises.len());
     for promise in &promises {
-        let expected = !promise.what.starts_with(BROKEN);
-        assert_eq!(promise.kept, expected, "{promise:?}");
+        assert!(promise.kept, "{promise:?}");
     }
 }

@@ -35,7 +35,7 @@ pub(crate) fn method_color(kind: Kind) -> RGBColor {
         Kind::Ei => pink,
         Kind::Ci | Kind::CiDet => sky,
         Kind::SplitCi => blue,
-        Kind::Coloc | Kind::ColocStep => vermilion,
+        Kind::Damped | Kind::Coloc | Kind::ColocStep => vermilion,
         Kind::Ccl => green,
     }
 }

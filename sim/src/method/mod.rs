@@ -9,7 +9,8 @@
 //! | `ei` | ellipsoidal intersection ([`ellipsoidal`]) |
 //! | `ci`, `ci-det` | covariance intersection, weight by trace or determinant |
 //! | `split-ci` | split covariance intersection, the paper to the letter |
-//! | `coloc` | the same, damped and with reset on transmit: the product's default |
+//! | `damped` | the same with β = 0.2 and reset on transmit: a reference point |
+//! | `coloc` | the same with a memory and a trace in m² too: the product's default |
 //! | `coloc-step` | the product's `step` with its history, message by message: the bits of the daemon |
 //! | `ccl` | no messages: one extended Kalman filter of the whole team ([`joint`]) |
 
@@ -48,6 +49,8 @@ pub enum Kind {
     CiDet,
     /// Split covariance intersection, the paper's.
     SplitCi,
+    /// Split covariance intersection with a fixed damping.
+    Damped,
     /// The product's default.
     Coloc,
     /// The product's default through its `step`.
@@ -58,7 +61,7 @@ pub enum Kind {
 
 impl Kind {
     /// Every estimator.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Sl,
         Self::SlPlain,
         Self::Nb,
@@ -66,6 +69,7 @@ impl Kind {
         Self::Ci,
         Self::CiDet,
         Self::SplitCi,
+        Self::Damped,
         Self::Coloc,
         Self::ColocStep,
         Self::Ccl,
@@ -82,6 +86,7 @@ impl Kind {
             Self::Ci => "ci",
             Self::CiDet => "ci-det",
             Self::SplitCi => "split-ci",
+            Self::Damped => "damped",
             Self::Coloc => "coloc",
             Self::ColocStep => "coloc-step",
             Self::Ccl => "ccl",
@@ -101,7 +106,10 @@ impl Kind {
             Self::Ci => "covariance intersection, weight by trace: takes nothing as independent",
             Self::CiDet => "covariance intersection, weight by determinant",
             Self::SplitCi => "split covariance intersection, the paper to the letter",
-            Self::Coloc => "the product's default: damped weight, reset on transmit too",
+            Self::Damped => "the same with a fixed damping of 0.2 and reset on transmit",
+            Self::Coloc => {
+                "the product's default: damped to a memory of 1 s, a trace in m², reset on transmit"
+            }
             Self::ColocStep => "the same through the daemon's step and its history of measurements",
             Self::Ccl => {
                 "centralized: one extended Kalman filter of the whole team, a bound for the others"
@@ -116,7 +124,7 @@ impl Kind {
         match self {
             Self::Sl | Self::SlPlain => 0,
             Self::Nb | Self::Ei | Self::Ci | Self::CiDet => 8 * (3 + 6),
-            Self::SplitCi | Self::Coloc | Self::ColocStep => 8 * (3 + 6 + 6),
+            Self::SplitCi | Self::Damped | Self::Coloc | Self::ColocStep => 8 * (3 + 6 + 6),
             Self::Ccl => 8 * 3,
         }
     }
@@ -234,6 +242,7 @@ pub fn build(kind: Kind, settings: &FilterSettings, initial: &[Belief]) -> Box<d
             coloc_estimator::settings::Criterion::Determinant,
         )),
         Kind::SplitCi => team(Rule::paper(&settings.product)),
+        Kind::Damped => team(Rule::damped(&settings.product)),
         Kind::Coloc => team(Rule::Split(settings.product.fusion)),
         Kind::ColocStep => Box::new(stepwise::Stepwise::new(settings.clone(), initial)),
         Kind::Ccl => Box::new(joint::Joint::new(settings.clone(), initial)),

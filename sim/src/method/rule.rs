@@ -58,6 +58,16 @@ impl Rule {
         Self::Split(paper(product))
     }
 
+    /// Split covariance intersection with β = 0.2, whatever the rate of messages, and reset on transmit.
+    #[must_use]
+    pub fn damped(product: &Settings) -> Self {
+        Self::Split(FusionSettings {
+            damping: 0.2,
+            reset_on_transmit: true,
+            ..paper(product)
+        })
+    }
+
     /// `own` after hearing `received`.
     #[must_use]
     pub fn fuse(&self, own: &Belief, received: &GlobalPose, pace: &Pace) -> Fusion {
