@@ -7,13 +7,15 @@
 //! ```
 //!
 //! SETTINGS are the defaults with changes: `beta`, `memory` \[s\], `lever` \[m\], `gate`, `half`, `determinant`, `paper`;
-//! of the sensors `hz` (relative poses) and `q` (factor of Q that filters believe). Percentages compare the mean over robots of the logarithm
+//! of the sensors `hz` (relative poses) and `q` (factor of Q that filters believe); of the odometry's noise per sample `va`
+//! \[m²/s²\] and `vb` of `a + b v²`, `wa` \[rad²/s²\] and `wc` of `a + c ω²`. Percentages compare the mean over robots of the logarithm
 //! of RMS with that of the first SETTINGS, run by run, ± twice the standard error.
 
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
 
+use coloc_estimator::noise::OdometryNoise;
 use coloc_estimator::settings::{Criterion, FusionSettings, GateWeight};
 use coloc_estimator::{Settings, Span};
 use coloc_sim::evaluate::{EvalConfig, EvalReport, EvalWorld, RobotReport, evaluate};
@@ -66,6 +68,7 @@ fn compare(config: &EvalConfig, settings: &[String]) -> Result<(), Box<dyn Error
 
 fn apply(settings: &str, config: &mut EvalConfig) -> Result<(), Box<dyn Error>> {
     let mut fusion = Settings::default().fusion;
+    let mut odometry = OdometryNoise::paper();
     for setting in settings.split(',') {
         let (key, value) = setting.split_once('=').unwrap_or((setting, "nan"));
         let value: f64 = value.parse()?;
@@ -80,11 +83,18 @@ fn apply(settings: &str, config: &mut EvalConfig) -> Result<(), Box<dyn Error>> 
             "determinant" => fusion.criterion = Criterion::Determinant,
             "hz" => config.scenario.sightings.rate_hz = value,
             "q" => config.scenario.noise_factor = value,
+            "va" => odometry.forward.a = value,
+            "vb" => odometry.forward.b = value,
+            "wa" => odometry.turning.a = value,
+            "wc" => odometry.turning.c = value,
             _ => return Err(format!("no setting {key}").into()),
         }
     }
     let mut filters = FilterSettings::new(&config.scenario, 0.02);
     filters.product.fusion = fusion;
+    if odometry != OdometryNoise::paper() {
+        filters.odometry = odometry;
+    }
     config.settings = Some(filters);
     Ok(())
 }

@@ -32,7 +32,7 @@ pub(crate) struct EvalArgs {
     /// Where all randomness comes from
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Stop after this world time [s] [default: the whole recording, or 1500]
+    /// Stop after this so many seconds of the world's time; without it the whole recording, or 1500
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub(crate) seconds: Option<f64>,
     /// In which circumstances: a name from below, or `all`
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn an_unknown_name_is_answered_with_the_known_ones() {
-        assert!(method("kalman").unwrap_err().contains("split-ci, coloc"));
+        assert!(method("kalman").unwrap_err().contains("damped, coloc"));
         assert!(scenario("rain").unwrap_err().contains("one-way"));
         assert_eq!(scenario("all"), Ok(Choice::All));
     }

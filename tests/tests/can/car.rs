@@ -1,14 +1,14 @@
 //! A recorded car's CAN bus, played at its real speed by `canplayer`: the daemon's speed against the car's reference.
 
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 
 use coloc_drivers::can::{Filter, Id, StandardId};
 
 use super::robot::Robot;
 use super::support::{Interface, frames};
 
-/// When the log's first WHEEL_SPEEDS frame was recorded \[s\].
+/// When the log's first `WHEEL_SPEEDS` frame was recorded \[s\].
 const FIRST_WHEEL_SPEEDS_S: f64 = 1_533_226_488.439_005;
 const WHEEL_SPEEDS: u16 = 0x0AA;
 /// Of 50 s and more; the log is a minute long.
@@ -47,16 +47,11 @@ fn configuration(data: &Path, bus: &str, root: &Path) -> String {
 }
 
 fn play(data: &Path) -> Child {
-    let mut unpacked = Command::new("zcat")
+    let player = Command::new("sh")
+        .args(["-c", "zcat \"$0\" | canplayer vcan0=can0 vcan1=can1"])
         .arg(data.join("candump.log.gz"))
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let player = Command::new("canplayer")
-        .args(["vcan0=can0", "vcan1=can1"])
-        .stdin(unpacked.stdout.take().unwrap())
         .spawn();
-    player.expect("canplayer, of the package can-utils")
+    player.expect("a shell; canplayer is of the package can-utils")
 }
 
 /// The reference's times \[s\] and speeds \[m/s\].
