@@ -15,13 +15,16 @@ const BEGIN: &str = "<!-- begin of what `ratios` writes -->\n";
 const END: &str = "<!-- end of what `ratios` writes -->";
 
 /// Group, function, and what it is divided by.
-const ROWS: [(&str, &str, &[&str]); 6] = [
+const ROWS: [(&str, &str, &[&str]); 9] = [
     ("propagate", "coloc", &["floor", "naive"]),
     ("convert", "coloc", &["floor", "naive"]),
     ("split-ci trace", "coloc, middle", &["naive"]),
     ("split-ci trace", "coloc, own all dependent", &["naive"]),
     ("split-ci trace", "coloc, own all independent", &["naive"]),
     ("position fix", "coloc", &["naive"]),
+    ("one message", "split-ci", &["nb", "ci", "ei"]),
+    ("decode", "two wheels", &[]),
+    ("validate", "neighbour", &[]),
 ];
 
 const NEIGHBOURS: [u16; 5] = [0, 1, 4, 16, 64];
