@@ -1,79 +1,19 @@
-//! A tick allocates nothing, whatever arrives; that the counting works is shown by a case that allocates on purpose.
+//! A tick allocates nothing, whatever arrives.
 #![allow(clippy::unwrap_used)] // What fails here fails the test.
 
 mod by_hand;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-use std::hint::black_box;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use by_hand::{METRES_PER_TICK, PERIOD, World, diagonal};
+use coloc_counting::{Calls, calls_during};
 use coloc_daemon::event::{Event, Link};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{Input, Neighbour, Position, RelativePose};
 
 const TICKS: u64 = 10_000;
-
-std::thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-fn count() {
-    // A thread that is ending has no counter any more, and is not being measured.
-    let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
-}
-
-#[allow(unsafe_code)] // A global allocator is unsafe by its nature; this one only counts.
-// SAFETY: every call goes to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
-
-/// Allocations of this thread during `work`.
-fn allocations(work: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.get();
-    work();
-    ALLOCATIONS.get() - before
-}
-
-#[test]
-fn allocations_are_counted() {
-    let counted = allocations(|| {
-        let mut numbers = black_box(Vec::<u64>::with_capacity(1));
-        numbers.reserve_exact(1000);
-        black_box(vec![0_u8; black_box(64)]);
-    });
-    assert_eq!(counted, 3, "one each of alloc, realloc and alloc_zeroed");
-}
 
 /// What telemetry does with the ring: empties it and gives the ledgers back.
 fn drain(link: &Link, done: &AtomicBool) {
@@ -104,7 +44,7 @@ fn ticks_allocate_nothing() {
     let done = Arc::new(AtomicBool::new(false));
     let (link, ended) = (Arc::clone(&robot.link), Arc::clone(&done));
     let telemetry = std::thread::spawn(move || drain(&link, &ended));
-    let mut counted = 0;
+    let mut counted = Calls::NONE;
     for sequence in 0..TICKS {
         world.time.run(PERIOD / 2);
         let header = world.header(sequence);
@@ -141,20 +81,22 @@ fn ticks_allocate_nothing() {
             })
             .unwrap();
         world.time.run(PERIOD / 2);
-        let allocated = allocations(|| {
+        let (_, calls) = calls_during(|| {
             robot.robot.wake(Wake::Deadline {
                 deadline_ns: 0,
                 missed: sequence % 100 / 99,
-            });
+            })
         });
         // The first tick connects the ports of this test, which came after the robot.
         assert!(told.receive().unwrap().is_some());
-        counted += if sequence == 0 { 0 } else { allocated };
+        if sequence > 0 {
+            counted += calls;
+        }
     }
     done.store(true, Ordering::Relaxed);
     telemetry.join().unwrap();
     let status = robot.robot.account().status;
-    assert_eq!(counted, 0);
+    assert_eq!(counted, Calls::NONE);
     for input in Input::ALL {
         assert!(
             status.accepted_of(input) >= TICKS / 2 - 2,

@@ -1,68 +1,15 @@
 //! After start-up nothing allocates: not on good days, not while a bus is lost and found, not on garbage.
-#![allow(
-    unsafe_code,
-    reason = "a global allocator that counts is unsafe to implement"
-)]
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::hint::black_box;
 use std::io::Write;
 
+use coloc_counting::{Calls, calls_during};
 use coloc_drivers::can::{Bus, BusSpec, BusState, ErrorClass, Filter, Frame, Received, Sender};
 use coloc_drivers::encoder::{LEFT_ID, OdometryConfig, OdometryDecoder, WheelFrames};
 
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-fn count() {
-    ALLOCATIONS.with(|allocations| allocations.set(allocations.get() + 1));
-}
-
-// SAFETY: every call is passed on to the system's allocator as it is.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller's contract is that of this call.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller's contract is that of this call.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: the caller's contract is that of this call.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's contract is that of this call.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-/// How often `work` allocates on this thread.
-fn allocations(work: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.with(Cell::get);
-    work();
-    ALLOCATIONS.with(Cell::get) - before
-}
-
-#[test]
-fn what_allocates_is_seen() {
-    assert_eq!(allocations(|| drop(black_box(Box::new(1)))), 1);
-    assert_eq!(allocations(|| drop(black_box(vec![0_u8; 10]))), 1);
+fn supervise(bus: &mut Bus, now_ns: i64) -> Calls {
+    calls_during(|| bus.supervise(now_ns)).1
 }
 
 fn decoder() -> OdometryDecoder {
@@ -72,12 +19,13 @@ fn decoder() -> OdometryDecoder {
     OdometryDecoder::new(&OdometryConfig::differential(bus, 0.5, 1e-4, 2.0)).unwrap()
 }
 
-fn drain(bus: &mut Bus, decoder: &mut OdometryDecoder) -> u64 {
-    allocations(|| {
+fn drain(bus: &mut Bus, decoder: &mut OdometryDecoder) -> Calls {
+    let (_, calls) = calls_during(|| {
         bus.receive(&mut |received| {
             let _ = black_box(decoder.push(received));
         });
-    })
+    });
+    calls
 }
 
 #[test]
@@ -101,10 +49,14 @@ fn receiving_and_decoding_never_allocate() {
         {
             sender.send(&frame).unwrap();
         }
-        assert_eq!(drain(&mut bus, &mut decoder), 0, "period {period}");
         assert_eq!(
-            allocations(|| bus.supervise(i64::from(period) * 20_000_000)),
-            0
+            drain(&mut bus, &mut decoder),
+            Calls::NONE,
+            "period {period}"
+        );
+        assert_eq!(
+            supervise(&mut bus, i64::from(period) * 20_000_000),
+            Calls::NONE
         );
     }
     // Frames sent within a millisecond share a sample, so how many there are is up to the machine.
@@ -136,8 +88,8 @@ fn losing_a_bus_and_finding_it_again_never_allocates() {
             .unwrap();
             for _ in 0..20 {
                 now_ns += 20_000_000;
-                assert_eq!(allocations(|| bus.supervise(now_ns)), 0);
-                assert_eq!(drain(&mut bus, &mut decoder), 0);
+                assert_eq!(supervise(&mut bus, now_ns), Calls::NONE);
+                assert_eq!(drain(&mut bus, &mut decoder), Calls::NONE);
             }
             assert_eq!(bus.health().state, state, "round {round}");
         }
@@ -156,10 +108,8 @@ fn playing_a_log_never_allocates() {
     let mut bus = Bus::open(&spec, 0, Filter::All).unwrap();
     let mut frames = 0;
     while bus.health().state != BusState::Ended {
-        assert_eq!(
-            allocations(|| _ = bus.receive(&mut |_: &Received| frames += 1)),
-            0
-        );
+        let (_, calls) = calls_during(|| bus.receive(&mut |_: &Received| frames += 1));
+        assert_eq!(calls, Calls::NONE);
     }
     assert_eq!(frames, 2000);
 }

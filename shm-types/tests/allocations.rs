@@ -1,69 +1,10 @@
-//! The hot path allocates nothing; that the counting works is shown by a case that allocates on purpose.
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+//! The hot path allocates nothing.
 use std::hint::black_box;
 
+use coloc_counting::{Calls, calls_during};
 use coloc_shm_types::{
     Estimate, Header, Limits, Neighbour, Position, RelativePose, Replay, RobotName, Space,
 };
-
-std::thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-fn count() {
-    // A thread that is ending has no counter any more, and is not being measured.
-    let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
-}
-
-#[allow(unsafe_code)] // A global allocator is unsafe by its nature; this one only counts.
-// SAFETY: every call goes to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
-
-/// Allocations of this thread during `work`.
-fn allocations(work: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.get();
-    work();
-    ALLOCATIONS.get() - before
-}
-
-#[test]
-fn allocations_are_counted() {
-    let counted = allocations(|| {
-        let mut numbers = black_box(Vec::<u64>::with_capacity(1));
-        numbers.reserve_exact(1000);
-        black_box(vec![0_u8; black_box(64)]);
-    });
-    assert_eq!(counted, 3, "one each of alloc, realloc and alloc_zeroed");
-}
 
 #[test]
 fn sending_and_receiving_allocate_nothing() {
@@ -77,7 +18,7 @@ fn sending_and_receiving_allocate_nothing() {
         subscriber.refresh().unwrap();
     }
     let mut received = 0_u64;
-    let counted = allocations(|| {
+    let ((), calls) = calls_during(|| {
         for tick in 0..10_000 {
             publisher
                 .send(Estimate {
@@ -95,7 +36,7 @@ fn sending_and_receiving_allocate_nothing() {
         }
     });
     assert_eq!(received, 10_000);
-    assert_eq!(counted, 0);
+    assert_eq!(calls, Calls::NONE);
 }
 
 #[test]
@@ -109,7 +50,7 @@ fn checking_allocates_nothing() {
         robots: &[1, 2, 3],
     };
     let mut replay = Replay::new();
-    let counted = allocations(|| {
+    let ((), calls) = calls_during(|| {
         for sequence in 0..1000 {
             let header = Header {
                 stamp_ns: 8,
@@ -144,5 +85,5 @@ fn checking_allocates_nothing() {
             replay.accept(&header).unwrap();
         }
     });
-    assert_eq!(counted, 0);
+    assert_eq!(calls, Calls::NONE);
 }

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use coloc_counting::Calls;
 use coloc_shm_types::{BusState, Estimate, Health, Input, Status};
 
 use super::script::COUNTERS;
 use super::{Fault, Way, at};
-use crate::counting::Calls;
 use crate::rig::{Line, Rig, Ticked};
 
 /// Ticks before the fault: by then everything has its steady state, and memory is mapped.
@@ -65,7 +65,7 @@ fn check(fault: &Fault, tick: u32, rig: &Rig, ticked: &Ticked) {
     );
     assert_eq!(
         ticked.calls,
-        Calls::default(),
+        Calls::NONE,
         "{name}, tick {tick}: the allocator was called"
     );
     assert_sane(name, tick, estimate);

@@ -9,6 +9,7 @@ mod wheels;
 use std::path::Path;
 use std::sync::Arc;
 
+use coloc_counting::{Calls, calls_during};
 use coloc_daemon::config::Config;
 use coloc_daemon::event::Link;
 use coloc_daemon::tick::{Outcome, Robot};
@@ -17,7 +18,6 @@ use coloc_drivers::can::{BusSpec, Frame};
 use coloc_shm_types::{Estimate, RobotName, Space, Status, Subscriber};
 use tempfile::TempDir;
 
-use crate::counting::{Calls, calls_during};
 pub use bus::Line;
 pub use clock::Clock;
 pub use follow::follow;

@@ -1,7 +1,7 @@
 //! The real-time thread asks nothing of the allocator: counted over ten thousand real ticks with all inputs arriving.
 //!
-//! Own test binary, for it replaces the allocator. Between the ticks the same thread plays the surroundings, which is not
-//! counted. Counting starts after a warm-up: the first message over a new connection maps its shared memory.
+//! Between the ticks the same thread plays the surroundings, which is not counted. Counting starts after a warm-up: the
+//! first message over a new connection maps its shared memory.
 #![allow(
     clippy::unwrap_used,
     reason = "a test fails by panicking, also in its helpers"
@@ -9,10 +9,10 @@
 
 mod surroundings;
 
-use std::hint::black_box;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 
+use coloc_counting::{Calls, calls_during};
 use coloc_daemon::clock::{KernelTime, TimeSource};
 use coloc_daemon::config::{Realtime, Scheduler};
 use coloc_daemon::event::Link;
@@ -21,28 +21,9 @@ use coloc_daemon::telemetry::Telemetry;
 use coloc_daemon::tick::{Outcome, Robot};
 use coloc_daemon::wait::{Wait, Wake};
 use coloc_shm_types::{Input, Space};
-use coloc_tests::counting::{Calls, calls_during};
 use rustix::event::{EventfdFlags, eventfd};
 
 use surroundings::{Surroundings, config};
-
-#[test]
-fn the_counter_sees_every_way_to_allocate() {
-    let ((), calls) = calls_during(|| {
-        let mut grown = black_box(Vec::<u8>::with_capacity(1));
-        grown.reserve_exact(1000);
-        drop(black_box((grown, vec![0_u8; 100])));
-    });
-    assert_eq!(
-        calls,
-        Calls {
-            alloc: 1,
-            alloc_zeroed: 1,
-            realloc: 1,
-            dealloc: 2
-        }
-    );
-}
 
 #[test]
 fn no_tick_on_the_timer_allocates() {
@@ -76,7 +57,7 @@ fn ticks_without_allocation(trigger: &str, ticks: u64) {
         .buses()
         .for_each(|bus| wait.watch(bus).unwrap());
 
-    let (mut calls, mut told, mut estimates, mut counted) = (Calls::default(), 0, 0, 0);
+    let (mut calls, mut told, mut estimates, mut counted) = (Calls::NONE, 0, 0, 0);
     let telemetry = || {
         let space = Space::open(&config.shm.root, &config.shm.prefix, "telemetry").unwrap();
         Telemetry::open(&config, &space, Arc::clone(&link)).unwrap()
@@ -98,7 +79,7 @@ fn ticks_without_allocation(trigger: &str, ticks: u64) {
         drop(running);
     });
 
-    assert_eq!(calls, Calls::default(), "over {counted} ticks");
+    assert_eq!(calls, Calls::NONE, "over {counted} ticks");
     let status = robot.account().status;
     for input in Input::ALL {
         // Of frames that a late tick brought close together the wheels make one sample.

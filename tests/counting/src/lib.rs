@@ -1,7 +1,11 @@
 //! An allocator that counts, for each thread by itself.
+//!
+//! Whatever links this crate runs on it: the tests that must show that something allocates nothing. It is the system's
+//! allocator otherwise.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::ops::{AddAssign, Sub};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
@@ -21,17 +25,27 @@ pub struct Calls {
 
 thread_local! {
     // Constant and without a destructor: reading it allocates nothing, also while the thread begins or ends.
-    static CALLS: Cell<Calls> = const { Cell::new(Calls { alloc: 0, alloc_zeroed: 0, realloc: 0, dealloc: 0 }) };
+    static CALLS: Cell<Calls> = const { Cell::new(Calls::NONE) };
 }
 
-/// What this thread asks of the allocator while `body` runs.
+impl Calls {
+    /// What the real-time thread may do.
+    pub const NONE: Self = Self {
+        alloc: 0,
+        alloc_zeroed: 0,
+        realloc: 0,
+        dealloc: 0,
+    };
+}
+
+/// What this thread asks of the allocator while `body` runs, beside its result.
 pub fn calls_during<T>(body: impl FnOnce() -> T) -> (T, Calls) {
     let before = CALLS.get();
     let result = body();
     (result, CALLS.get() - before)
 }
 
-impl std::ops::Sub for Calls {
+impl Sub for Calls {
     type Output = Self;
 
     fn sub(self, before: Self) -> Self {
@@ -44,7 +58,7 @@ impl std::ops::Sub for Calls {
     }
 }
 
-impl std::ops::AddAssign for Calls {
+impl AddAssign for Calls {
     fn add_assign(&mut self, more: Self) {
         self.alloc += more.alloc;
         self.alloc_zeroed += more.alloc_zeroed;
@@ -86,5 +100,37 @@ unsafe impl GlobalAlloc for Counting {
         count(|calls| calls.dealloc += 1);
         // SAFETY: as for `realloc`.
         unsafe { System.dealloc(block, layout) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::hint::black_box;
+
+    use super::*;
+
+    #[test]
+    fn every_way_to_allocate_is_seen() {
+        let ((), calls) = calls_during(|| {
+            let mut grown = black_box(Vec::<u8>::with_capacity(1));
+            grown.reserve_exact(1000);
+            drop(black_box((grown, vec![0_u8; 100])));
+        });
+        let expected = Calls {
+            alloc: 1,
+            alloc_zeroed: 1,
+            realloc: 1,
+            dealloc: 2,
+        };
+        assert_eq!(calls, expected);
+    }
+
+    #[test]
+    fn threads_are_counted_apart() {
+        let other = std::thread::spawn(|| calls_during(|| black_box(Box::new(1))).1);
+        // Joining frees what the thread has left behind.
+        let ((), calls) = calls_during(|| while !other.is_finished() {});
+        assert_eq!(calls, Calls::NONE);
+        assert_eq!(other.join().map(|calls| calls.alloc).ok(), Some(1));
     }
 }
