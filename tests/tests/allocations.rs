@@ -7,8 +7,6 @@
     reason = "a test fails by panicking, also in its helpers"
 )]
 
-mod surroundings;
-
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 
@@ -21,9 +19,8 @@ use coloc_daemon::telemetry::Telemetry;
 use coloc_daemon::tick::{Outcome, Robot};
 use coloc_daemon::wait::{Wait, Wake};
 use coloc_shm_types::{Input, Space};
+use coloc_tests::surroundings::{Heard, Surroundings, config};
 use rustix::event::{EventfdFlags, eventfd};
-
-use surroundings::{Surroundings, config};
 
 #[test]
 fn no_tick_on_the_timer_allocates() {
@@ -57,7 +54,7 @@ fn ticks_without_allocation(trigger: &str, ticks: u64) {
         .buses()
         .for_each(|bus| wait.watch(bus).unwrap());
 
-    let (mut calls, mut told, mut estimates, mut counted) = (Calls::NONE, 0, 0, 0);
+    let (mut calls, mut heard, mut counted) = (Calls::NONE, Heard::default(), 0);
     let telemetry = || {
         let space = Space::open(&config.shm.root, &config.shm.prefix, "telemetry").unwrap();
         Telemetry::open(&config, &space, Arc::clone(&link)).unwrap()
@@ -73,7 +70,7 @@ fn ticks_without_allocation(trigger: &str, ticks: u64) {
             if robot.account().status.tick > WARM_UP {
                 calls += during;
                 counted += u64::from(ticked);
-                (told, estimates) = (told + received.0, estimates + received.1);
+                heard += received;
             }
         }
         drop(running);
@@ -95,8 +92,8 @@ fn ticks_without_allocation(trigger: &str, ticks: u64) {
         );
     }
     assert!(
-        estimates as u64 >= ticks && told as u64 >= 4 * ticks,
-        "{estimates} estimates, {told} poses told"
+        heard.estimates >= ticks && heard.poses >= 4 * ticks,
+        "{heard:?}"
     );
 }
 
@@ -128,7 +125,7 @@ fn no_tick_faults_on_a_page() {
         let before = faults_of_this_thread();
         one_tick(&mut robot, &mut wait);
         let during = faults_of_this_thread() - before;
-        surroundings.receive();
+        let _ = surroundings.receive();
         faults += if robot.account().status.tick > WARM_UP {
             during
         } else {

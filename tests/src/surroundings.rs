@@ -1,0 +1,200 @@
+//! Everything around one robot: its wheels, its sensors, four neighbours and whoever listens.
+//!
+//! Open them before the robot: then everything is connected when it starts, and its first tick maps no memory.
+//!
+//! ```
+//! # use coloc_shm_types::Space;
+//! # use coloc_tests::surroundings::{Surroundings, config};
+//! let directory = tempfile::tempdir().unwrap();
+//! let config = config(directory.path(), "timer");
+//! let space = Space::open(&config.shm.root, &config.shm.prefix, "test").unwrap();
+//! let mut surroundings = Surroundings::new(directory.path(), &space);
+//! surroundings.send();
+//! assert_eq!(surroundings.receive().estimates, 0);
+//! ```
+
+use std::ops::AddAssign;
+use std::path::Path;
+
+use coloc_daemon::config::Config;
+use coloc_drivers::can::{BusSpec, Sender};
+use coloc_drivers::encoder::WheelFrames;
+use coloc_shm_types::{
+    Estimate, Header, Message, Neighbour, Position, Publisher, RelativePose, RobotName, Space,
+    Subscriber,
+};
+use rustix::time::{ClockId, clock_gettime};
+
+const METRES_PER_TICK: f64 = 1e-4;
+/// Team numbers of the neighbours; the robot is number 1.
+const NEIGHBOURS: [u16; 4] = [2, 3, 4, 5];
+/// How far they are from the robot, each in its own direction \[m\].
+const DISTANCE_M: f64 = 2.0;
+
+/// The robot's: number 1 of five, with its bus, its shared memory and its files below `directory`; 500 Hz.
+#[must_use]
+pub fn config(directory: &Path, trigger: &str) -> Config {
+    let at = directory.display();
+    let team = NEIGHBOURS
+        .map(|id| format!("[[team]]\nname = \"robot{id}\"\nid = {id}\n"))
+        .concat();
+    let wheel = |message| {
+        format!(
+            "{{ message = \"{message}\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}"
+        )
+    };
+    let text = format!(
+        "{team}[robot]\nname = \"robot1\"\nid = 1\n\
+         [tick]\nrate_hz = 500.0\ntrigger = \"{trigger}\"\n\
+         [history]\nlength_s = 0.1\n\
+         [shm]\nroot = \"{at}/shm\"\nprefix = \"test\"\n\
+         [odometry]\nbuses = [\"local:{at}/bus\"]\nmax_speed_mps = 5.0\n\
+         [odometry.wheels]\ntrack_m = 0.3\nleft = {}\nright = {}\n",
+        wheel("WheelLeft"),
+        wheel("WheelRight"),
+    );
+    Config::parse(&text, Path::new("robot.toml")).unwrap()
+}
+
+/// All that talks to the robot and listens to it.
+#[derive(Debug)]
+pub struct Surroundings {
+    wheels: Sender,
+    frames: WheelFrames,
+    laser: Publisher<RelativePose>,
+    receiver: Publisher<Position>,
+    neighbours: Vec<Publisher<Neighbour>>,
+    told: Vec<Subscriber<Neighbour>>,
+    estimates: Subscriber<Estimate>,
+    sent: u64,
+}
+
+/// What the robot has published.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Heard {
+    /// Estimates.
+    pub estimates: u64,
+    /// Poses that its neighbours were told.
+    pub poses: u64,
+}
+
+impl AddAssign for Heard {
+    fn add_assign(&mut self, more: Self) {
+        self.estimates += more.estimates;
+        self.poses += more.poses;
+    }
+}
+
+impl Surroundings {
+    /// Opens the bus and all ports of [`config`]`(directory, …)`.
+    #[must_use]
+    pub fn new(directory: &Path, space: &Space) -> Self {
+        let bus = BusSpec::Local {
+            directory: directory.join("bus"),
+        };
+        let robot = RobotName::new("robot1").unwrap();
+        let name = |id: &u16| RobotName::new(&format!("robot{id}")).unwrap();
+        let publishers = NEIGHBOURS.iter().map(|_| space.publisher(&robot));
+        let subscribers = NEIGHBOURS.iter().map(|id| space.subscriber(&name(id)));
+        Self {
+            wheels: Sender::open(&bus).unwrap(),
+            frames: WheelFrames::new(METRES_PER_TICK),
+            laser: space.publisher(&robot).unwrap(),
+            receiver: space.publisher(&robot).unwrap(),
+            neighbours: publishers.collect::<Result<_, _>>().unwrap(),
+            told: subscribers.collect::<Result<_, _>>().unwrap(),
+            estimates: space.subscriber(&robot).unwrap(),
+            sent: 0,
+        }
+    }
+
+    /// One message of everything, stamped now: what a robot gets that stands at the origin.
+    pub fn send(&mut self) {
+        self.send_frames([0.0; 2]);
+        self.send_messages(realtime_ns(), [0.0; 3]);
+    }
+
+    /// Two frames, of wheels that have come this far, left and right \[m\].
+    pub fn send_frames(&mut self, [left_m, right_m]: [f64; 2]) {
+        for frame in self.frames.encode(left_m, right_m) {
+            self.wheels.send(&frame).unwrap();
+        }
+    }
+
+    /// Four sightings, a fix, four neighbours' poses; all true, if the robot is at `pose` \[m, m, rad\].
+    pub fn send_messages(&mut self, stamp_ns: i64, pose: [f64; 3]) {
+        let header = |sequence| Header {
+            stamp_ns,
+            session_ns: 1,
+            sequence,
+        };
+        for (sequence, &observed) in (4 * self.sent..).zip(&NEIGHBOURS) {
+            self.laser
+                .send(sighting(header(sequence), observed))
+                .unwrap();
+        }
+        self.receiver.send(fix(header(self.sent), pose)).unwrap();
+        for (port, &sender) in self.neighbours.iter().zip(&NEIGHBOURS) {
+            port.send(word(header(self.sent), sender, pose)).unwrap();
+        }
+        self.sent += 1;
+    }
+
+    /// Takes what the robot has published since the last time.
+    #[must_use]
+    pub fn receive(&self) -> Heard {
+        Heard {
+            estimates: drain(&self.estimates),
+            poses: self.told.iter().map(drain).sum(),
+        }
+    }
+}
+
+/// How many there were.
+fn drain<M: Message>(port: &Subscriber<M>) -> u64 {
+    std::iter::from_fn(|| port.receive().unwrap())
+        .map(|_| 1)
+        .sum()
+}
+
+fn sighting(header: Header, observed: u16) -> RelativePose {
+    let angle = f64::from(observed);
+    let pose = [DISTANCE_M * angle.cos(), DISTANCE_M * angle.sin(), 0.5];
+    RelativePose {
+        header,
+        observed,
+        pose,
+        covariance: diagonal([1e-2, 1e-2, 3e-4]),
+        ..Default::default()
+    }
+}
+
+fn fix(header: Header, [x, y, _]: [f64; 3]) -> Position {
+    Position {
+        header,
+        quality: 4,
+        position: [x, y],
+        covariance: [1e-2, 0.0, 0.0, 1e-2],
+        ..Default::default()
+    }
+}
+
+fn word(header: Header, sender: u16, pose: [f64; 3]) -> Neighbour {
+    Neighbour {
+        header,
+        sender,
+        pose,
+        total: diagonal([2e-2; 3]),
+        independent: diagonal([1e-2; 3]),
+        ..Default::default()
+    }
+}
+
+fn diagonal([x, y, phi]: [f64; 3]) -> [f64; 9] {
+    [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, phi]
+}
+
+fn realtime_ns() -> i64 {
+    let now = clock_gettime(ClockId::Realtime);
+    now.tv_sec * 1_000_000_000 + now.tv_nsec
+}
