@@ -3,4 +3,5 @@
 
 pub mod faults;
 pub mod rig;
+pub mod scene;
 pub mod surroundings;

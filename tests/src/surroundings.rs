@@ -59,6 +59,8 @@ pub fn config(directory: &Path, trigger: &str) -> Config {
 /// All that talks to the robot and listens to it.
 #[derive(Debug)]
 pub struct Surroundings {
+    /// Where the frames go.
+    pub bus: BusSpec,
     wheels: Sender,
     frames: WheelFrames,
     laser: Publisher<RelativePose>,
@@ -98,6 +100,7 @@ impl Surroundings {
         let subscribers = NEIGHBOURS.iter().map(|id| space.subscriber(&name(id)));
         Self {
             wheels: Sender::open(&bus).unwrap(),
+            bus,
             frames: WheelFrames::new(METRES_PER_TICK),
             laser: space.publisher(&robot).unwrap(),
             receiver: space.publisher(&robot).unwrap(),
@@ -194,7 +197,9 @@ fn diagonal([x, y, phi]: [f64; 3]) -> [f64; 9] {
     [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, phi]
 }
 
-fn realtime_ns() -> i64 {
+/// The clock of the stamps \[ns\].
+#[must_use]
+pub fn realtime_ns() -> i64 {
     let now = clock_gettime(ClockId::Realtime);
     now.tv_sec * 1_000_000_000 + now.tv_nsec
 }

@@ -1,0 +1,103 @@
+//! A robot in its [`Surroundings`], ticking as it does in `colocd`.
+
+use std::sync::Arc;
+use std::sync::mpsc::channel;
+use std::thread;
+
+use coloc_daemon::clock::{KernelTime, TimeSource};
+use coloc_daemon::config::Config;
+use coloc_daemon::event::Link;
+use coloc_daemon::telemetry::Telemetry;
+use coloc_daemon::tick::{Outcome, Robot};
+use coloc_daemon::wait::{Wait, Wake};
+use coloc_shm_types::Space;
+use rustix::event::{EventfdFlags, eventfd};
+use tempfile::TempDir;
+
+use crate::surroundings::{Surroundings, config};
+
+/// Ticks until everybody is connected and has what it needs: the first message over a new connection maps its shared
+/// memory.
+pub const WARM_UP: u64 = 200;
+
+/// The robot, what it waits for, and everything around it.
+pub struct Scene {
+    /// Five steps a tick.
+    pub robot: Robot,
+    /// Nothing happens in them by itself.
+    pub surroundings: Surroundings,
+    /// The robot's.
+    pub config: Config,
+    wait: Wait,
+    link: Arc<Link>,
+    /// Last, so that it is removed last.
+    _directory: TempDir,
+}
+
+impl Scene {
+    /// Under the kernel's clocks; `trigger` is `timer` or `encoder`.
+    #[must_use]
+    pub fn new(trigger: &str) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let config = config(directory.path(), trigger);
+        Self::with(directory, config, Box::new(KernelTime))
+    }
+
+    /// With a configuration that was made by [`config`] for this directory, under the clocks of `time`.
+    #[must_use]
+    pub fn with(directory: TempDir, config: Config, time: Box<dyn TimeSource>) -> Self {
+        let space = Space::open(&config.shm.root, &config.shm.prefix, "test").unwrap();
+        let surroundings = Surroundings::new(directory.path(), &space);
+        let link = Arc::new(Link::new());
+        let robot = Robot::open(&config, &space, time, Arc::clone(&link)).unwrap();
+        let stop = eventfd(0, EventfdFlags::CLOEXEC).unwrap();
+        let now_ns = KernelTime.monotonic_ns();
+        let wait = Wait::new(config.tick.trigger, config.period_ns(), now_ns, stop).unwrap();
+        robot
+            .collect()
+            .buses()
+            .for_each(|bus| wait.watch(bus).unwrap());
+        Self {
+            robot,
+            surroundings,
+            config,
+            wait,
+            link,
+            _directory: directory,
+        }
+    }
+
+    /// Runs `body` while telemetry empties the ring on a thread of its own: else the ring would be full, and the way into
+    /// it not exercised.
+    pub fn with_telemetry<T>(&mut self, body: impl FnOnce(&mut Self) -> T) -> T {
+        let (config, link) = (self.config.clone(), Arc::clone(&self.link));
+        thread::scope(|threads| {
+            let (running, stopped) = channel();
+            threads.spawn(move || {
+                let space = Space::open(&config.shm.root, &config.shm.prefix, "telemetry").unwrap();
+                Telemetry::open(&config, &space, link)
+                    .unwrap()
+                    .run(&stopped);
+            });
+            let result = body(self);
+            drop(running);
+            result
+        })
+    }
+
+    /// What the daemon's loop does; whether it came to a tick.
+    pub fn turn(&mut self) -> bool {
+        let wake = self.wait.wait().unwrap();
+        let outcome = self.robot.wake(wake);
+        if wake == Wake::Frame && outcome == Outcome::Ticked {
+            self.wait.frame_came(KernelTime.monotonic_ns()).unwrap();
+        }
+        outcome == Outcome::Ticked
+    }
+
+    /// Whether everybody is connected.
+    #[must_use]
+    pub fn is_warm(&self) -> bool {
+        self.robot.account().status.tick > WARM_UP
+    }
+}

@@ -1,0 +1,185 @@
+//! What the real-time thread asks of the kernel, tick by tick, with all inputs arriving; and that it takes no lock.
+//!
+//! A lock that has to wait is a `futex` call, whoever's lock it is. The C library's are counted besides: they may have been
+//! free by chance.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test fails by panicking, also in its helpers"
+)]
+
+mod counter;
+mod locks;
+
+use std::panic::resume_unwind;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread::{park_timeout, scope, sleep, spawn};
+use std::time::Duration;
+
+use coloc_drivers::can::Sender;
+use coloc_drivers::encoder::WheelFrames;
+use coloc_tests::scene::Scene;
+use coloc_tests::surroundings::{Surroundings, realtime_ns};
+use rustix::io::Errno;
+use rustix::process::getppid;
+
+use counter::{Counter, SystemCalls};
+
+/// What a tick may need, the median one: now and then one looks after its bus as well.
+const MOST_CALLS: u32 = 4;
+/// With a wait for each of two frames.
+const MOST_CALLS_OF_TWO_WAITS: u32 = 7;
+const TICKS: usize = 1000;
+const PERIOD: Duration = Duration::from_millis(2);
+
+/// Waiting, receiving, and how the bus is doing: none of them waits for another thread. Where the kernel offers clocks
+/// without a call, they are read without one.
+const EXPECTED: [libc::c_long; 7] = [
+    libc::SYS_epoll_pwait,
+    libc::SYS_read,
+    libc::SYS_recvmmsg,
+    libc::SYS_getsockopt,
+    libc::SYS_newfstatat,
+    libc::SYS_timerfd_settime,
+    libc::SYS_clock_gettime,
+];
+
+#[test]
+fn a_tick_on_the_timer() {
+    hold("timer", MOST_CALLS, |_| Surroundings::send);
+}
+
+#[test]
+fn a_tick_on_two_frames_at_once() {
+    hold("encoder", MOST_CALLS, |_| {
+        |surroundings: &mut Surroundings| {
+            sleep(PERIOD);
+            surroundings.send();
+        }
+    });
+}
+
+#[test]
+fn a_tick_on_two_frames_one_after_the_other() {
+    hold("encoder", MOST_CALLS_OF_TWO_WAITS, |scene| {
+        let wheels = Sender::open(&scene.surroundings.bus).unwrap();
+        let (running, stopped) = channel();
+        spawn(move || send_one_after_the_other(wheels, &stopped));
+        move |surroundings: &mut Surroundings| {
+            let _ = &running; // Frames come for as long as messages do.
+            surroundings.send_messages(realtime_ns(), [0.0; 3]);
+        }
+    });
+}
+
+/// Until the other end of `stop` is dropped, and at a pace of its own.
+fn send_one_after_the_other(mut wheels: Sender, stop: &Receiver<()>) {
+    let mut frames = WheelFrames::new(1.0);
+    let stopped_within = |pause| stop.recv_timeout(pause) != Err(RecvTimeoutError::Timeout);
+    loop {
+        let [left, right] = frames.encode(0.0, 0.0);
+        wheels.send(&left).unwrap();
+        if stopped_within(PERIOD / 4) {
+            return;
+        }
+        wheels.send(&right).unwrap();
+        if stopped_within(PERIOD - PERIOD / 4) {
+            return;
+        }
+    }
+}
+
+/// Ticks, each after what `prepare` made has brought it its inputs.
+fn hold<A>(trigger: &str, most: u32, prepare: impl FnOnce(&Scene) -> A + Send)
+where
+    A: FnMut(&mut Surroundings),
+{
+    let ticks = on_a_counted_thread(|counter| {
+        let mut scene = Scene::new(trigger);
+        let mut arrive = prepare(&scene);
+        scene.with_telemetry(|scene| {
+            while !scene.is_warm() {
+                tick(scene, &mut arrive, counter);
+            }
+            counter.count_this_thread()?;
+            Ok((0..TICKS)
+                .map(|_| tick(scene, &mut arrive, counter))
+                .collect::<Vec<_>>())
+        })
+    });
+    let Some(ticks) = ticks else { return };
+
+    let unexpected = |calls: &SystemCalls| {
+        calls
+            .made()
+            .find(|(number, _)| !EXPECTED.contains(number))
+            .is_some()
+    };
+    for Tick { calls, locks } in &ticks {
+        assert_eq!(calls.of(libc::SYS_futex), 0, "waits for a lock: {calls:?}");
+        assert!(!unexpected(calls), "by number: {calls:?}");
+        assert_eq!(*locks, 0, "locks of the C library");
+    }
+    let mut totals: Vec<u32> = ticks.iter().map(|tick| tick.calls.total()).collect();
+    let (_, median, _) = totals.select_nth_unstable(TICKS / 2);
+    assert!(
+        (1..=most).contains(median),
+        "{median} calls; the last ticks: {:?}",
+        &ticks[TICKS - 5..]
+    );
+}
+
+/// What the real-time thread does in a tick.
+#[derive(Debug)]
+struct Tick {
+    calls: SystemCalls,
+    locks: u64,
+}
+
+fn tick(scene: &mut Scene, arrive: &mut impl FnMut(&mut Surroundings), counter: &Counter) -> Tick {
+    arrive(&mut scene.surroundings);
+    let (calls, locks) = (counter.so_far(), locks::taken());
+    while !scene.turn() {}
+    let tick = Tick {
+        calls: counter.so_far() - calls,
+        locks: locks::taken() - locks,
+    };
+    let _ = scene.surroundings.receive();
+    tick
+}
+
+/// `body` in a thread of its own, next to the one that counts; nothing where the kernel refuses to count.
+fn on_a_counted_thread<T: Send>(
+    body: impl FnOnce(&Counter) -> Result<T, Errno> + Send,
+) -> Option<T> {
+    let counter = Counter::new();
+    let result = scope(|threads| {
+        threads.spawn(|| counter.supervise());
+        let result = threads.spawn(|| body(&counter)).join();
+        counter.end();
+        result
+    });
+    match result {
+        Ok(Ok(result)) => Some(result),
+        Ok(Err(refused)) => {
+            eprintln!(
+                "SKIPPED: system calls of the real-time thread: seccomp is refused here: {refused}"
+            );
+            None
+        }
+        Err(panic) => resume_unwind(panic),
+    }
+}
+
+#[test]
+fn the_counter_sees_calls_and_waiting() {
+    let calls = on_a_counted_thread(|counter| {
+        counter.count_this_thread()?;
+        let before = counter.so_far();
+        assert_eq!(getppid(), getppid());
+        park_timeout(Duration::from_nanos(1)); // What a lock does that has to wait.
+        Ok(counter.so_far() - before)
+    });
+    let Some(calls) = calls else { return };
+    assert_eq!(calls.of(libc::SYS_getppid), 2);
+    assert_eq!((calls.of(libc::SYS_futex), calls.total()), (1, 3));
+}
