@@ -1,4 +1,5 @@
-//! What the tests of the whole share: a rig that drives a real robot tick by tick, and the faults that it is put through.
+//! What the tests of the whole share: a rig that drives a real robot tick by tick, the faults that it is
+//! put through, and a scene in which it gets all that a robot can get.
 #![allow(clippy::unwrap_used, clippy::missing_panics_doc)] // What fails here fails the test.
 
 pub mod faults;

@@ -25,6 +25,8 @@ use coloc_shm_types::{
 };
 use rustix::time::{ClockId, clock_gettime};
 
+/// Distance between the wheels \[m\].
+pub const TRACK_M: f64 = 0.3;
 const METRES_PER_TICK: f64 = 1e-4;
 /// Team numbers of the neighbours; the robot is number 1.
 const NEIGHBOURS: [u16; 4] = [2, 3, 4, 5];
@@ -49,7 +51,7 @@ pub fn config(directory: &Path, trigger: &str) -> Config {
          [history]\nlength_s = 0.1\n\
          [shm]\nroot = \"{at}/shm\"\nprefix = \"test\"\n\
          [odometry]\nbuses = [\"local:{at}/bus\"]\nmax_speed_mps = 5.0\n\
-         [odometry.wheels]\ntrack_m = 0.3\nleft = {}\nright = {}\n",
+         [odometry.wheels]\ntrack_m = {TRACK_M}\nleft = {}\nright = {}\n",
         wheel("WheelLeft"),
         wheel("WheelRight"),
     );
@@ -67,7 +69,8 @@ pub struct Surroundings {
     receiver: Publisher<Position>,
     neighbours: Vec<Publisher<Neighbour>>,
     told: Vec<Subscriber<Neighbour>>,
-    estimates: Subscriber<Estimate>,
+    /// What the robot believes.
+    pub estimates: Subscriber<Estimate>,
     sent: u64,
 }
 

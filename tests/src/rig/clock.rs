@@ -20,14 +20,16 @@ struct Times {
 
 const START_NS: i64 = 1_000_000_000_000;
 
-impl Clock {
-    pub(super) fn new() -> Self {
+impl Default for Clock {
+    fn default() -> Self {
         Self(Arc::new(Times {
             monotonic_ns: AtomicI64::new(START_NS),
             realtime_ns: AtomicI64::new(2 * START_NS),
         }))
     }
+}
 
+impl Clock {
     /// Time passes.
     pub fn run(&self, ns: i64) {
         self.0.monotonic_ns.fetch_add(ns, Ordering::Relaxed);

@@ -23,7 +23,7 @@ pub fn follow(bus: &BusSpec, pairs: usize, start: impl FnOnce()) -> Option<Vec<E
     let published = space
         .subscriber(&RobotName::new("robot1").unwrap())
         .unwrap();
-    let (clock, link) = (Clock::new(), Arc::new(Link::new()));
+    let (clock, link) = (Clock::default(), Arc::new(Link::new()));
     let mut robot = Robot::open(&config, &space, Box::new(clock.clone()), link).unwrap();
     start();
     let (mut estimates, mut whole) = (Vec::new(), 0);

@@ -64,7 +64,7 @@ impl Rig {
         let estimates = space
             .subscriber(&RobotName::new("robot1").unwrap())
             .unwrap();
-        let clock = Clock::new();
+        let clock = Clock::default();
         let before = descriptor::sockets();
         let robot = Robot::open(
             &config,

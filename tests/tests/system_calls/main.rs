@@ -82,7 +82,7 @@ fn send_one_after_the_other(mut wheels: Sender, stop: &Receiver<()>) {
             return;
         }
         wheels.send(&right).unwrap();
-        if stopped_within(PERIOD - PERIOD / 4) {
+        if stopped_within(3 * (PERIOD / 4)) {
             return;
         }
     }

@@ -1,0 +1,47 @@
+//! What this process holds.
+
+use std::fs;
+use std::path::Path;
+
+/// What must not grow.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Footprint {
+    /// Memory that is resident \[KiB\].
+    pub(crate) resident_kib: u64,
+    /// Open descriptors.
+    pub(crate) descriptors: usize,
+    /// Files in shared memory's root.
+    pub(crate) files: usize,
+}
+
+impl Footprint {
+    /// Now; `root` is where shared memory has its files.
+    pub(crate) fn now(root: &Path) -> Self {
+        Self {
+            resident_kib: resident_kib(),
+            descriptors: fs::read_dir("/proc/self/fd").unwrap().count(),
+            files: files(root),
+        }
+    }
+}
+
+/// From the page tables: the counters of `statm` lag behind.
+fn resident_kib() -> u64 {
+    let rollup = fs::read_to_string("/proc/self/smaps_rollup").unwrap();
+    let resident = rollup.lines().find_map(|line| line.strip_prefix("Rss:"));
+    let kib = resident.and_then(|rest| rest.split_whitespace().next());
+    kib.unwrap().parse().unwrap()
+}
+
+fn files(directory: &Path) -> usize {
+    let entries = fs::read_dir(directory).unwrap().map(Result::unwrap);
+    entries
+        .map(|entry| {
+            if entry.file_type().unwrap().is_dir() {
+                files(&entry.path())
+            } else {
+                1
+            }
+        })
+        .sum()
+}
