@@ -162,7 +162,7 @@ fn on_a_counted_thread<T: Send>(
         Ok(Ok(result)) => Some(result),
         Ok(Err(refused)) => {
             eprintln!(
-                "SKIPPED: system calls of the real-time thread: seccomp is refused here: {refused}"
+                "SKIPPED: system calls and locks of the real-time thread: seccomp is refused here: {refused}"
             );
             None
         }
