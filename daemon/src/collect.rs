@@ -42,9 +42,20 @@ impl Collect {
         self.wheels.descriptors()
     }
 
-    /// Drains the buses.
+    /// Takes everything off the buses, which wants to be done before the clocks are read: no frame is then younger than
+    /// the tick. Whether there is anything to decode.
+    pub fn drain(&mut self) -> bool {
+        self.wheels.drain()
+    }
+
+    /// Decodes the frames that were drained before `moment`.
     pub fn frames(&mut self, moment: &Moment, account: &mut Account) {
-        self.wheels.receive(moment, account);
+        self.wheels.decode(moment, account);
+    }
+
+    /// Looks after the buses.
+    pub fn supervise(&mut self, moment: &Moment, account: &mut Account) {
+        self.wheels.supervise(moment, account);
     }
 
     /// Whether a whole odometry sample has come since the last tick.

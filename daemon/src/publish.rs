@@ -33,7 +33,7 @@ pub struct Circumstances {
     pub tick: u64,
     /// Kernel receive stamp of the newest encoder frame in the estimate \[ns\].
     pub frame_stamp_ns: i64,
-    /// Since the wake-up \[ns\].
+    /// Since the tick's stamp \[ns\].
     pub latency_ns: u64,
     /// Of the wake-up \[ns\].
     pub lateness_ns: u64,

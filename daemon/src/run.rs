@@ -171,18 +171,26 @@ fn report(config: &Config, robot: &Robot) {
     info!(robot = %config.robot.name, id = config.robot.id, rate_hz = config.tick.rate_hz, trigger, "running");
 }
 
-/// The picture of the design. From here on this thread neither allocates nor locks nor logs.
+/// From here on this thread neither allocates nor locks nor logs.
 fn ticks(mut robot: Robot, mut wait: Wait) -> Result<(), rustix::io::Errno> {
-    loop {
-        let wake = wait.wait()?;
-        if wake == Wake::Stop {
-            return Ok(());
-        }
-        let outcome = robot.wake(wake);
-        if wake == Wake::Frame && outcome == Outcome::Ticked {
-            wait.frame_came(KernelTime.monotonic_ns())?;
-        }
+    while turn(&mut robot, &mut wait)?.is_some() {}
+    Ok(())
+}
+
+/// The picture of the design, once: waits, and does what there is to do. `None` if that is to end.
+///
+/// # Errors
+/// The clock failed; there is no going on without it.
+pub fn turn(robot: &mut Robot, wait: &mut Wait) -> Result<Option<Outcome>, rustix::io::Errno> {
+    let wake = wait.wait(|| robot.listen())?;
+    if wake == Wake::Stop {
+        return Ok(None);
     }
+    let outcome = robot.wake(wake);
+    if wake == Wake::Frame && outcome == Outcome::Ticked {
+        wait.frame_came(KernelTime.monotonic_ns())?;
+    }
+    Ok(Some(outcome))
 }
 
 /// The telemetry thread.

@@ -98,21 +98,28 @@ impl Robot {
         &self.account
     }
 
+    /// Asks the buses for frames; they are kept for [`Self::wake`]. For those who would rather ask than wait.
+    pub fn listen(&mut self) -> bool {
+        self.collect.drain()
+    }
+
     /// What follows the wait: a tick, unless a frame ended it that is not yet a whole odometry sample.
     pub fn wake(&mut self, wake: Wake) -> Outcome {
+        let watch = Stopwatch(self.time.monotonic_ns());
+        self.collect.drain();
         let moment = self.moment();
         self.collect.frames(&moment, &mut self.account);
         if wake == Wake::Frame && !self.collect.has_odometry() {
             return Outcome::Incomplete;
         }
-        self.tick(wake, &moment);
+        self.tick(wake, watch, &moment);
         Outcome::Ticked
     }
 
-    fn tick(&mut self, wake: Wake, moment: &Moment) {
-        let lateness_ns = self.account.woke(wake, moment.reading.monotonic_ns);
-        let mut watch = Stopwatch(moment.reading.monotonic_ns);
+    fn tick(&mut self, wake: Wake, mut watch: Stopwatch, moment: &Moment) {
+        let lateness_ns = self.account.woke(wake, watch.0);
         // collect
+        self.collect.supervise(moment, &mut self.account);
         self.collect.messages(moment, &mut self.account);
         let inputs = self.collect.inputs(moment);
         self.stages.collect_ns = watch.lap(&*self.time);
@@ -182,7 +189,7 @@ impl Stopwatch {
         u32::try_from((self.0 - begin).max(0)).unwrap_or(u32::MAX)
     }
 
-    /// From the tick's wake-up to the end of the last stage \[ns\].
+    /// From the tick's stamp to the end of the last stage \[ns\].
     fn since(&self, moment: &Moment) -> u64 {
         u64::try_from(self.0 - moment.reading.monotonic_ns).unwrap_or(0)
     }

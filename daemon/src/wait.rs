@@ -1,9 +1,10 @@
 //! Step 1 of the tick: the one place that blocks.
 //!
-//! `timer`: a timerfd with absolute deadlines, so that lateness does not add up. `encoder`: a frame's arrival; the
-//! timer then stands half a period behind the next frame and takes over, at the same rate, when frames stop.
+//! `timer`: a timerfd with absolute deadlines, so that lateness does not add up. `encoder`: a frame's arrival. Half a
+//! period after a frame that did not come the timer takes over, at the same rate, until frames come again; as long as they
+//! do, nobody sets it.
 //!
-//! Waiting is sleeping, unless [`Wait::polling`] says otherwise.
+//! Waiting is sleeping, unless [`Wait::polling`] says otherwise: then the buses and the clock are asked in turn.
 
 use std::mem::MaybeUninit;
 use std::os::fd::{BorrowedFd, OwnedFd};
@@ -14,6 +15,7 @@ use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
 };
 
+use crate::clock::{KernelTime, TimeSource};
 use crate::config::{Trigger, WaitMode};
 
 /// Why the wait ended.
@@ -40,9 +42,10 @@ pub struct Wait {
     /// Kept open for as long as it is waited on.
     _stop: OwnedFd,
     trigger: Trigger,
-    /// For how long the kernel may put the thread to sleep.
-    timeout: Option<Timespec>,
+    mode: WaitMode,
     period_ns: i64,
+    /// The timer is set: always, where it is the trigger.
+    armed: bool,
     /// The first deadline that no tick has served.
     next_ns: i64,
 }
@@ -50,6 +53,11 @@ pub struct Wait {
 const TIMER: u64 = 0;
 const STOP: u64 = 1;
 const FRAME: u64 = 2;
+
+/// The kernel's waits are in whole milliseconds, where it is to be an old kernel too.
+const MILLISECOND_NS: i64 = 1_000_000;
+/// Who polls asks so rarely whether the program is to end: that takes a system call.
+const TURNS_PER_LOOK: u64 = 64;
 
 impl Wait {
     /// The first deadline is one period after `now_ns` of `CLOCK_MONOTONIC`. Readable `stop` ends the wait for good.
@@ -80,18 +88,19 @@ impl Wait {
             timer,
             _stop: stop,
             trigger,
-            timeout: None,
+            mode: WaitMode::Sleep,
             period_ns,
+            armed: false,
             next_ns: 0,
         };
         wait.arm(now_ns + period_ns)?;
         Ok(wait)
     }
 
-    /// Asks the kernel again and again rather than sleep, if `mode` says so.
+    /// Asks again and again rather than sleep, if `mode` says so.
     #[must_use]
     pub fn polling(mut self, mode: WaitMode) -> Self {
-        self.timeout = (mode == WaitMode::Poll).then_some(timespec(0));
+        self.mode = mode;
         self
     }
 
@@ -100,7 +109,7 @@ impl Wait {
     /// # Errors
     /// What the kernel says: the descriptor cannot be waited on.
     pub fn watch(&self, bus: BorrowedFd<'_>) -> Result<(), Errno> {
-        if self.trigger == Trigger::Timer {
+        if self.trigger == Trigger::Timer || self.mode == WaitMode::Poll {
             return Ok(());
         }
         match epoll::add(
@@ -114,14 +123,22 @@ impl Wait {
         }
     }
 
-    /// Blocks until there is a reason for a tick, or to end.
+    /// Blocks until there is a reason for a tick, or to end. Who polls asks `has_frames`.
     ///
     /// # Errors
     /// What the kernel says; there is no going on without a clock.
-    pub fn wait(&mut self) -> Result<Wake, Errno> {
+    pub fn wait(&mut self, has_frames: impl FnMut() -> bool) -> Result<Wake, Errno> {
+        match self.mode {
+            WaitMode::Sleep => self.sleep(),
+            WaitMode::Poll => self.poll(has_frames),
+        }
+    }
+
+    fn sleep(&mut self) -> Result<Wake, Errno> {
         loop {
+            let patience = self.patience()?;
             let mut storage = [MaybeUninit::<epoll::Event>::uninit(); 8];
-            let events = match epoll::wait(&self.epoll, &mut storage, self.timeout.as_ref()) {
+            let events = match epoll::wait(&self.epoll, &mut storage, patience.as_ref()) {
                 Ok((events, _)) => events,
                 Err(Errno::INTR) => continue,
                 Err(error) => return Err(error),
@@ -141,18 +158,66 @@ impl Wait {
         }
     }
 
+    /// For how long to wait for frames alone; without end once the timer is set, which is done when little is left.
+    fn patience(&mut self) -> Result<Option<Timespec>, Errno> {
+        if self.armed {
+            return Ok(None);
+        }
+        let left_ns = self.next_ns - KernelTime.monotonic_ns();
+        if left_ns < MILLISECOND_NS {
+            self.arm(self.next_ns)?;
+            return Ok(None);
+        }
+        Ok(Some(timespec(left_ns - left_ns % MILLISECOND_NS)))
+    }
+
+    fn poll(&mut self, mut has_frames: impl FnMut() -> bool) -> Result<Wake, Errno> {
+        for turn in 1_u64.. {
+            if self.trigger == Trigger::Encoder && has_frames() {
+                return Ok(Wake::Frame);
+            }
+            let late_ns = KernelTime.monotonic_ns() - self.next_ns;
+            if late_ns >= 0 {
+                return Ok(self.passed(1 + (late_ns / self.period_ns).unsigned_abs()));
+            }
+            if turn.is_multiple_of(TURNS_PER_LOOK) && self.is_to_stop()? {
+                break;
+            }
+        }
+        Ok(Wake::Stop)
+    }
+
+    fn is_to_stop(&self) -> Result<bool, Errno> {
+        let mut storage = [MaybeUninit::<epoll::Event>::uninit(); 8];
+        match epoll::wait(&self.epoll, &mut storage, Some(&timespec(0))) {
+            Ok((events, _)) => Ok(events.iter().any(|event| event.data.u64() == STOP)),
+            Err(Errno::INTR) => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
     /// A frame started a tick at `now_ns`: moves the fallback behind the frame after it.
     ///
     /// # Errors
     /// What the kernel says.
     pub fn frame_came(&mut self, now_ns: i64) -> Result<(), Errno> {
-        self.arm(now_ns + self.period_ns + self.period_ns / 2)
+        self.next_ns = now_ns + self.period_ns + self.period_ns / 2;
+        if std::mem::take(&mut self.armed) {
+            self.set_timer(0, 0)?;
+        }
+        Ok(())
     }
 
     fn arm(&mut self, first_ns: i64) -> Result<(), Errno> {
         self.next_ns = first_ns;
+        self.armed = true;
+        self.set_timer(first_ns, self.period_ns)
+    }
+
+    /// All zero: never.
+    fn set_timer(&self, first_ns: i64, period_ns: i64) -> Result<(), Errno> {
         let timer = Itimerspec {
-            it_interval: timespec(self.period_ns),
+            it_interval: timespec(period_ns),
             it_value: timespec(first_ns),
         };
         timerfd_settime(&self.timer, TimerfdTimerFlags::ABSTIME, &timer).map(drop)
@@ -165,15 +230,18 @@ impl Wait {
             Err(Errno::AGAIN | Errno::INTR) => return Ok(None),
             Err(error) => return Err(error),
         }
-        let passed = u64::from_ne_bytes(count).max(1);
+        Ok(Some(self.passed(u64::from_ne_bytes(count).max(1))))
+    }
+
+    /// So many deadlines have passed.
+    fn passed(&mut self, count: u64) -> Wake {
         let deadline_ns = self.next_ns;
-        self.next_ns += self
-            .period_ns
-            .saturating_mul(i64::try_from(passed).unwrap_or(i64::MAX));
-        Ok(Some(Wake::Deadline {
+        let periods = i64::try_from(count).unwrap_or(i64::MAX);
+        self.next_ns += self.period_ns.saturating_mul(periods);
+        Wake::Deadline {
             deadline_ns,
-            missed: passed - 1,
-        }))
+            missed: count - 1,
+        }
     }
 }
 
@@ -211,7 +279,7 @@ mod tests {
             let Wake::Deadline {
                 deadline_ns,
                 missed,
-            } = wait.wait().unwrap()
+            } = wait.wait(|| false).unwrap()
             else {
                 panic!("a deadline was due")
             };
@@ -228,7 +296,7 @@ mod tests {
         let Wake::Deadline {
             deadline_ns,
             missed,
-        } = wait.wait().unwrap()
+        } = wait.wait(|| false).unwrap()
         else {
             panic!("deadlines have passed")
         };
@@ -243,7 +311,7 @@ mod tests {
             let (bus, sender) = UnixDatagram::pair().unwrap();
             wait.watch(bus.as_fd()).unwrap();
             sender.send(&[0]).unwrap();
-            assert_eq!(wait.wait().unwrap() == Wake::Frame, frame_ends_it);
+            assert_eq!(wait.wait(|| false).unwrap() == Wake::Frame, frame_ends_it);
         }
     }
 
@@ -252,28 +320,66 @@ mod tests {
         let (mut wait, _stop) = wait(Trigger::Encoder, KernelTime.monotonic_ns());
         let now = KernelTime.monotonic_ns();
         wait.frame_came(now).unwrap();
-        let Wake::Deadline { deadline_ns, .. } = wait.wait().unwrap() else {
+        let Wake::Deadline { deadline_ns, .. } = wait.wait(|| false).unwrap() else {
             panic!("nothing else can come")
         };
         assert_eq!(deadline_ns, now + PERIOD + PERIOD / 2);
     }
 
     #[test]
+    fn when_frames_come_again_the_timer_is_silent() {
+        let (mut wait, _stop) = wait(Trigger::Encoder, KernelTime.monotonic_ns());
+        for _ in 0..3 {
+            let came = KernelTime.monotonic_ns();
+            wait.frame_came(came).unwrap();
+            assert!(!wait.armed);
+            let fallback = wait.wait(|| false).unwrap();
+            let deadline_ns = came + PERIOD + PERIOD / 2;
+            assert!(
+                matches!(fallback, Wake::Deadline { deadline_ns: at, .. } if at == deadline_ns)
+            );
+            assert!(wait.armed);
+        }
+    }
+
+    #[test]
     fn polling_finds_the_same_deadlines() {
         let start = KernelTime.monotonic_ns();
-        let (wait, _stop) = wait(Trigger::Timer, start);
+        let (wait, _stop) = wait(Trigger::Timer, start - 3 * PERIOD);
         let mut wait = wait.polling(WaitMode::Poll);
-        let Wake::Deadline { deadline_ns, .. } = wait.wait().unwrap() else {
-            panic!("a deadline was due")
+        let Wake::Deadline {
+            deadline_ns,
+            missed,
+        } = wait.wait(|| true).unwrap()
+        else {
+            panic!("deadlines have passed")
         };
-        assert_eq!(deadline_ns, start + PERIOD);
-        assert!(KernelTime.monotonic_ns() >= deadline_ns);
+        assert_eq!(deadline_ns, start - 2 * PERIOD);
+        assert!(missed >= 2);
+        let next_ns = deadline_ns + PERIOD * (1 + i64::try_from(missed).unwrap());
+        let next = wait.wait(|| true).unwrap();
+        assert!(matches!(next, Wake::Deadline { deadline_ns, .. } if deadline_ns == next_ns));
+        assert!(KernelTime.monotonic_ns() >= next_ns);
+    }
+
+    #[test]
+    fn polling_finds_frames_where_they_are_the_trigger() {
+        let (wait, stop) = wait(Trigger::Encoder, KernelTime.monotonic_ns() + 1000 * PERIOD);
+        let mut wait = wait.polling(WaitMode::Poll);
+        let mut asked = 0;
+        let mut on_the_third = || {
+            asked += 1;
+            asked == 3
+        };
+        assert_eq!(wait.wait(&mut on_the_third).unwrap(), Wake::Frame);
+        rustix::io::write(&stop, &1_u64.to_ne_bytes()).unwrap();
+        assert_eq!(wait.wait(|| false).unwrap(), Wake::Stop);
     }
 
     #[test]
     fn stop_comes_before_everything_else() {
         let (mut wait, stop) = wait(Trigger::Timer, 1);
         rustix::io::write(&stop, &1_u64.to_ne_bytes()).unwrap();
-        assert_eq!(wait.wait().unwrap(), Wake::Stop);
+        assert_eq!(wait.wait(|| false).unwrap(), Wake::Stop);
     }
 }

@@ -7,9 +7,10 @@ use std::thread;
 use coloc_daemon::clock::{KernelTime, TimeSource};
 use coloc_daemon::config::Config;
 use coloc_daemon::event::Link;
+use coloc_daemon::run::turn;
 use coloc_daemon::telemetry::Telemetry;
 use coloc_daemon::tick::{Outcome, Robot};
-use coloc_daemon::wait::{Wait, Wake};
+use coloc_daemon::wait::Wait;
 use coloc_shm_types::Space;
 use rustix::event::{EventfdFlags, eventfd};
 use tempfile::TempDir;
@@ -87,12 +88,7 @@ impl Scene {
 
     /// What the daemon's loop does; whether it came to a tick.
     pub fn turn(&mut self) -> bool {
-        let wake = self.wait.wait().unwrap();
-        let outcome = self.robot.wake(wake);
-        if wake == Wake::Frame && outcome == Outcome::Ticked {
-            self.wait.frame_came(KernelTime.monotonic_ns()).unwrap();
-        }
-        outcome == Outcome::Ticked
+        turn(&mut self.robot, &mut self.wait).unwrap() == Some(Outcome::Ticked)
     }
 
     /// Whether everybody is connected.

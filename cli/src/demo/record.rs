@@ -61,9 +61,10 @@ impl Record {
         self.latest = Some((*estimate, Instant::now()));
         self.comparisons.extend(comparison);
         // It grows as needed; only a number beyond all memory could be refused.
-        let _ = self.latency.record(estimate.latency_ns);
+        let took_ns = u64::from(estimate.collect_ns) + u64::from(estimate.estimate_ns);
+        let _ = self.latency.record(took_ns);
         let missed = self.missed.entry(estimate.header.session_ns).or_default();
-        missed.at_all += estimate.lateness_ns.saturating_add(estimate.latency_ns) / period_ns;
+        missed.at_all += estimate.lateness_ns.saturating_add(took_ns) / period_ns;
         missed.by_more_than_a_period += estimate.lateness_ns / period_ns;
     }
 
@@ -155,7 +156,7 @@ mod tests {
         };
         Estimate {
             header,
-            latency_ns: 100_000,
+            collect_ns: 100_000,
             lateness_ns,
             ..Estimate::default()
         }

@@ -168,7 +168,7 @@ fn ticks_with_frames(seen: &[Seen], from_ns: i64) -> Vec<Seen> {
 fn stages(sent: &[Sent], ticks: &[Seen], trigger: TriggerArg) -> Vec<(&'static str, Durations)> {
     let of = |stage: fn(&Seen) -> i64| Durations::of(ticks.iter().map(stage));
     let wake_up = match trigger {
-        TriggerArg::Encoder => ("wake-up", of(|tick| tick.stamp_ns - tick.frame_stamp_ns)),
+        TriggerArg::Encoder => ("wake-up", of(|tick| woken_ns(tick) - tick.frame_stamp_ns)),
         TriggerArg::Timer => (
             "wake-up",
             of(|tick| i64::try_from(tick.lateness_ns).unwrap_or(i64::MAX)),
@@ -182,15 +182,19 @@ fn stages(sent: &[Sent], ticks: &[Seen], trigger: TriggerArg) -> Vec<(&'static s
         ("estimate", of(|tick| tick.estimate_ns.into())),
         ("publish", of(|tick| tick.publish_ns.into())),
         ("account", of(|tick| tick.account_ns.into())),
-        (
-            "transfer",
-            of(|tick| {
-                tick.received_ns
-                    - tick.stamp_ns
-                    - i64::try_from(tick.latency_ns).unwrap_or(i64::MAX)
-            }),
-        ),
+        ("transfer", of(|tick| tick.received_ns - published_ns(tick))),
     ]
+}
+
+/// When the estimate was complete, and its publication began.
+fn published_ns(tick: &Seen) -> i64 {
+    let latency_ns = i64::try_from(tick.latency_ns).unwrap_or(i64::MAX);
+    tick.stamp_ns.saturating_add(latency_ns)
+}
+
+/// When the daemon's wait ended. The stamp is a little later: frames are drained first.
+fn woken_ns(tick: &Seen) -> i64 {
+    published_ns(tick) - i64::from(tick.collect_ns) - i64::from(tick.estimate_ns)
 }
 
 /// A tick reports the publication of the one before: those within 100 ms after the join.

@@ -27,6 +27,12 @@ impl<T> List<T> {
         self.0.len() == self.0.capacity()
     }
 
+    /// Whether there is nothing in it.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Empties the list.
     pub fn clear(&mut self) {
         self.0.clear();

@@ -29,6 +29,8 @@ pub(super) struct SocketBus<E> {
     /// Owners wait on this one: it stays the same when the socket behind it is replaced.
     epoll: OwnedFd,
     open: Option<Open>,
+    /// It has brought something since it was last looked after.
+    heard: bool,
     backoff: Backoff,
     next_look_ns: i64,
 }
@@ -46,9 +48,11 @@ impl Open {
         sockopt::socket_cookie(&self.socket) == Ok(self.cookie)
     }
 
-    /// Somebody closed our descriptor, and its number may be theirs by now: closing it is not our business any more.
-    fn leave(self) {
-        let _ = self.socket.into_raw_fd();
+    /// Closes the socket, unless somebody did: its number may be theirs by now, and is not ours to close.
+    fn close(self) {
+        if !self.is_ours() {
+            let _ = self.socket.into_raw_fd();
+        }
     }
 }
 
@@ -63,6 +67,7 @@ impl<E: Endpoint> SocketBus<E> {
             endpoint,
             epoll,
             open: None,
+            heard: false,
             backoff: Backoff::default(),
             next_look_ns: 0,
         };
@@ -134,6 +139,7 @@ impl<E: Endpoint> SocketBus<E> {
         let mut buffers = [[0; FD_SIZE]; sys::BATCH];
         let mut datagrams = [Datagram::default(); sys::BATCH];
         let count = sys::receive(open.socket.as_fd(), &mut buffers, &mut datagrams)?;
+        self.heard = true;
         for (datagram, buffer) in datagrams.iter().zip(&buffers).take(count) {
             if let Some(dropped) = datagram.dropped {
                 health.counters.receive_drops += u64::from(dropped.wrapping_sub(open.dropped));
@@ -155,29 +161,23 @@ impl<E: Endpoint> SocketBus<E> {
             Errno::AGAIN => {}
             Errno::NETDOWN => health.state = BusState::Down,
             Errno::NODEV | Errno::NXIO => self.lose(BusState::Gone, health),
-            Errno::BADF | Errno::NOTSOCK => self.abandon(health),
             _ => self.lose(BusState::Closed, health),
         }
     }
 
     fn lose(&mut self, state: BusState, health: &mut BusHealth) {
-        self.open = None;
-        health.state = state;
-    }
-
-    fn abandon(&mut self, health: &mut BusHealth) {
         if let Some(open) = self.open.take() {
-            open.leave();
+            open.close();
         }
-        health.state = BusState::Closed;
+        health.state = state;
     }
 
     /// Looks after the socket: notices that it is not ours any more or leads nowhere, and opens a new one when due.
     pub(super) fn supervise(&mut self, now_ns: i64, health: &mut BusHealth) {
+        // What brings stamped datagrams is a socket of ours; a system call is spent on one that is silent only.
+        let heard = std::mem::take(&mut self.heard);
         match &self.open {
-            Some(open) if !open.is_ours() => {
-                self.abandon(health);
-            }
+            Some(open) if !heard && !open.is_ours() => self.lose(BusState::Closed, health),
             Some(_) => self.look(now_ns, health),
             None if cfg!(coloc_break = "reopen") => {}
             None if self.backoff.is_due(now_ns) => self.reopen(now_ns, health),
@@ -225,8 +225,8 @@ pub(super) fn accept(frame: &Frame, filter: &Filter, health: &mut BusHealth) -> 
 
 impl<E> Drop for SocketBus<E> {
     fn drop(&mut self) {
-        if let Some(open) = self.open.take_if(|open| !open.is_ours()) {
-            open.leave();
+        if let Some(open) = self.open.take() {
+            open.close();
         }
     }
 }

@@ -17,7 +17,7 @@ pub struct Estimate {
     pub tick: u64,
     /// Kernel receive stamp of the newest encoder frame in this estimate (ns of the configured clock); 0 if none yet.
     pub frame_stamp_ns: i64,
-    /// From the wake-up of this tick to just before this message was sent (ns).
+    /// From this tick's stamp to just before this message was sent (ns).
     pub latency_ns: u64,
     /// Wake-up lateness of this tick against its deadline (ns).
     pub lateness_ns: u64,

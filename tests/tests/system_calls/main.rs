@@ -26,8 +26,6 @@ use counter::{Counter, SystemCalls};
 
 /// What a tick may need, the median one: now and then one looks after its bus as well.
 const MOST_CALLS: u32 = 4;
-/// With a wait for each of two frames.
-const MOST_CALLS_OF_TWO_WAITS: u32 = 7;
 const TICKS: usize = 1000;
 const PERIOD: Duration = Duration::from_millis(2);
 
@@ -60,7 +58,7 @@ fn a_tick_on_two_frames_at_once() {
 
 #[test]
 fn a_tick_on_two_frames_one_after_the_other() {
-    hold("encoder", MOST_CALLS_OF_TWO_WAITS, |scene| {
+    hold("encoder", MOST_CALLS, |scene| {
         let wheels = Sender::open(&scene.surroundings.bus).unwrap();
         let (running, stopped) = channel();
         spawn(move || send_one_after_the_other(wheels, &stopped));
