@@ -43,12 +43,12 @@ const EXPECTED: [libc::c_long; 7] = [
 
 #[test]
 fn a_tick_on_the_timer() {
-    hold("timer", MOST_CALLS, |_| Surroundings::send);
+    hold("timer", |_| Surroundings::send);
 }
 
 #[test]
 fn a_tick_on_two_frames_at_once() {
-    hold("encoder", MOST_CALLS, |_| {
+    hold("encoder", |_| {
         |surroundings: &mut Surroundings| {
             sleep(PERIOD);
             surroundings.send();
@@ -58,7 +58,7 @@ fn a_tick_on_two_frames_at_once() {
 
 #[test]
 fn a_tick_on_two_frames_one_after_the_other() {
-    hold("encoder", MOST_CALLS, |scene| {
+    hold("encoder", |scene| {
         let wheels = Sender::open(&scene.surroundings.bus).unwrap();
         let (running, stopped) = channel();
         spawn(move || send_one_after_the_other(wheels, &stopped));
@@ -87,7 +87,7 @@ fn send_one_after_the_other(mut wheels: Sender, stop: &Receiver<()>) {
 }
 
 /// Ticks, each after what `prepare` made has brought it its inputs.
-fn hold<A>(trigger: &str, most: u32, prepare: impl FnOnce(&Scene) -> A + Send)
+fn hold<A>(trigger: &str, prepare: impl FnOnce(&Scene) -> A + Send)
 where
     A: FnMut(&mut Surroundings),
 {
@@ -120,7 +120,7 @@ where
     let mut totals: Vec<u32> = ticks.iter().map(|tick| tick.calls.total()).collect();
     let (_, median, _) = totals.select_nth_unstable(TICKS / 2);
     assert!(
-        (1..=most).contains(median),
+        (1..=MOST_CALLS).contains(median),
         "{median} calls; the last ticks: {:?}",
         &ticks[TICKS - 5..]
     );
