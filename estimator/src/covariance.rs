@@ -187,53 +187,56 @@ fn checked(m: &Matrix3<f64>) -> Result<Symmetric3, NotACovariance> {
     if !m.iter().all(|entry| entry.abs() <= LARGEST) {
         return Err(NotACovariance::NotFinite);
     }
-    let sigma = [m.m11, m.m22, m.m33].map(|variance| libm::sqrt(variance.max(0.0)));
     let symmetric = Symmetric3 {
         xx: m.m11,
-        xy: merged(m.m12, m.m21, sigma[0] * sigma[1])?,
-        xp: merged(m.m13, m.m31, sigma[0] * sigma[2])?,
+        xy: merged(m.m12, m.m21, m.m11 * m.m22)?,
+        xp: merged(m.m13, m.m31, m.m11 * m.m33)?,
         yy: m.m22,
-        yp: merged(m.m23, m.m32, sigma[1] * sigma[2])?,
+        yp: merged(m.m23, m.m32, m.m22 * m.m33)?,
         pp: m.m33,
     };
-    if is_semidefinite(&symmetric, sigma) {
+    if is_semidefinite(&symmetric) {
         Ok(symmetric)
     } else {
         Err(NotACovariance::NotPositiveSemidefinite)
     }
 }
 
-/// The mean of two entries across the diagonal; equal ones are returned as they are.
+/// The mean of two entries across the diagonal, `scale` being the product of their variances; equal ones are returned
+/// as they are.
 fn merged(a: f64, b: f64, scale: f64) -> Result<f64, NotACovariance> {
-    if (a - b).abs() > ROUNDING * scale.max(f64::MIN_POSITIVE) {
+    if a.to_bits() == b.to_bits() {
+        return Ok(a);
+    }
+    if (a - b) * (a - b) > ROUNDING * ROUNDING * scale.max(f64::MIN_POSITIVE) {
         return Err(NotACovariance::Asymmetric);
     }
-    Ok(if a.to_bits() == b.to_bits() {
-        a
-    } else {
-        0.5 * (a + b)
-    })
+    Ok(0.5 * (a + b))
 }
 
-/// Whether the correlation matrix, [`ROUNDING`] added to its diagonal, has positive pivots.
-fn is_semidefinite(s: &Symmetric3, sigma: [f64; 3]) -> bool {
-    if s.xx.min(s.yy).min(s.pp) < 0.0 {
+/// Whether the matrix, its diagonal raised by [`ROUNDING`], has positive pivots: so has the correlation matrix then.
+fn is_semidefinite(s: &Symmetric3) -> bool {
+    if s.xx.min(s.yy).min(s.pp) < 0.0 || varies_without_variance(s) {
         return false;
     }
-    let [xy, xp, yp] = [(s.xy, 0, 1), (s.xp, 0, 2), (s.yp, 1, 2)]
-        .map(|(c, i, j)| correlation(c, sigma[i] * sigma[j]));
-    let one = 1.0 + ROUNDING;
-    let d2 = one - xy * xy / one;
-    let l32 = (yp - xp * xy / one) / d2;
-    d2 > 0.0 && one - xp * xp / one - l32 * l32 * d2 > 0.0
+    let [xx, yy, pp] = [s.xx, s.yy, s.pp].map(raised);
+    let (l21, l31) = (s.xy / xx, s.xp / xx);
+    let d2 = yy - l21 * s.xy;
+    let rest = s.yp - l31 * s.xy;
+    d2 > 0.0 && pp - l31 * s.xp - rest / d2 * rest > 0.0
 }
 
-/// A coordinate without variance is correlated with nothing; if an entry says so, the answer is infinite.
-fn correlation(covariance: f64, scale: f64) -> f64 {
-    if covariance == 0.0 {
-        0.0
+/// A coordinate without variance is correlated with nothing.
+fn varies_without_variance(s: &Symmetric3) -> bool {
+    let of = |variance: f64, one: f64, other: f64| variance == 0.0 && (one != 0.0 || other != 0.0);
+    of(s.xx, s.xy, s.xp) || of(s.yy, s.xy, s.yp) || of(s.pp, s.xp, s.yp)
+}
+
+fn raised(variance: f64) -> f64 {
+    if variance == 0.0 {
+        1.0
     } else {
-        covariance / scale
+        variance * (1.0 + ROUNDING)
     }
 }
 

@@ -8,8 +8,9 @@ type Point = (f64, f64);
 
 /// The root between `low`, where the function is negative, and `high`, where it is positive, to `accuracy`.
 ///
-/// T. R. Chandrupatla's method (Advances in Engineering Software 28, 1997): inverse quadratic interpolation where
-/// the last three points allow it, bisection where not, begun by a secant.
+/// The hyperbola through the last three points gives the next one, where these lie so that T. R. Chandrupatla (Advances in
+/// Engineering Software 28, 1997) would interpolate; where not, bisection. Begun by a chord, and done when chord and
+/// hyperbola agree.
 #[inline]
 pub(crate) fn bracketed(f: impl Fn(f64) -> f64, low: Point, high: Point, accuracy: f64) -> f64 {
     let (mut last, mut other) = (low, high);
@@ -27,10 +28,11 @@ pub(crate) fn bracketed(f: impl Fn(f64) -> f64, low: Point, high: Point, accurac
         if last.1 == 0.0 || limit > 0.5 {
             break;
         }
-        if let Some(root) = settled(last, third, other, accuracy) {
+        let root = hyperbolic(last, other, third);
+        if (root - chord(last, third)).abs() < accuracy && is_between(root, last, other) {
             return root;
         }
-        step = interpolated(last, other, third).clamp(limit, 1.0 - limit);
+        step = part_of_the_way(root, last, other, third).clamp(limit, 1.0 - limit);
     }
     if last.1.abs() < other.1.abs() {
         last.0
@@ -45,24 +47,35 @@ fn secant(a: Point, b: Point) -> f64 {
     if step > 0.0 && step < 1.0 { step } else { 0.5 }
 }
 
-/// The next secant's root, if it is nearer than the accuracy asked for: it errs by far less than its step.
-fn settled(last: Point, third: Point, other: Point, accuracy: f64) -> Option<f64> {
-    let step = last.1 * (third.0 - last.0) / (third.1 - last.1);
-    let root = last.0 - step;
-    let inside = (root - last.0) * (root - other.0) <= 0.0;
-    (step.abs() < accuracy && inside && third.1.is_finite()).then_some(root)
+/// Where the chord through `a` and `b` is zero.
+fn chord(a: Point, b: Point) -> f64 {
+    a.0 - a.1 * (b.0 - a.0) / (b.1 - a.1)
 }
 
-/// Inverse quadratic interpolation, as a part of the way from `last` to `other`; the middle where it is not safe.
-fn interpolated(last: Point, other: Point, third: Point) -> f64 {
+/// Where the hyperbola `(x − r)/(p x + q)` through three points is zero (P. Jarratt and D. Nudds, The Computer
+/// Journal 8, 1965).
+fn hyperbolic(a: Point, b: Point, c: Point) -> f64 {
+    let (b_way, c_way) = (b.0 - a.0, c.0 - a.0);
+    let q = b_way * c_way * (c.1 - b.1) / (c.1 * c_way * (b.1 - a.1) - b.1 * b_way * (c.1 - a.1));
+    a.0 - a.1 * q
+}
+
+fn is_between(x: f64, a: Point, b: Point) -> bool {
+    (x - a.0) * (x - b.0) <= 0.0
+}
+
+/// `root` as a part of the way from `last` to `other`, where the three points lie so that it is to be trusted; else the
+/// middle.
+fn part_of_the_way(root: f64, last: Point, other: Point, third: Point) -> f64 {
     let ((x1, f1), (x2, f2), (x3, f3)) = (last, other, third);
     let xi = (x1 - x2) / (x3 - x2);
     let phi = (f1 - f2) / (f3 - f2);
-    if phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi {
-        return f1 / (f2 - f1) * f3 / (f2 - f3)
-            + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2);
+    let is_safe = phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi;
+    if is_safe && is_between(root, last, other) {
+        (root - x1) / (x2 - x1)
+    } else {
+        0.5
     }
-    0.5
 }
 
 #[cfg(test)]

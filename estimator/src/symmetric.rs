@@ -55,6 +55,27 @@ impl Symmetric3 {
         dot(v, self.apply(v))
     }
 
+    /// `A⁻¹ det A`
+    #[inline]
+    pub(crate) fn adjugate(&self) -> Self {
+        let Self {
+            xx,
+            xy,
+            xp,
+            yy,
+            yp,
+            pp,
+        } = *self;
+        Self {
+            xx: yy * pp - yp * yp,
+            xy: xp * yp - xy * pp,
+            xp: xy * yp - xp * yy,
+            yy: xx * pp - xp * xp,
+            yp: xy * xp - xx * yp,
+            pp: xx * yy - xy * xy,
+        }
+    }
+
     /// `A B`
     #[inline]
     pub(crate) fn times(&self, b: &Self) -> Square3 {

@@ -25,6 +25,12 @@ const ACCURACY: f64 = 1e-9;
 /// rounding noise for rank-deficient dependent parts.
 const BEFORE_THE_END: f64 = 1e-4;
 
+/// Pivots beyond this part of their diagonal entries lose no digits that matter to products of minors.
+const REGULAR: f64 = 1e-6;
+
+/// Determinants whose squares, times a variance of their scale, neither overflow nor vanish.
+const HARMLESS: core::ops::Range<f64> = 1e-90..1e90;
+
 /// α and 1 − α, both to full precision however small.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) struct Weights {
@@ -54,12 +60,8 @@ pub(crate) fn optimal(own: &Split, received: &Split, criterion: Criterion) -> We
             received: 1.0 - small,
         };
     }
-    let small = smaller_weight(
-        received,
-        own,
-        criterion,
-        excess(received, own, criterion, 0.5),
-    );
+    // With P and R in each other's place, √(h/g) is √(g/h).
+    let small = smaller_weight(received, own, criterion, 1.0 / (1.0 + middle) - 1.0);
     Weights {
         own: 1.0 - small,
         received: small,
@@ -88,7 +90,7 @@ fn excess(near: &Split, far: &Split, criterion: Criterion, weight: f64) -> f64 {
         received: 1.0 - weight,
     };
     let (a, b) = (near.bound(weights.own), far.bound(weights.received));
-    let inverse = Factor::new(&weights.combine(near, far)).inverse();
+    let inverse = up_to_scale(&weights.combine(near, far));
     let (big_g, big_h) = (b.times(&inverse), a.times(&inverse));
     let (g, h) = match criterion {
         Criterion::Trace => (
@@ -105,5 +107,19 @@ fn excess(near: &Split, far: &Split, criterion: Criterion, weight: f64) -> f64 {
         libm::sqrt(h.max(0.0) / g) - 1.0
     } else {
         h.max(0.0)
+    }
+}
+
+/// A multiple of `M⁻¹`, in `√(h/g)` as good as `M⁻¹` itself. Regular matrices need no division for it.
+#[inline]
+fn up_to_scale(m: &Symmetric3) -> Symmetric3 {
+    let adjugate = m.adjugate();
+    let determinant = m.xx * adjugate.xx + m.xy * adjugate.xy + m.xp * adjugate.xp;
+    let is_regular =
+        adjugate.pp > REGULAR * m.xx * m.yy && determinant > REGULAR * adjugate.pp * m.pp;
+    if is_regular && HARMLESS.contains(&determinant) {
+        adjugate
+    } else {
+        Factor::new(m).inverse()
     }
 }

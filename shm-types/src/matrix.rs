@@ -29,11 +29,10 @@ impl Matrix<3> {
 impl<const N: usize> Matrix<N> {
     /// Finite, symmetric, positive semidefinite; the first that fails is the reason.
     pub(crate) fn check_covariance(&self) -> Result<(), Reject> {
-        let deviations = self.deviations();
         match () {
             () if !all_finite(self.0.as_flattened()) => Err(Reject::NotFinite),
-            () if !self.is_symmetric(&deviations) => Err(Reject::Asymmetric),
-            () if !self.is_semidefinite(&deviations) => Err(Reject::NotPositiveSemidefinite),
+            () if !self.is_symmetric() => Err(Reject::Asymmetric),
+            () if !self.is_semidefinite(&self.variances()) => Err(Reject::NotPositiveSemidefinite),
             () => Ok(()),
         }
     }
@@ -41,10 +40,7 @@ impl<const N: usize> Matrix<N> {
     /// Both are covariances, and so is their difference.
     pub(crate) fn check_split(total: &Self, independent: &Self) -> Result<(), Reject> {
         Self::check_both(total, independent)?;
-        if total
-            .minus(independent)
-            .is_semidefinite(&total.deviations())
-        {
+        if total.minus(independent).is_semidefinite(&total.variances()) {
             Ok(())
         } else {
             Err(Reject::DependentNotPositiveSemidefinite)
@@ -65,43 +61,44 @@ impl<const N: usize> Matrix<N> {
         }))
     }
 
-    /// Square roots of the diagonal; a negative variance gives NaN, which no comparison accepts.
-    fn deviations(&self) -> [f64; N] {
-        core::array::from_fn(|i| self.0[i][i].sqrt())
+    fn variances(&self) -> [f64; N] {
+        core::array::from_fn(|i| self.0[i][i])
     }
 
-    fn is_symmetric(&self, deviations: &[f64; N]) -> bool {
+    fn is_symmetric(&self) -> bool {
         pairs::<N>().all(|(i, j)| {
-            let difference = (self.0[i][j] - self.0[j][i]).abs();
+            let difference = self.0[i][j] - self.0[j][i];
             // A negative variance is not an asymmetry: the next check has its own name for it.
-            let allowed = ROUNDING * deviations[i] * deviations[j];
-            difference == 0.0 || difference <= allowed || allowed.is_nan()
+            let allowed = ROUNDING * ROUNDING * self.0[i][i] * self.0[j][j];
+            difference == 0.0 || difference * difference <= allowed || self.has_negative_variance()
         })
     }
 
-    /// Whether no eigenvalue, in units of `deviations`, is below zero by more than rounding.
-    ///
-    /// That is whether the Cholesky factorization of S⁻¹ A S⁻¹ + ε I goes through, S = diag(`deviations`). A coordinate
-    /// without deviation must not vary at all, and takes no part.
-    fn is_semidefinite(&self, deviations: &[f64; N]) -> bool {
-        self.is_zero_where_certain(deviations) && self.scaled(deviations).is_definite()
+    fn has_negative_variance(&self) -> bool {
+        self.variances().iter().any(|variance| *variance < 0.0)
     }
 
-    fn is_zero_where_certain(&self, deviations: &[f64; N]) -> bool {
+    /// Whether no eigenvalue, in units of the deviations that `variances` are the squares of, is below zero by more than
+    /// rounding.
+    ///
+    /// That is whether the Cholesky factorization of A + ε diag(`variances`) goes through: scaling changes no pivot's sign.
+    /// A coordinate without variance must not vary at all, and takes no part.
+    fn is_semidefinite(&self, variances: &[f64; N]) -> bool {
+        self.is_zero_where_certain(variances) && self.rounded_up(variances).is_definite()
+    }
+
+    fn is_zero_where_certain(&self, variances: &[f64; N]) -> bool {
         (0..N)
-            .filter(|i| deviations[*i] == 0.0)
+            .filter(|i| variances[*i] == 0.0)
             .all(|i| (0..N).all(|j| self.0[i][j] == 0.0 && self.0[j][i] == 0.0))
     }
 
-    fn scaled(&self, deviations: &[f64; N]) -> Self {
+    fn rounded_up(&self, variances: &[f64; N]) -> Self {
         Self(core::array::from_fn(|i| {
-            core::array::from_fn(|j| {
-                let symmetric = f64::midpoint(self.0[i][j], self.0[j][i]);
-                let one = if i == j { ROUNDING } else { 0.0 };
-                match (deviations[i], deviations[j]) {
-                    (0.0, _) | (_, 0.0) => one,
-                    (a, b) => symmetric / a / b + one,
-                }
+            core::array::from_fn(|j| match (i == j, variances[i] == 0.0) {
+                (true, true) => 1.0,
+                (true, false) => self.0[i][i] + ROUNDING * variances[i],
+                (false, _) => f64::midpoint(self.0[i][j], self.0[j][i]),
             })
         }))
     }
