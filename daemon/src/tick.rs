@@ -32,8 +32,12 @@ pub struct Robot {
     account: Account,
     /// Of the tick before, where this one has none yet.
     stages: Stages,
+    listens: u32,
     resumed: Option<Result<f64, Unusable>>,
 }
+
+/// Buses are asked so much more often than shared memory: it is frames that start a tick.
+const LISTENS_PER_MESSAGES: u32 = 16;
 
 /// What a wake-up led to.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -76,6 +80,7 @@ impl Robot {
             publish: Publish::open(config, space, stamp.as_nanos())?,
             account,
             stages: Stages::default(),
+            listens: 0,
             resumed: resumed.map(|outcome| outcome.map(|(_, age_s)| age_s)),
         })
     }
@@ -98,9 +103,18 @@ impl Robot {
         &self.account
     }
 
-    /// Asks the buses for frames; they are kept for [`Self::wake`]. For those who would rather ask than wait.
+    /// For those who would rather ask than wait: whether there are frames for [`Self::wake`]. While there are none, it is
+    /// time for the messages; besides, what stays in use stays in the caches.
     pub fn listen(&mut self) -> bool {
-        self.collect.drain()
+        if self.collect.drain() {
+            return true;
+        }
+        self.listens = self.listens.wrapping_add(1);
+        if self.listens.is_multiple_of(LISTENS_PER_MESSAGES) {
+            let moment = self.moment();
+            self.collect.messages(&moment, &mut self.account);
+        }
+        false
     }
 
     /// What follows the wait: a tick, unless a frame ended it that is not yet a whole odometry sample.
