@@ -79,7 +79,7 @@ impl Account {
 
     /// Tells telemetry, or counts that it could not be told.
     pub fn tell(&mut self, event: Event) {
-        if self.link.events.push(event).is_err() {
+        if self.link.tell(event).is_err() {
             self.status.lost_events += 1;
         }
     }
@@ -230,19 +230,18 @@ impl Account {
         }
     }
 
-    /// Swaps ledgers with telemetry; while it has none to give back, this one goes on.
+    /// Swaps ledgers with telemetry; while it has none to give back, or has too much to do, this one goes on.
     fn hand_over(&mut self) {
-        let Some(spare) = self.link.spare.pop() else {
+        if self.link.is_full() {
+            return;
+        }
+        let Some(spare) = self.link.take_spare() else {
             return;
         };
         let mut full = std::mem::replace(&mut self.ledger, spare);
         self.status.header.stamp_ns = self.now.as_nanos();
         full.status = self.status;
-        if let Err(Event::Account(unsent)) = self.link.events.push(Event::Account(full)) {
-            let spare = std::mem::replace(&mut self.ledger, unsent);
-            // It came from there a moment ago.
-            let _ = self.link.spare.push(spare);
-        }
+        self.tell(Event::Account(full));
     }
 }
 
@@ -283,18 +282,18 @@ mod tests {
     fn health_is_told_when_it_changes_and_only_then() {
         let (mut account, link) = account();
         account.health();
-        assert!(link.events.is_empty());
+        assert_eq!(link.waiting(), 0);
         account.valid(Input::Position, Stamp::default());
         account.health();
         account.health();
-        assert_eq!(link.events.len(), 1);
+        assert_eq!(link.waiting(), 1);
         assert_eq!(account.status.health_of(Input::Position), Health::Ok);
     }
 
     #[test]
     fn a_full_ring_loses_events_and_counts_them_but_no_latency() {
         let (mut account, link) = account();
-        let capacity = link.events.capacity() as u64;
+        let capacity = Link::CAPACITY as u64;
         (0..capacity + 5).for_each(|_| account.rejected(Input::Neighbour, Reject::Gated));
         assert_eq!(account.status.lost_events, 5);
         assert_eq!(
@@ -302,9 +301,9 @@ mod tests {
             capacity + 5
         );
         account.close(1, 100);
-        while link.events.pop().is_some() {}
+        while link.next_event().is_some() {}
         account.close(1 + REPORT_PERIOD_NS, 200);
-        let Some(Event::Account(ledger)) = link.events.pop() else {
+        let Some(Event::Account(ledger)) = link.next_event() else {
             panic!("a second has passed")
         };
         assert!(ledger.percentiles().p50_ns <= 101 && ledger.percentiles().max_ns >= 199);
@@ -314,7 +313,7 @@ mod tests {
     fn without_a_ledger_in_return_the_old_one_goes_on() {
         let (mut account, link) = account();
         (0..3).for_each(|second| account.close(second * REPORT_PERIOD_NS, 100));
-        assert_eq!(link.events.len(), 1);
-        assert!(link.spare.is_empty());
+        assert_eq!(link.waiting(), 1);
+        assert!(link.take_spare().is_none());
     }
 }

@@ -1,9 +1,16 @@
-//! What the real-time thread tells the telemetry thread: small values through a ring that neither waits for the other.
+//! What the real-time thread tells the telemetry thread: small values through a ring.
+//!
+//! Lock-free is not enough: who takes from crossbeam's queue has the place before its value is out, and who comes to that very
+//! place meanwhile spins. If the real-time thread had preempted the telemetry thread right there, it would spin for as long as
+//! it keeps it from running. So it never comes to that place: a place is always left free between them, and what
+//! comes back to it does so by one exchange of a pointer.
 
+use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use coloc_estimator::{Belief, Stamp};
 use coloc_shm_types::{BusState, Health, Input, Reject};
+use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 
 use crate::ledger::Ledger;
@@ -67,35 +74,79 @@ pub enum Event {
     },
     /// A line of the recording.
     Recorded(Record),
-    /// A second's account; the box comes back through [`Link::spare`].
+    /// A second's account; the box comes back through [`Link::give_back`].
     Account(Box<Ledger>),
 }
 
 /// The only thing that the two threads share.
-#[derive(Debug)]
 pub struct Link {
-    /// To telemetry; full means dropped and counted.
-    pub events: ArrayQueue<Event>,
-    /// Empty ledgers on their way back.
-    pub spare: ArrayQueue<Box<Ledger>>,
+    events: ArrayQueue<Event>,
+    /// An empty ledger on its way back.
+    spare: AtomicCell<Option<Box<Ledger>>>,
     /// Ticks since the start.
     heartbeat: AtomicU64,
 }
 
-const CAPACITY: usize = 1024;
+/// There was no room in the ring.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct Full;
 
 impl Link {
+    /// So many events fit.
+    pub const CAPACITY: usize = 1024;
+
     /// An empty link with one spare ledger.
     #[must_use]
     pub fn new() -> Self {
-        let spare = ArrayQueue::new(2);
-        // The queue is new: there is room.
-        let _ = spare.push(Box::default());
+        // A box or none is a pointer: exchanging it takes no lock.
+        const { assert!(AtomicCell::<Option<Box<Ledger>>>::is_lock_free()) };
         Self {
-            events: ArrayQueue::new(CAPACITY),
-            spare,
+            // One that is being taken, and one that separates the threads.
+            events: ArrayQueue::new(Self::CAPACITY + 2),
+            spare: AtomicCell::new(Some(Box::default())),
             heartbeat: AtomicU64::new(0),
         }
+    }
+
+    /// To telemetry, from the real-time thread alone.
+    ///
+    /// # Errors
+    /// There is no room: the event is dropped.
+    pub fn tell(&self, event: Event) -> Result<(), Full> {
+        if self.is_full() {
+            return Err(Full);
+        }
+        // There is room, as nobody else puts anything in.
+        self.events.push(event).map_err(|_| Full)
+    }
+
+    /// Whether telemetry has more to catch up with than fits.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.events.len() >= Self::CAPACITY
+    }
+
+    /// The next event, for the telemetry thread alone.
+    #[must_use]
+    pub fn next_event(&self) -> Option<Event> {
+        self.events.pop()
+    }
+
+    /// How many events telemetry has still to take.
+    #[must_use]
+    pub fn waiting(&self) -> usize {
+        self.events.len()
+    }
+
+    /// From telemetry: a ledger, emptied, for the real-time thread to fill.
+    pub fn give_back(&self, ledger: Box<Ledger>) {
+        self.spare.store(Some(ledger));
+    }
+
+    /// To the real-time thread: an empty ledger, if one has come back.
+    #[must_use]
+    pub fn take_spare(&self) -> Option<Box<Ledger>> {
+        self.spare.take()
     }
 
     /// Says that the real-time thread has finished `tick`.
@@ -107,6 +158,15 @@ impl Link {
     #[must_use]
     pub fn last_beat(&self) -> u64 {
         self.heartbeat.load(Ordering::Relaxed)
+    }
+}
+
+impl fmt::Debug for Link {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Link")
+            .field("waiting", &self.waiting())
+            .field("heartbeat", &self.last_beat())
+            .finish_non_exhaustive()
     }
 }
 

@@ -100,7 +100,7 @@ impl Telemetry {
     }
 
     fn drain(&mut self) {
-        while let Some(event) = self.link.events.pop() {
+        while let Some(event) = self.link.next_event() {
             self.handle(event);
         }
         self.rejects.tick();
@@ -134,8 +134,7 @@ impl Telemetry {
             warn!("status: {problem}");
         }
         ledger.clear();
-        // There are two ledgers and room for two.
-        let _ = self.link.spare.push(ledger);
+        self.link.give_back(ledger);
     }
 
     fn save(&mut self, belief: &Saved) {

@@ -18,8 +18,8 @@ const TICKS: u64 = 10_000;
 /// What telemetry does with the ring: empties it and gives the ledgers back.
 fn drain(link: &Link, done: &AtomicBool) {
     while !done.load(Ordering::Relaxed) {
-        match link.events.pop() {
-            Some(Event::Account(ledger)) => drop(link.spare.push(ledger)),
+        match link.next_event() {
+            Some(Event::Account(ledger)) => link.give_back(ledger),
             Some(_) => {}
             None => std::thread::yield_now(),
         }

@@ -4,6 +4,7 @@
 mod by_hand;
 
 use by_hand::{METRES_PER_TICK, PERIOD, SECOND, World, diagonal};
+use coloc_daemon::event::Link;
 use coloc_daemon::tick::Outcome;
 use coloc_daemon::wait::Wake;
 use coloc_drivers::encoder::WheelFrames;
@@ -216,7 +217,7 @@ fn a_flood_of_rejects_is_counted_to_the_last() {
     assert!(
         status.lost_events > 0,
         "nobody drains the ring of {}",
-        robot.link.events.capacity()
+        Link::CAPACITY
     );
 }
 
