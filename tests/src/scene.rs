@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::thread;
+use std::time::Duration;
 
 use coloc_daemon::clock::{KernelTime, TimeSource};
 use coloc_daemon::config::Config;
@@ -89,6 +90,12 @@ impl Scene {
     /// What the daemon's loop does; whether it came to a tick.
     pub fn turn(&mut self) -> bool {
         turn(&mut self.robot, &mut self.wait).unwrap() == Some(Outcome::Ticked)
+    }
+
+    /// From one deadline to the next.
+    #[must_use]
+    pub fn period(&self) -> Duration {
+        Duration::from_nanos(self.config.period_ns().unsigned_abs())
     }
 
     /// Whether everybody is connected.

@@ -129,19 +129,19 @@ impl Surroundings {
 
     /// Four sightings, a fix, four neighbours' poses; all true, if the robot is at `pose` \[m, m, rad\].
     pub fn send_messages(&mut self, stamp_ns: i64, pose: [f64; 3]) {
-        let header = |sequence| Header {
-            stamp_ns,
-            session_ns: 1,
-            sequence,
-        };
         for (sequence, &observed) in (4 * self.sent..).zip(&NEIGHBOURS) {
-            self.laser
-                .send(sighting(header(sequence), observed))
-                .unwrap();
+            let message = sighting(header(stamp_ns, sequence), observed);
+            self.laser.send(message).unwrap();
         }
-        self.receiver.send(fix(header(self.sent), pose)).unwrap();
+        self.send_what_others_know(stamp_ns, pose);
+    }
+
+    /// A fix and four neighbours' poses; true, if the robot is at `pose` \[m, m, rad\].
+    pub fn send_what_others_know(&mut self, stamp_ns: i64, pose: [f64; 3]) {
+        let header = header(stamp_ns, self.sent);
+        self.receiver.send(fix(header, pose)).unwrap();
         for (port, &sender) in self.neighbours.iter().zip(&NEIGHBOURS) {
-            port.send(word(header(self.sent), sender, pose)).unwrap();
+            port.send(word(header, sender, pose)).unwrap();
         }
         self.sent += 1;
     }
@@ -161,6 +161,14 @@ fn drain<M: Message>(port: &Subscriber<M>) -> u64 {
     std::iter::from_fn(|| port.receive().unwrap())
         .map(|_| 1)
         .sum()
+}
+
+fn header(stamp_ns: i64, sequence: u64) -> Header {
+    Header {
+        stamp_ns,
+        session_ns: 1,
+        sequence,
+    }
 }
 
 fn sighting(header: Header, observed: u16) -> RelativePose {
