@@ -48,6 +48,12 @@ impl Collect {
         self.wheels.drain()
     }
 
+    /// Whether frames have been drained and not decoded yet.
+    #[must_use]
+    pub fn has_frames(&self) -> bool {
+        self.wheels.has_frames()
+    }
+
     /// Decodes the frames that were drained before `moment`.
     pub fn frames(&mut self, moment: &Moment, account: &mut Account) {
         self.wheels.decode(moment, account);

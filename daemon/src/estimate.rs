@@ -1,5 +1,7 @@
 //! Step 3 of the tick: the pure step, and nothing else.
 
+use std::hint::black_box;
+
 use coloc_estimator::settings::{Criterion, GateWeight};
 use coloc_estimator::{
     Belief, Covariance3, Estimator, FusionSettings, OdometrySettings, Pose, Settings, Slot, Span,
@@ -27,6 +29,11 @@ impl Estimate {
     /// What the robot believes after `inputs`.
     pub fn step(&mut self, inputs: &TickInputs<'_>) -> TickOutputs<'_> {
         step(&mut self.estimator, inputs)
+    }
+
+    /// What a tick at `stamp` would say without new inputs; it changes nothing.
+    pub fn rehearse(&self, stamp: Stamp) {
+        black_box(self.estimator.extrapolated(stamp));
     }
 
     /// The clock was stepped: what was `old` is now `new`.

@@ -86,6 +86,11 @@ impl Publish {
         self.undelivered += u64::from(self.estimates.send(message).is_err());
     }
 
+    /// Does in advance what sending the estimate would take beside the message.
+    pub fn rehearse(&self) {
+        self.estimates.rehearse();
+    }
+
     /// Tells the robots that were seen.
     pub fn neighbours(&mut self, outgoing: &[OutgoingPose]) {
         for pose in outgoing {

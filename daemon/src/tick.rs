@@ -36,8 +36,8 @@ pub struct Robot {
     resumed: Option<Result<f64, Unusable>>,
 }
 
-/// Buses are asked so much more often than shared memory: it is frames that start a tick.
-const LISTENS_PER_MESSAGES: u32 = 16;
+/// Buses are asked so much more often: it is frames that start a tick.
+const LISTENS_PER_REHEARSAL: u32 = 16;
 
 /// What a wake-up led to.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -103,24 +103,33 @@ impl Robot {
         &self.account
     }
 
-    /// For those who would rather ask than wait: whether there are frames for [`Self::wake`]. While there are none, it is
-    /// time for the messages; besides, what stays in use stays in the caches.
+    /// For those who would rather ask than wait: whether there are frames for [`Self::wake`].
     pub fn listen(&mut self) -> bool {
         if self.collect.drain() {
             return true;
         }
         self.listens = self.listens.wrapping_add(1);
-        if self.listens.is_multiple_of(LISTENS_PER_MESSAGES) {
-            let moment = self.moment();
-            self.collect.messages(&moment, &mut self.account);
+        if self.listens.is_multiple_of(LISTENS_PER_REHEARSAL) {
+            self.rehearse();
         }
         false
+    }
+
+    /// While there are no frames, it is time for messages and joining subscribers; and what a tick will need stays in the
+    /// caches.
+    fn rehearse(&mut self) {
+        let moment = self.moment();
+        self.collect.messages(&moment, &mut self.account);
+        self.estimate.rehearse(moment.stamp);
+        self.publish.rehearse();
     }
 
     /// What follows the wait: a tick, unless a frame ended it that is not yet a whole odometry sample.
     pub fn wake(&mut self, wake: Wake) -> Outcome {
         let watch = Stopwatch(self.time.monotonic_ns());
-        self.collect.drain();
+        if !self.collect.has_frames() {
+            self.collect.drain();
+        }
         let moment = self.moment();
         self.collect.frames(&moment, &mut self.account);
         if wake == Wake::Frame && !self.collect.has_odometry() {

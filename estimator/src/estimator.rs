@@ -57,6 +57,18 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         self.now = new;
     }
 
+    /// Where the robot is believed to be at `stamp`, by what the last [`step`] knew.
+    #[must_use]
+    pub fn extrapolated(&self, stamp: Stamp) -> Estimate {
+        let drive = self.history.drive_at(stamp, &self.settings.odometry);
+        Estimate {
+            stamp,
+            belief: self.history.belief_at(stamp, &self.settings.odometry),
+            velocity: drive.velocity(),
+            odometry: drive.state(),
+        }
+    }
+
     fn take_in(&mut self, inputs: &TickInputs<'_>) {
         // Odometry first: should the storage run full, what is folded early has been driven by it.
         inputs
@@ -125,16 +137,6 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
             .replay(self.now, &self.settings, &mut self.outbox);
         self.history.fold_before(self.now - self.settings.history);
     }
-
-    fn estimate(&self) -> Estimate {
-        let drive = self.history.drive_at(self.now, &self.settings.odometry);
-        Estimate {
-            stamp: self.now,
-            belief: self.history.belief_at(self.now, &self.settings.odometry),
-            velocity: drive.velocity(),
-            odometry: drive.state(),
-        }
-    }
 }
 
 /// One tick: put every measurement in its place, re-apply what comes after it, say where the robot is at `inputs.stamp`.
@@ -154,7 +156,7 @@ pub fn step<'a, S: AsRef<[Slot]> + AsMut<[Slot]>>(
     estimator.take_in(inputs);
     estimator.bring_up_to_date();
     TickOutputs {
-        estimate: estimator.estimate(),
+        estimate: estimator.extrapolated(estimator.now),
         outgoing: estimator.outbox.outgoing(),
         reports: estimator.outbox.reports(),
         overflowed: estimator.outbox.overflowed(),

@@ -80,6 +80,12 @@ impl Wheels {
     /// Takes everything off the buses; whether there is anything to decode.
     pub fn drain(&mut self) -> bool {
         drain(&mut self.buses, &mut self.inbox);
+        self.has_frames()
+    }
+
+    /// Whether there is anything to decode.
+    #[must_use]
+    pub fn has_frames(&self) -> bool {
         !self.inbox.is_empty()
     }
 

@@ -70,6 +70,12 @@ impl<M: Message> Publisher<M> {
         Ok(())
     }
 
+    /// All of [`Self::send`] but the message: whoever has time does now what sending would do then.
+    pub fn rehearse(&self) {
+        // What fails here fails when a message is sent, and is told then.
+        let _ = (self.refresh(), self.port.loan_uninit());
+    }
+
     /// Connects to subscribers that have joined, and gives them the history: allocates, so call it before arming.
     ///
     /// # Errors
