@@ -15,7 +15,7 @@ const BEGIN: &str = "<!-- begin of what `ratios` writes -->\n";
 const END: &str = "<!-- end of what `ratios` writes -->";
 
 /// Group, function, and what it is divided by.
-const ROWS: [(&str, &str, &[&str]); 9] = [
+const ROWS: [(&str, &str, &[&str]); 15] = [
     ("propagate", "coloc", &["floor", "naive"]),
     ("convert", "coloc", &["floor", "naive"]),
     ("split-ci trace", "coloc, middle", &["naive"]),
@@ -25,6 +25,12 @@ const ROWS: [(&str, &str, &[&str]); 9] = [
     ("one message", "split-ci", &["nb", "ci", "ei"]),
     ("decode", "two wheels", &[]),
     ("validate", "neighbour", &[]),
+    ("daemon, hot", "frames", &[]),
+    ("daemon, hot", "4 neighbours and a fix", &[]),
+    ("daemon, hot", "and 4 sightings", &[]),
+    ("daemon, 500 Hz", "frames", &[]),
+    ("daemon, 500 Hz", "4 neighbours and a fix", &[]),
+    ("daemon, 500 Hz", "and 4 sightings", &[]),
 ];
 
 const NEIGHBOURS: [u16; 5] = [0, 1, 4, 16, 64];

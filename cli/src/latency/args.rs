@@ -16,7 +16,7 @@ use crate::args::seconds;
   coloc latency --rate 1000 --seconds 20 --wait poll
   coloc latency --load 4 --json busy.json --plot busy.svg")]
 pub(crate) struct LatencyArgs {
-    /// How long each way of waiting is measured, in seconds; floors come on top
+    /// How long each way of waiting is measured, in seconds; the floors take as long again
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub(crate) seconds: f64,
     /// Pairs of encoder frames, and ticks, per second

@@ -44,6 +44,16 @@ fn first_line(path: &str) -> Option<String> {
     Some(read_to_string(path).ok()?.lines().next()?.trim().to_owned())
 }
 
+/// For how long a host has run something else on this machine's processors; on real ones never.
+pub(crate) fn stolen_ms() -> u64 {
+    // `cpu user nice system idle iowait irq softirq steal …`, in hundredths of a second
+    let all = first_line("/proc/stat").unwrap_or_default();
+    let stolen = all.split_whitespace().nth(8);
+    stolen
+        .and_then(|ticks| ticks.parse().ok())
+        .map_or(0, |ticks: u64| 10 * ticks)
+}
+
 fn processor() -> Option<String> {
     let text = read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;

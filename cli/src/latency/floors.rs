@@ -29,6 +29,13 @@ pub(crate) struct Floors {
 }
 
 impl Floors {
+    /// Counts those of `more` as well.
+    pub(crate) fn add(&mut self, more: &Self) {
+        self.frame.add(&more.frame);
+        self.transport.add(&more.transport);
+        self.clock.add(&more.clock);
+    }
+
     /// Measures all three; each takes as long as the schedule.
     pub(crate) fn measure(
         bus: &BusSpec,

@@ -1,4 +1,4 @@
-//! One way of waiting, measured: floors, then the daemon.
+//! One way of waiting, measured: floors, then the daemon; in turns, so that what else the machine does meets both.
 
 use std::fs::File;
 use std::os::unix::process::CommandExt;
@@ -11,10 +11,10 @@ use coloc_shm_types::{Estimate, RobotName, Space};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::args::{LatencyArgs, TriggerArg, WaitArg};
-use super::facts::scheduling_class;
+use super::facts::{scheduling_class, stolen_ms};
 use super::floors::Floors;
 use super::matching::{Matched, Seen, Sent, matched};
-use super::percentiles::Durations;
+use super::percentiles::{Durations, Percentiles};
 use super::placement::Placement;
 use super::reader::Reader;
 use super::robot_file::{ROBOT, Wanted, write};
@@ -30,11 +30,14 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// From the opening of everything to the first frame.
 const AHEAD_NS: i64 = 300_000_000;
 /// Frames at the start that are not measured: everything is touched for the first time.
-const WARM_UP_NS: i64 = 1_000_000_000;
+const WARM_UP_NS: i64 = 500_000_000;
 /// How long the last frame may take.
 const GRACE_NS: i64 = 500_000_000;
 /// How long each floor is measured, as a part of the run.
-const FLOOR_PART: f64 = 0.2;
+const FLOOR_PART: f64 = 0.5;
+/// Turns, and how long one is at least.
+const MOST_TURNS: u32 = 5;
+const TURN_S: f64 = 3.0;
 
 /// What is the same for every way of waiting.
 pub(crate) struct Setting {
@@ -67,12 +70,28 @@ impl Setting {
         })
     }
 
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A day at most.
+    fn turns(&self) -> u32 {
+        ((self.seconds / TURN_S) as u32).clamp(1, MOST_TURNS)
+    }
+
+    /// The daemon's frames in a turn, after the warm-up's.
+    fn schedule(&self) -> Schedule {
+        self.schedule_of(self.seconds / f64::from(self.turns()), WARM_UP_NS)
+    }
+
+    fn floor_schedule(&self) -> Schedule {
+        self.schedule_of(FLOOR_PART * self.seconds / f64::from(self.turns()), 0)
+    }
+
     #[allow(clippy::cast_possible_truncation)] // Whole nanoseconds and deadlines of a day at most.
-    fn schedule(&self, part: f64) -> Schedule {
+    fn schedule_of(&self, seconds: f64, before_ns: i64) -> Schedule {
+        let period_ns = (1e9 / self.rate_hz) as i64;
+        let count = (seconds * self.rate_hz).ceil() as i64;
         Schedule {
             start_ns: now_ns() + AHEAD_NS,
-            period_ns: (1e9 / self.rate_hz) as i64,
-            count: (self.seconds * part * self.rate_hz).ceil() as i64,
+            period_ns,
+            count: count + before_ns / period_ns,
         }
     }
 }
@@ -80,6 +99,7 @@ impl Setting {
 /// What was measured.
 pub(crate) struct Pass {
     pub(crate) mode: WaitArg,
+    trigger: TriggerArg,
     /// Scheduling class that the daemon's tick obtained.
     pub(crate) class: String,
     pub(crate) floors: Floors,
@@ -87,11 +107,42 @@ pub(crate) struct Pass {
     pub(crate) lost: u64,
     pub(crate) from_kernel: Durations,
     pub(crate) stages: Vec<(&'static str, Durations)>,
-    /// The longest publication around the moment when a subscriber joined \[ns\].
+    /// The longest publication around the moments when a subscriber joined, one in each turn \[ns\].
     pub(crate) join_ns: u64,
+    /// For how long a host ran something else on this machine's processors.
+    pub(crate) stolen_ms: u64,
 }
 
 impl Pass {
+    /// Counts another turn.
+    fn add(&mut self, more: &Self) {
+        self.floors.add(&more.floors);
+        self.frames.add(&more.frames);
+        self.lost += more.lost;
+        self.from_kernel.add(&more.from_kernel);
+        for ((_, all), (_, durations)) in self.stages.iter_mut().zip(&more.stages) {
+            all.add(durations);
+        }
+        self.join_ns = self.join_ns.max(more.join_ns);
+        self.stolen_ms += more.stolen_ms;
+    }
+}
+
+impl Pass {
+    /// From the kernel to the reader, as a multiple of the floors' sum at the same percentile. With deadlines a frame waits for
+    /// the next one, which is no question of speed.
+    #[allow(clippy::cast_precision_loss)] // A minute in nanoseconds is far below 2^53.
+    pub(crate) fn ratio(&self, percentile: fn(&Percentiles) -> u64) -> Option<f64> {
+        let at = |durations: &Durations| percentile(&durations.percentiles()) as f64;
+        let Floors {
+            frame,
+            transport,
+            clock,
+        } = &self.floors;
+        let sum = at(frame) + at(transport) + at(clock);
+        (self.trigger == TriggerArg::Encoder).then(|| at(&self.from_kernel) / sum)
+    }
+
     /// Names and curves for the picture.
     pub(crate) fn curves(&self) -> Vec<PercentileCurve> {
         let curve = |name: &str, durations: &Durations| PercentileCurve {
@@ -108,18 +159,27 @@ impl Pass {
 
 /// Measures one way of waiting.
 pub(crate) fn run(setting: &Setting, mode: WaitArg) -> Result<Pass, LatencyError> {
+    let mut all = turn(setting, mode)?;
+    for _ in 1..setting.turns() {
+        all.add(&turn(setting, mode)?);
+    }
+    Ok(all)
+}
+
+fn turn(setting: &Setting, mode: WaitArg) -> Result<Pass, LatencyError> {
     let Setting {
         bus,
         root,
         placement,
         ..
     } = setting;
-    let floors = Floors::measure(bus, root, mode, placement, || setting.schedule(FLOOR_PART))?;
+    let stolen_before_ms = stolen_ms();
+    let floors = Floors::measure(bus, root, mode, placement, || setting.floor_schedule())?;
     let daemon = Daemon::start(setting, mode)?;
     let class = scheduling_class(daemon.child.id(), "colocd-tick");
-    let schedule = setting.schedule(1.0);
-    let expect = 2 * usize::try_from(schedule.count).unwrap_or(0);
+    let schedule = setting.schedule();
     let until_ns = schedule.end_ns() + GRACE_NS;
+    let expect = 2 * usize::try_from(schedule.count).unwrap_or(0);
     let reader = Reader::start(root, ROBOT, until_ns, expect, placement)?;
     let sender = Sender::of_everything(bus, root, setting.neighbours, schedule, placement);
     sleep_until(schedule.due_ns(schedule.count * 4 / 5));
@@ -140,6 +200,7 @@ pub(crate) fn run(setting: &Setting, mode: WaitArg) -> Result<Pass, LatencyError
     } = matched(&measured, &seen);
     Ok(Pass {
         mode,
+        trigger: setting.trigger,
         class,
         floors,
         frames: Durations::of(from_due_ns),
@@ -151,6 +212,7 @@ pub(crate) fn run(setting: &Setting, mode: WaitArg) -> Result<Pass, LatencyError
             setting.trigger,
         ),
         join_ns: cost_of_joining(&seen, joined_ns),
+        stolen_ms: stolen_ms().saturating_sub(stolen_before_ms),
     })
 }
 

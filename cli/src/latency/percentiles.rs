@@ -38,6 +38,12 @@ impl Durations {
         Self(histogram)
     }
 
+    /// Counts those of `more` as well.
+    pub(crate) fn add(&mut self, more: &Self) {
+        // All have the same bounds: every value fits.
+        let _ = self.0.add(&more.0);
+    }
+
     pub(crate) fn percentiles(&self) -> Percentiles {
         let [p50_ns, p90_ns, p99_ns, p99_9_ns, p99_99_ns] =
             QUANTILES.map(|quantile| self.0.value_at_quantile(quantile));
@@ -75,6 +81,15 @@ mod tests {
         let percentiles = Durations::of(1..=10_000).percentiles();
         assert_eq!((percentiles.count, percentiles.p50_ns), (10_000, 5_003));
         assert!(percentiles.max_ns >= 10_000 && percentiles.p99_99_ns >= 9_999);
+    }
+
+    #[test]
+    fn what_was_counted_apart_adds_up() {
+        let mut all = Durations::of(1..=5_000);
+        all.add(&Durations::of(5_001..=10_000));
+        let at_once = Durations::of(1..=10_000).percentiles();
+        assert_eq!(all.percentiles().p99_ns, at_once.p99_ns);
+        assert_eq!(all.percentiles().count, 10_000);
     }
 
     #[test]

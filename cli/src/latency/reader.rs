@@ -15,6 +15,10 @@ use crate::demo::clock::now_ns;
 
 const READY: &str = "ready";
 
+/// Whoever waits for this processor gets it now, not when the sender's next frame makes the scheduler choose: that would be the
+/// very moment at which an estimate is on its way.
+const TURNS_PER_YIELD: u64 = 64;
+
 /// Being that process: busy, at ordinary priority, until the time is over. Prints what it saw, a line each.
 pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
     settle(&args.cpus, false);
@@ -27,7 +31,13 @@ pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
     let mut seen = Vec::with_capacity(args.expect);
     println!("{READY}");
     let mut now = now_ns();
-    while now < args.until_ns {
+    for turn in 1_u64.. {
+        if now >= args.until_ns {
+            break;
+        }
+        if turn.is_multiple_of(TURNS_PER_YIELD) {
+            std::thread::yield_now();
+        }
         let estimate = estimates.receive().map_err(LatencyError::shm)?;
         now = now_ns();
         seen.extend(estimate.map(|estimate| note(&estimate, now)));

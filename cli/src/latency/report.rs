@@ -9,7 +9,6 @@ use super::LatencyError;
 use super::args::LatencyArgs;
 use super::facts::Facts;
 use super::pass::Pass;
-use super::percentiles::Percentiles;
 use crate::demo::bus::Buses;
 
 /// Facts, settings and passes.
@@ -88,18 +87,8 @@ fn pass(pass: &Pass) -> Value {
         "floor_frame_read": pass.floors.frame.percentiles(),
         "floor_transport": pass.floors.transport.percentiles(),
         "floor_clock_read": pass.floors.clock.percentiles(),
-        "ratio_to_floors": { "p50": ratio(pass, |p| p.p50_ns), "p99": ratio(pass, |p| p.p99_ns) },
+        "ratio_to_floors": { "p50": pass.ratio(|p| p.p50_ns), "p99": pass.ratio(|p| p.p99_ns) },
         "subscriber_join_ns": pass.join_ns,
+        "stolen_by_host_ms": pass.stolen_ms,
     })
-}
-
-/// From the kernel to the reader, as a multiple of the floors' sum at the same percentile.
-#[allow(clippy::cast_precision_loss)] // A minute in nanoseconds is far below 2^53.
-pub(crate) fn ratio(pass: &Pass, percentile: fn(&Percentiles) -> u64) -> f64 {
-    let at = |percentiles: Percentiles| percentile(&percentiles) as f64;
-    let floors = &pass.floors;
-    let sum = at(floors.frame.percentiles())
-        + at(floors.transport.percentiles())
-        + at(floors.clock.percentiles());
-    at(pass.from_kernel.percentiles()) / sum
 }

@@ -2,7 +2,7 @@
 
 use super::pass::Pass;
 use super::percentiles::{Durations, Percentiles};
-use super::report::{Report, ratio};
+use super::report::Report;
 
 /// The figures of one way of waiting.
 pub(crate) fn pass(pass: &Pass) {
@@ -20,16 +20,20 @@ pub(crate) fn pass(pass: &Pass) {
     row("floor: frame read", &pass.floors.frame);
     row("floor: transport", &pass.floors.transport);
     row("floor: clock read", &pass.floors.clock);
+    match (pass.ratio(|p| p.p50_ns), pass.ratio(|p| p.p99_ns)) {
+        (Some(p50), Some(p99)) => {
+            println!("kernel → read, to the floors' sum   p50 {p50:.2}   p99 {p99:.2}");
+        }
+        _ => {
+            println!("frames wait for the next deadline: compare to the period, not to the floors");
+        }
+    }
     println!(
-        "ratio to the floors' sum          p50 {:.2}   p99 {:.2}",
-        ratio(pass, |p| p.p50_ns),
-        ratio(pass, |p| p.p99_ns)
-    );
-    println!(
-        "frames lost {}   publication when a subscriber joins {:.1} µs   the daemon's tick ran as {}",
+        "frames lost {}   publication when a subscriber joins {:.1} µs   the daemon's tick ran as {}   taken by the host {} ms",
         pass.lost,
         micros(pass.join_ns),
-        pass.class
+        pass.class,
+        pass.stolen_ms
     );
 }
 

@@ -1,0 +1,134 @@
+//! `coloc latency`, as a person runs it. What it finds is a machine's affair; that it accounts for everything is its own.
+#![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const RATE_HZ: u64 = 100;
+const SECONDS: u64 = 2;
+
+fn latency(arguments: &str, files: &[(&str, &Path)]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_coloc"));
+    command.arg("latency").args(arguments.split_whitespace());
+    for (option, path) in files {
+        command.arg(option).arg(path);
+    }
+    command.output().unwrap()
+}
+
+/// Runs it and reads what it wrote.
+fn found(arguments: &str) -> (String, Value) {
+    let folder = tempfile::tempdir().unwrap();
+    let json = folder.path().join("latency.json");
+    let arguments = format!("--can local --rate {RATE_HZ} --seconds {SECONDS} {arguments}");
+    let output = latency(&arguments, &[("--json", &json)]);
+    assert!(output.status.success(), "{output:?}");
+    let report = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    (String::from_utf8(output.stdout).unwrap(), report)
+}
+
+fn count(durations: &Value) -> u64 {
+    durations["count"].as_u64().unwrap()
+}
+
+#[test]
+fn every_frame_is_accounted_for_whatever_the_trigger_and_the_wait() {
+    for trigger in ["encoder", "timer"] {
+        let (table, report) = found(&format!("--trigger {trigger}"));
+        let passes = report["passes"].as_array().unwrap();
+        let waits: Vec<&str> = passes
+            .iter()
+            .map(|pass| pass["wait"].as_str().unwrap())
+            .collect();
+        assert_eq!(waits, ["poll", "sleep"]);
+        for pass in passes {
+            let (all, lost) = (&pass["frame_due_to_estimate"], &pass["frames_lost"]);
+            assert_eq!(
+                count(all) + lost.as_u64().unwrap(),
+                RATE_HZ * SECONDS,
+                "{pass}"
+            );
+            assert!(count(&pass["frame_in_kernel_to_estimate"]) <= count(all));
+            assert_eq!(count(&pass["floor_frame_read"]), RATE_HZ * SECONDS / 2);
+            let ratio = &pass["ratio_to_floors"]["p50"];
+            assert_eq!(ratio.is_null(), trigger == "timer", "{pass}");
+        }
+        for row in [
+            "frame due → estimate read",
+            "wake-up",
+            "collect",
+            "estimate",
+            "publish",
+            "transfer",
+            "floor: transport",
+        ] {
+            assert_eq!(table.matches(row).count(), 2, "{row} in {table}");
+        }
+    }
+}
+
+/// Percentiles may only grow, and a stage takes no longer than the whole.
+#[test]
+fn the_figures_agree_with_one_another() {
+    let (_, report) = found("--wait sleep --neighbours 0");
+    let pass = &report["passes"][0];
+    let ns = |durations: &Value, name: &str| durations[name].as_u64().unwrap();
+    let whole = &pass["frame_due_to_estimate"];
+    let order = [
+        "p50_ns",
+        "p90_ns",
+        "p99_ns",
+        "p99_9_ns",
+        "p99_99_ns",
+        "max_ns",
+    ];
+    assert!(order.map(|name| ns(whole, name)).is_sorted(), "{whole}");
+    for (name, stage) in pass["stages"].as_object().unwrap() {
+        // Publication and the books are those of the tick before: they may be of a frame that came before the first counted.
+        let is_of_this_tick = !["publish", "account"].contains(&name.as_str());
+        assert!(
+            !is_of_this_tick || ns(stage, "max_ns") <= ns(whole, "max_ns"),
+            "{name}: {pass}"
+        );
+    }
+    assert_eq!(report["settings"]["neighbours"], 0);
+    assert_eq!(report["settings"]["can"], "local");
+}
+
+#[test]
+fn the_picture_shows_the_daemon_and_its_floors() {
+    let folder = tempfile::tempdir().unwrap();
+    let svg = folder.path().join("latency.svg");
+    let output = latency("--can local --seconds 1 --wait sleep", &[("--plot", &svg)]);
+    assert!(output.status.success(), "{output:?}");
+    let picture = std::fs::read_to_string(svg).unwrap();
+    for curve in [
+        "frame to estimate, sleeping",
+        "floor: frame read",
+        "floor: transport",
+    ] {
+        assert!(picture.contains(curve), "{curve}");
+    }
+}
+
+#[test]
+fn what_cannot_be_is_said() {
+    for (arguments, complaint) in [
+        ("--rate 0", "1 to 1000"),
+        ("--neighbours 65", "0..=64"),
+        ("--seconds 0", "seconds"),
+        (
+            "--can local --seconds 1 --wait sleep --plot /nonexistent/a.svg",
+            "/nonexistent",
+        ),
+    ] {
+        let output = latency(arguments, &[]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            !output.status.success() && said.contains(complaint),
+            "{arguments}: {said}"
+        );
+    }
+}
