@@ -3,10 +3,15 @@
 
 mod by_hand;
 
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
 use by_hand::{METRES_PER_TICK, PERIOD, SECOND, World, diagonal};
+use coloc_daemon::clock::{KernelTime, Reading, TimeSource};
 use coloc_daemon::event::Link;
 use coloc_daemon::tick::Outcome;
 use coloc_daemon::wait::Wake;
+use coloc_drivers::can::{Frame, Sender};
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{Header, Health, Input, Neighbour, Position, Reject, RelativePose};
 
@@ -245,6 +250,52 @@ fn half_a_sample_is_no_tick() {
         (Outcome::Incomplete, Outcome::Ticked)
     );
     assert_eq!(robot.robot.account().status.accepted_of(Input::Odometry), 1);
+}
+
+/// The kernel's clocks, and frames that come right after they were read.
+struct Interrupted {
+    sender: Mutex<Sender>,
+    frames: Arc<Mutex<Vec<Frame>>>,
+}
+
+impl TimeSource for Interrupted {
+    fn read(&self) -> Reading {
+        let reading = KernelTime.read();
+        for frame in self.frames.lock().unwrap().drain(..) {
+            self.sender.lock().unwrap().send(&frame).unwrap();
+        }
+        reading
+    }
+
+    fn monotonic_ns(&self) -> i64 {
+        KernelTime.monotonic_ns()
+    }
+}
+
+#[test]
+fn a_frame_that_comes_as_the_clocks_are_read_starts_the_next_tick_at_once() {
+    let world = World::new();
+    let lines = format!("[tick]\ntrigger = \"encoder\"\n{}", world.wheels());
+    let frames = Arc::new(Mutex::new(Vec::new()));
+    let time = Interrupted {
+        sender: Mutex::new(world.sender()),
+        frames: Arc::clone(&frames),
+    };
+    let mut subject = world.robot_under(Box::new(time), "a", 1, &lines);
+    let mut wheels = WheelFrames::new(METRES_PER_TICK);
+    let mut wakes_after = |sent: [Frame; 2]| {
+        std::thread::sleep(Duration::from_nanos(PERIOD.unsigned_abs())); // By the kernel's stamps, that much apart.
+        frames.lock().unwrap().extend(sent);
+        [Wake::Frame; 2].map(|wake| subject.robot.wake(wake))
+    };
+    wakes_after(wheels.encode(0.0, 0.0));
+    let outcomes = wakes_after(wheels.encode(0.0, 0.0));
+    assert_eq!(outcomes, [Outcome::Incomplete, Outcome::Ticked]);
+    let estimate = subject.estimates.receive().unwrap().expect("a tick");
+    assert!(
+        (1..=estimate.header.stamp_ns).contains(&estimate.frame_stamp_ns),
+        "{estimate:?}"
+    );
 }
 
 #[test]

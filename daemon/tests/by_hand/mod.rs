@@ -81,18 +81,23 @@ impl World {
     }
 
     pub(crate) fn robot(&self, robot: &str, id: u16, lines: &str) -> Subject {
+        self.robot_under(Box::new(self.time.clone()), robot, id, lines)
+    }
+
+    /// One that lives under other clocks than the world's.
+    pub(crate) fn robot_under(
+        &self,
+        time: Box<dyn TimeSource>,
+        robot: &str,
+        id: u16,
+        lines: &str,
+    ) -> Subject {
         let team = "[[team]]\nname = \"a\"\nid = 1\n[[team]]\nname = \"b\"\nid = 2\n";
         let text = format!("{team}[robot]\nname = \"{robot}\"\nid = {id}\n{lines}");
         let config = Config::parse(&text, Path::new("tick.toml")).unwrap();
         let link = Arc::new(Link::new());
         let estimates = self.space.subscriber(&name(robot)).unwrap();
-        let robot = Robot::open(
-            &config,
-            &self.space,
-            Box::new(self.time.clone()),
-            Arc::clone(&link),
-        )
-        .unwrap();
+        let robot = Robot::open(&config, &self.space, time, Arc::clone(&link)).unwrap();
         Subject {
             robot,
             estimates,
