@@ -132,6 +132,7 @@ impl Robot {
         }
         let moment = self.moment();
         self.collect.frames(&moment, &mut self.account);
+        self.collect.supervise(&moment, &mut self.account);
         if wake == Wake::Frame && !self.collect.has_odometry() {
             return Outcome::Incomplete;
         }
@@ -142,7 +143,6 @@ impl Robot {
     fn tick(&mut self, wake: Wake, mut watch: Stopwatch, moment: &Moment) {
         let lateness_ns = self.account.woke(wake, watch.0);
         // collect
-        self.collect.supervise(moment, &mut self.account);
         self.collect.messages(moment, &mut self.account);
         let inputs = self.collect.inputs(moment);
         self.stages.collect_ns = watch.lap(&*self.time);

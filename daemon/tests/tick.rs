@@ -236,18 +236,19 @@ fn half_a_sample_is_no_tick() {
     let mut wake = |frame| {
         world.time.run(PERIOD / 2);
         sender.send(&frame).unwrap();
-        robot.robot.wake(Wake::Frame)
+        let outcome = robot.robot.wake(Wake::Frame);
+        (outcome, robot.robot.account().status.can.frames)
     };
     let [left, right] = frames.encode(0.0, 0.0);
     assert_eq!(
-        (wake(left), wake(right)),
-        (Outcome::Incomplete, Outcome::Incomplete),
+        [wake(left), wake(right)],
+        [(Outcome::Incomplete, 1), (Outcome::Incomplete, 2)],
         "counting starts here"
     );
     let [left, right] = frames.encode(0.01, 0.01);
     assert_eq!(
-        (wake(left), wake(right)),
-        (Outcome::Incomplete, Outcome::Ticked)
+        [wake(left), wake(right)],
+        [(Outcome::Incomplete, 3), (Outcome::Ticked, 4)]
     );
     assert_eq!(robot.robot.account().status.accepted_of(Input::Odometry), 1);
 }
