@@ -7,6 +7,7 @@ use std::fs::File;
 use std::io;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
+use std::time::Duration;
 
 use iceoryx2::node::NodeState;
 use iceoryx2::prelude::CallbackProgression;
@@ -50,11 +51,20 @@ impl Residence {
     }
 }
 
+/// Whoever was killed is inside until the last of its threads is gone: who leaves because of that death would else find
+/// it still there, and nobody would clean up.
+const TRIES: u32 = 20;
+const PAUSE: Duration = Duration::from_millis(2);
+
 impl Drop for Residence {
     fn drop(&mut self) {
-        if try_alone(&self.lock) {
-            // What cannot be removed now will be at the next start, which reports it.
-            let _ = sweep(&self.place);
+        for _ in 0..TRIES {
+            if try_alone(&self.lock) {
+                // What cannot be removed now will be at the next start, which reports it.
+                let _ = sweep(&self.place);
+                return;
+            }
+            std::thread::sleep(PAUSE);
         }
     }
 }
