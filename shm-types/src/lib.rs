@@ -25,6 +25,8 @@ mod input;
 mod layout;
 mod matrix;
 mod payload;
+pub mod places;
+pub mod private;
 mod reject;
 mod replay;
 mod robot_name;
