@@ -1,0 +1,157 @@
+//! Directories of a running fleet are deleted, moved away and replaced.
+//!
+//! Who is inside notices: it heals what was lost, or ends with a status and a sentence. Nobody is run twice.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::Duration;
+
+use rand::seq::IndexedRandom;
+
+use crate::fault::{Outcome, fault};
+use crate::fleet::{ANSWER, Fleet, Started, VICTIM, Who};
+use crate::rounds::{Round, play as play_rounds};
+use crate::stage::Stage;
+use crate::tally::Tally;
+
+/// Below the fleet's directory.
+const TARGETS: [&str; 6] = [
+    "shm",
+    "shm/nodes",
+    "shm/services",
+    "shm/claims",
+    "bus",
+    "state",
+];
+/// Within which whoever is inside has noticed, and has done something about it.
+const NOTICED: Duration = Duration::from_millis(1500);
+const SETTINGS: &str = "[telemetry]\nstate_file = \"{at}/state/{robot}.belief.toml\"\n\
+    [odometry]\nbuses = [\"local:{at}/bus\"]\nmax_speed_mps = 5.0\n\
+    [odometry.wheels]\ntrack_m = 0.3\n\
+    left = { message = \"WheelLeft\", signal = \"Ticks\", metres_per_tick = 1e-4 }\n\
+    right = { message = \"WheelRight\", signal = \"Ticks\", metres_per_tick = 1e-4 }\n";
+
+#[derive(Copy, Clone, Debug)]
+enum Deed {
+    Delete,
+    MoveAway,
+    Empty,
+    File,
+    Link,
+}
+
+const DEEDS: [Deed; 5] = [
+    Deed::Delete,
+    Deed::MoveAway,
+    Deed::Empty,
+    Deed::File,
+    Deed::Link,
+];
+
+pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
+    play_rounds(
+        stage,
+        tally,
+        stage.one_in(10, 6),
+        || Ok(()),
+        |(), round| {
+            let target = TARGETS[round.number as usize % TARGETS.len()];
+            let deed = *DEEDS.choose(&mut round.chance).expect("there are some");
+            robbed(stage, target, deed, round)
+                .map_err(|fault| fault.after(&format!("{target}: {deed:?}")))
+        },
+        |(), _| Ok(()),
+    );
+}
+
+fn robbed(stage: &Stage, target: &str, deed: Deed, round: &mut Round<'_>) -> Outcome {
+    let fleet = Fleet::with_settings(stage, SETTINGS)?;
+    fs::create_dir(fleet.directory.path().join("state")).unwrap();
+    let mut fleet = fleet.joined_by_other()?;
+    let mut robot = fleet.start(Who::Daemon, VICTIM);
+    fleet.answers(&mut robot)?;
+    let said_before = robot.program.said().len();
+    deed.does(&fleet.directory.path().join(target));
+    sleep(NOTICED);
+    let has_ended = if let Some(status) = robot.program.ended() {
+        robot.program.refused(status)?;
+        true
+    } else {
+        robot.program.no_panic()?;
+        if robot.program.said().len() == said_before {
+            fault!("robot1 goes on and does not say anything");
+        }
+        heard(&mut fleet, &robot, round)?;
+        false
+    };
+    second(&mut fleet, &mut robot, has_ended, round)?;
+    if !has_ended {
+        round.tally.ends.push(robot.program.terminate()?);
+    }
+    Ok(())
+}
+
+/// Who has healed is heard by who comes now.
+fn heard(fleet: &mut Fleet, robot: &Started, round: &mut Round<'_>) -> Outcome {
+    let mut listener = fleet.start_listener(VICTIM);
+    if listener.program.line_if_any("ready", ANSWER).is_none() {
+        fault!(
+            "robot1 lives, and nobody who comes now hears it{}{}",
+            robot.program.words(),
+            listener.program.evidence()
+        );
+    }
+    round.tally.ends.push(listener.program.terminate()?);
+    Ok(())
+}
+
+/// A second daemon of the same robot.
+fn second(
+    fleet: &mut Fleet,
+    first: &mut Started,
+    first_has_ended: bool,
+    round: &mut Round<'_>,
+) -> Outcome {
+    let mut second = fleet.start(Who::Daemon, VICTIM);
+    sleep(NOTICED);
+    match (second.program.ended(), first.program.ended().is_some()) {
+        (None, false) => fault!("robot1 runs twice"),
+        (Some(status), false) => second.program.refused(status).map(drop),
+        (Some(status), true) => {
+            let words = second.program.refused(status)?;
+            if first_has_ended {
+                fault!("robot1 does not start again: {words}");
+            }
+            Ok(())
+        }
+        (None, true) => {
+            round.tally.ends.push(second.program.terminate()?);
+            Ok(())
+        }
+    }
+}
+
+impl Deed {
+    fn does(self, target: &Path) {
+        let away = |to: &str| {
+            let moved: PathBuf = target.with_extension(to);
+            fs::rename(target, &moved).unwrap();
+            moved
+        };
+        match self {
+            Self::Delete => fs::remove_dir_all(target).unwrap(),
+            Self::MoveAway => drop(away("away")),
+            Self::Empty => {
+                fs::remove_dir_all(target).unwrap();
+                fs::create_dir(target).unwrap();
+            }
+            Self::File => {
+                fs::remove_dir_all(target).unwrap();
+                fs::write(target, "not a directory").unwrap();
+            }
+            Self::Link => symlink(away("linked"), target).unwrap(),
+        }
+    }
+}

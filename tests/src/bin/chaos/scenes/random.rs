@@ -1,0 +1,146 @@
+//! Kills at random moments of life, in turns with the same rounds without kills.
+
+use std::thread::sleep;
+use std::time::Duration;
+
+use rand::RngExt;
+
+use crate::fault::{Outcome, fault};
+use crate::fleet::{Fleet, OTHER, Started, VICTIM, Who};
+use crate::rounds::{Round, play as play_rounds};
+use crate::stage::Stage;
+use crate::tally::Tally;
+use crate::watch::Book;
+
+/// Rounds with kills, then as many with SIGTERM instead.
+const BLOCK: u32 = 10;
+/// Longest life \[ms\].
+const LIFE_MS: u64 = 300;
+/// Within which a fix is counted: that is told once a second.
+const FED: Duration = Duration::from_secs(5);
+
+pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
+    let mut books = [Book::default(); 2];
+    play_rounds(
+        stage,
+        tally,
+        stage.rounds(2 * stage.kills),
+        || Cast::new(stage),
+        |cast, round| {
+            let book = cast.round(round)?;
+            books[usize::from(!kills(round.number))].add(book);
+            Ok(())
+        },
+        Cast::end,
+    );
+    tally.figures.push(figures(&books));
+    tally.note(stage, tally.rounds, compare(&books));
+}
+
+fn kills(round: u32) -> bool {
+    (round / BLOCK).is_multiple_of(2)
+}
+
+fn figures([kills, control]: &[Book; 2]) -> String {
+    let line = |book: &Book| {
+        format!(
+            "missed {} of {} ticks, longest {} ms",
+            book.missed,
+            book.ticks + book.missed,
+            book.longest_ns / 1_000_000
+        )
+    };
+    format!(
+        "the other robot with kills {}, without {}",
+        line(kills),
+        line(control)
+    )
+}
+
+/// More than the control by what cannot be chance: three standard deviations of the difference of two counts.
+#[allow(clippy::cast_precision_loss, reason = "counts of ticks are small")]
+fn compare([kills, control]: &[Book; 2]) -> Outcome {
+    if control.ticks == 0 {
+        return Ok(()); // One round alone.
+    }
+    let share = (kills.ticks + kills.missed) as f64 / (control.ticks + control.missed) as f64;
+    let expected = control.missed as f64 * share;
+    let deviation = (expected + control.missed as f64 * share * share).sqrt();
+    // A machine that is interrupted once misses some deadlines in a row.
+    if kills.missed as f64 > expected + 3.0 * deviation + 25.0 {
+        fault!("the other robot misses more ticks with kills than without");
+    }
+    Ok(())
+}
+
+/// A fleet whose every part runs.
+struct Cast {
+    fleet: Fleet,
+    victims: [Started; 3],
+    /// Files with all of them.
+    files: usize,
+    most: usize,
+}
+
+impl Cast {
+    fn new(stage: &Stage) -> Outcome<Self> {
+        let mut fleet = Fleet::with_other(stage)?;
+        let mut victims = Who::ALL.map(|who| fleet.start(who, VICTIM));
+        for victim in &mut victims {
+            fleet.answers(victim)?;
+        }
+        fleet.keep();
+        let files = fleet.files().len();
+        Ok(Self {
+            fleet,
+            victims,
+            files,
+            most: files,
+        })
+    }
+
+    fn round(&mut self, round: &mut Round<'_>) -> Outcome<Book> {
+        self.fleet.watch().take_book(OTHER);
+        sleep(Duration::from_millis(round.chance.random_range(0..LIFE_MS)));
+        let index = [0, 0, 0, 1, 2][round.chance.random_range(0..5)];
+        let kills = kills(round.number);
+        let victim = &mut self.victims[index];
+        if kills {
+            victim.program.kill()?;
+        } else {
+            round.tally.ends.push(victim.program.terminate()?);
+        }
+        *victim = self.fleet.start(Who::ALL[index], VICTIM);
+        let took = self.fleet.answers(victim)?;
+        if kills && index == 0 {
+            round.tally.restarts.push(took);
+        }
+        let book = self.fleet.other_goes_on()?;
+        for victim in &mut self.victims {
+            victim.program.look()?;
+        }
+        self.most = self.most.max(self.fleet.files().len());
+        if (round.number + 1).is_multiple_of(BLOCK) {
+            self.fleet.settles_to(self.files)?;
+        }
+        Ok(book)
+    }
+
+    fn end(mut self, tally: &mut Tally) -> Outcome {
+        let (count, last) = self.fleet.watch().refusals();
+        if count > 0 {
+            let words = format!("{count} messages could not be read, as in `{last}`");
+            tally.figures.push(words);
+        }
+        let files = format!("at most {} files, {} before", self.most, self.files);
+        tally.figures.push(files);
+        if !self.fleet.watch().is_fed(OTHER, FED) {
+            fault!("fixes do not reach robot2 any more");
+        }
+        for victim in &mut self.victims {
+            tally.ends.push(victim.program.terminate()?);
+        }
+        tally.ends.extend(self.fleet.end()?);
+        Ok(())
+    }
+}
