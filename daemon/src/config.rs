@@ -7,6 +7,7 @@
 pub mod check;
 mod defaults;
 pub mod error;
+mod places;
 pub mod sections;
 pub mod summary;
 
@@ -104,17 +105,6 @@ impl Config {
     /// The team without this robot.
     pub fn peers(&self) -> impl Iterator<Item = &Member> {
         self.team.iter().filter(|member| member.id != self.robot.id)
-    }
-
-    /// Where the last belief is saved.
-    #[must_use]
-    pub fn state_file(&self) -> std::path::PathBuf {
-        if !self.telemetry.state_file.as_os_str().is_empty() {
-            return self.telemetry.state_file.clone();
-        }
-        let mut beside = self.shm.root.clone().into_os_string();
-        beside.push(format!(".{}.belief.toml", self.robot.name));
-        beside.into()
     }
 
     /// The tick's period \[ns\].

@@ -35,6 +35,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
+use coloc_shm_types::OpenError;
 
 use args::{Args, Command};
 use config::{Config, summary::Summary};
@@ -65,7 +66,11 @@ fn check(path: &Path) -> ExitCode {
     finish(
         Config::load(path)
             .map_err(StartError::from)
-            .map(|config| println!("{}", Summary(&config))),
+            .and_then(|config| {
+                config.shm_root().map_err(OpenError::from)?;
+                println!("{}", Summary(&config));
+                Ok(())
+            }),
     )
 }
 

@@ -127,11 +127,7 @@ fn tick_until_stopped(
 type Started = (Robot, Wait, (coloc_shm_types::Claim, Space));
 
 fn start(config: &Config, link: Arc<Link>, stop: OwnedFd) -> Result<Started, StartError> {
-    let space = Space::open(
-        &config.shm.root,
-        &config.shm.prefix,
-        &format!("colocd {}", config.robot.name),
-    )?;
+    let space = config.open_space(&format!("colocd {}", config.robot.name))?;
     let claim = space.claim_robot(&config.robot.name)?;
     let robot = Robot::open(config, &space, Box::new(KernelTime), link)?;
     report(config, &robot);
@@ -221,11 +217,7 @@ impl Telemetering {
 /// Without a status the robot still knows where it is, so a failure here is logged and survived.
 fn telemetry(config: &Config, link: Arc<Link>, recorder: Recorder, stop: &Receiver<()>) {
     let open = || -> Result<_, StartError> {
-        let space = Space::open(
-            &config.shm.root,
-            &config.shm.prefix,
-            &format!("colocd {} status", config.robot.name),
-        )?;
+        let space = config.open_space(&format!("colocd {} status", config.robot.name))?;
         Ok((Telemetry::open(config, &space, link)?, space))
     };
     match open() {

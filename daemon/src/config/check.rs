@@ -126,7 +126,9 @@ fn team(config: &Config) -> Checked {
 
 fn shm(shm: &Shm) -> Checked {
     let root = shm.root.display();
-    if !shm.root.is_absolute() {
+    if shm.root.as_os_str().is_empty() {
+        // The default place, which is found when it is wanted.
+    } else if !shm.root.is_absolute() {
         refuse("shm.root", root, "must be an absolute path")?;
     } else if shm.root.as_os_str().len() > LONGEST_ROOT {
         refuse(

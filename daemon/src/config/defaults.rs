@@ -29,8 +29,8 @@ impl Default for Tick {
 impl Default for Shm {
     fn default() -> Self {
         Self {
-            root: PathBuf::from("/tmp/coloc"),
-            prefix: "coloc".into(),
+            root: PathBuf::new(),
+            prefix: coloc_shm_types::places::DEFAULT_PREFIX.into(),
         }
     }
 }

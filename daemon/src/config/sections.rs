@@ -92,7 +92,8 @@ pub enum WaitMode {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Shm {
-    /// Directory for the middleware's files; every program that is to meet names the same.
+    /// Directory for the middleware's files; every program that is to meet names the same. If empty it is
+    /// `/run/coloc`, or `$XDG_RUNTIME_DIR/coloc` for a user who cannot make that.
     pub root: PathBuf,
     /// First letters of every file in `/dev/shm`.
     pub prefix: String,

@@ -29,12 +29,7 @@ impl fmt::Display for Summary<'_> {
             "tick      {} Hz, started by {:?}, waited for by {:?}",
             c.tick.rate_hz, c.tick.trigger, c.tick.wait
         )?;
-        writeln!(
-            f,
-            "shm       {}, prefix {}",
-            c.shm.root.display(),
-            c.shm.prefix
-        )?;
+        self.shm(f)?;
         writeln!(f, "wheels    {}", self.wheels())?;
         self.estimator(f)?;
         self.realtime(f)
@@ -42,6 +37,14 @@ impl fmt::Display for Summary<'_> {
 }
 
 impl Summary<'_> {
+    fn shm(self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let prefix = &self.0.shm.prefix;
+        match self.0.shm_root() {
+            Ok(root) => writeln!(f, "shm       {root}, prefix {prefix}"),
+            Err(problem) => writeln!(f, "shm       {problem}"),
+        }
+    }
+
     fn wheels(self) -> String {
         let Some(odometry) = &self.0.odometry else {
             return "none".into();

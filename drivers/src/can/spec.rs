@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// | --- | --- |
 /// | `socketcan:can0` | the kernel's CAN interface of that name |
 /// | `candump:run.log`, `candump:run.log.gz?interface=can0` | a recorded log, played in real time, whole or one interface of it |
-/// | `local:/run/coloc/can0` | a directory of sockets: a bus between processes of one machine that needs no CAN in the kernel |
+/// | `local:/run/user/1000/can0` | a directory of sockets: a bus between processes of one machine that needs no CAN in the kernel |
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum BusSpec {

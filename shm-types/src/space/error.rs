@@ -3,9 +3,18 @@ use std::path::PathBuf;
 
 use iceoryx2::node::NodeCreationFailure;
 
+use crate::places::NoPlace;
+use crate::private::NotPrivate;
+
 /// A space could not be opened, or a robot not be claimed: the program cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
+    /// None was named, and this user has no default place.
+    #[error(transparent)]
+    NoPlace(#[from] NoPlace),
+    /// A directory or file is not ours alone.
+    #[error(transparent)]
+    NotPrivate(#[from] NotPrivate),
     /// The prefix would not fit into file names.
     #[error("shared-memory prefix `{prefix}`: use 1 to 16 of the characters a-z, A-Z, 0-9 and `_`")]
     BadPrefix {

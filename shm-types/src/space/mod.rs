@@ -14,7 +14,7 @@ pub use claim::Claim;
 pub use error::{OpenError, PortError, ReceiveError, SendError};
 pub use port::{Publisher, Subscriber};
 
-use crate::{Message, RobotName};
+use crate::{Message, RobotName, places};
 use config::Place;
 use residence::Residence;
 
@@ -52,6 +52,16 @@ impl Space {
         Ok(Self {
             tenancy: Arc::new(Tenancy { node, residence }),
         })
+    }
+
+    /// Takes part in the space that is used if no other is configured: [`places::shared_memory_root`] and
+    /// [`places::DEFAULT_PREFIX`].
+    ///
+    /// # Errors
+    /// As [`Self::open`], and if there is no such place.
+    pub fn open_default(name: &str) -> Result<Self, OpenError> {
+        let root = places::shared_memory_root()?;
+        Self::open(&root.path, places::DEFAULT_PREFIX, name)
     }
 
     /// A port that sends `robot`'s messages of type `M`.
