@@ -7,7 +7,9 @@ use std::process::{Command, Stdio};
 use crate::files::SHARED_MEMORY;
 
 /// Enough for everything but the scenes that fill it.
-const SHARED_MEMORY_MIB: u64 = 128;
+const SHARED_MEMORY_KIB: u64 = 128 << 10;
+/// Few enough for all to be taken soon.
+const FILES: u64 = 4000;
 
 /// Begins again within one, where that is allowed.
 pub(crate) fn begin_again() {
@@ -33,13 +35,13 @@ fn can_unshare() -> bool {
 
 /// Shared memory of its own.
 pub(crate) fn settle_in() {
-    mount_memory(Path::new(SHARED_MEMORY), SHARED_MEMORY_MIB << 10);
+    mount_memory(Path::new(SHARED_MEMORY), SHARED_MEMORY_KIB);
 }
 
 /// A file system in memory of this size \[KiB\].
 pub(crate) fn mount_memory(at: &Path, size_kib: u64) {
     let status = Command::new("mount")
-        .args(["-t", "tmpfs", "-o", &format!("size={size_kib}k"), "tmpfs"])
+        .args(["-t", "tmpfs", "-o", &format!("size={size_kib}k,nr_inodes={FILES}"), "tmpfs"])
         .arg(at)
         .status()
         .unwrap();

@@ -42,6 +42,18 @@ fn collect(directory: &Path, wanted: &dyn Fn(&Path) -> bool, found: &mut BTreeSe
     }
 }
 
+/// Inodes of the files that a process has mapped or open.
+pub(crate) fn held_by(pid: u32) -> Vec<u64> {
+    let maps = fs::read_to_string(format!("/proc/{pid}/maps")).unwrap_or_default();
+    let mapped = maps
+        .lines()
+        .filter_map(|line| line.split_whitespace().nth(4)?.parse().ok());
+    let open = fs::read_dir(format!("/proc/{pid}/fd"));
+    let open = open.into_iter().flatten().flatten();
+    let open = open.filter_map(|entry| Some(fs::metadata(entry.path()).ok()?.ino()));
+    mapped.chain(open).collect()
+}
+
 impl Entry {
     pub(crate) fn is_claim(&self) -> bool {
         self.path

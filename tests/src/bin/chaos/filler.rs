@@ -1,6 +1,6 @@
 //! Takes what room there is.
 
-use std::fs::{self, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -32,6 +32,27 @@ impl Filler {
 impl Drop for Filler {
     fn drop(&mut self) {
         let _ = fs::remove_file(&self.0);
+    }
+}
+
+/// Takes all but so many of the files that there may be, until it is dropped.
+pub(crate) struct Crowd(PathBuf);
+
+impl Crowd {
+    pub(crate) fn leaving(directory: &Path, left: u64) -> Self {
+        let own = directory.join("crowd");
+        fs::create_dir_all(&own).unwrap();
+        let files = || rustix::fs::statvfs(directory).unwrap().f_favail;
+        for number in left..files() {
+            let _ = File::create(own.join(number.to_string()));
+        }
+        Self(own)
+    }
+}
+
+impl Drop for Crowd {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
     }
 }
 

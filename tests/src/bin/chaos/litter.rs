@@ -48,6 +48,10 @@ impl Litter {
         fault!("left of the dead, {ROUNDS} rounds later: {}", list(&old))
     }
 
+    pub(crate) fn is_kept(&self, entry: &Entry) -> bool {
+        self.kept.contains(entry)
+    }
+
     pub(crate) fn figures(&self) -> String {
         format!(
             "at most {} files, {} of the living",

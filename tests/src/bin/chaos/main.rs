@@ -17,6 +17,7 @@ mod fault;
 mod files;
 mod filler;
 mod fleet;
+mod harm;
 mod litter;
 mod parts;
 mod program;

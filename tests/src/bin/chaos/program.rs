@@ -112,7 +112,7 @@ impl Program {
         self.signal(Signal::KILL);
         let status = self.wait(PATIENCE)?;
         match status.signal() {
-            Some(9) => Ok(()),
+            Some(9) => self.no_panic(),
             _ => self.judge(status),
         }
     }

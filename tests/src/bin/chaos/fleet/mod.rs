@@ -27,7 +27,7 @@ use crate::watch::Watch;
 use answer::PATIENCE;
 pub(crate) use answer::{ANSWER, Answer};
 use config::{PREFIX, ROBOTS};
-pub(crate) use start::Started;
+pub(crate) use start::{Harm, Started};
 
 /// The robot that is harmed.
 pub(crate) const VICTIM: usize = 0;
@@ -175,7 +175,15 @@ impl Fleet {
 
     pub(crate) fn end_witness(&mut self) -> Outcome {
         let witness = self.witness.take();
-        witness.map_or(Ok(()), |mut witness| witness.terminate().map(drop))
+        witness.map_or(Ok(()), |mut witness| witness.kill())
+    }
+
+    /// Inodes of all that those who are not harmed have open or mapped.
+    pub(crate) fn held(&self) -> BTreeSet<u64> {
+        let living = self.others.iter().chain(&self.witness);
+        living
+            .flat_map(|program| files::held_by(program.pid()))
+            .collect()
     }
 
     /// Somebody comes and goes: the full prefix of the space.

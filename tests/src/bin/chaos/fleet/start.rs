@@ -23,6 +23,14 @@ pub(crate) struct Started {
     pub(super) monotonic_ns: i64,
 }
 
+/// What is done at a stop.
+#[derive(Copy, Clone, Debug)]
+pub(crate) enum Harm {
+    Kill,
+    Term,
+    Hold(Duration),
+}
+
 impl Started {
     fn new(who: Who, robot: usize, start: impl FnOnce() -> Program) -> Self {
         Self {
@@ -79,13 +87,17 @@ impl Fleet {
         self.start_command(Who::Reader, robot, &mut command)
     }
 
-    /// Killed, or held for so long, at a stop of a system call.
-    pub(crate) fn start_traced(
+    /// Harmed at a stop of a system call, if one is given.
+    pub(crate) fn start_traced(&self, who: Who, from: CountFrom, at: Option<u64>) -> Started {
+        self.start_harmed(who, from, at, Harm::Kill)
+    }
+
+    pub(crate) fn start_harmed(
         &self,
         who: Who,
         from: CountFrom,
         at: Option<u64>,
-        hold: Option<Duration>,
+        harm: Harm,
     ) -> Started {
         let mut command = part("tracer");
         command.arg(match from {
@@ -93,7 +105,11 @@ impl Fleet {
             CountFrom::Term => "--from=term",
         });
         command.args(at.map(|at| format!("--at={at}")));
-        command.args(hold.map(|hold| format!("--hold-ms={}", hold.as_millis())));
+        command.args(match harm {
+            Harm::Kill => None,
+            Harm::Term => Some("--term".to_owned()),
+            Harm::Hold(still) => Some(format!("--hold-ms={}", still.as_millis())),
+        });
         self.program(who, VICTIM, &mut command);
         self.start_command(who, VICTIM, &mut command)
     }

@@ -24,11 +24,22 @@ pub(crate) struct TraceArgs {
     at: Option<u64>,
     #[arg(long, value_enum, default_value_t = CountFrom::Start)]
     from: CountFrom,
-    /// Harm is to stand still for so long, rather than to be killed \[ms\].
-    #[arg(long)]
-    hold_ms: Option<u64>,
+    #[command(flatten)]
+    harm: HarmArgs,
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     program: Vec<OsString>,
+}
+
+/// Which harm, if it is not to be killed.
+#[derive(Args)]
+#[group(multiple = false)]
+struct HarmArgs {
+    /// To stand still for so long \[ms\].
+    #[arg(long)]
+    hold_ms: Option<u64>,
+    /// SIGTERM.
+    #[arg(long)]
+    term: bool,
 }
 
 /// Where counting begins.
@@ -122,11 +133,17 @@ impl<'a> Tracer<'a> {
     }
 
     fn harm(&self) {
-        match self.args.hold_ms {
+        let HarmArgs { hold_ms, term } = self.args.harm;
+        let signal = if term {
+            Signal::SIGTERM
+        } else {
+            Signal::SIGKILL
+        };
+        match hold_ms {
             // Whoever of the other threads comes to a system call stands still, too: nobody lets it go on.
             Some(ms) => sleep(Duration::from_millis(ms)),
             None => {
-                let _ = kill(self.pid, Signal::SIGKILL);
+                let _ = kill(self.pid, signal);
             }
         }
     }

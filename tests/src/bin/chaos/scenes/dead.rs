@@ -1,22 +1,22 @@
-//! Everybody dies at once, and files are damaged, as a power cut does: the next start works, and says what it removed.
+//! Whoever dies leaves files, and a power cut spoils them: the next start works, and says what it removed.
 
-use std::fs::{self, OpenOptions};
-use std::os::unix::fs::FileExt;
-use std::path::Path;
 use std::thread::sleep;
 use std::time::Duration;
 
 use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
+use rand::seq::IndexedRandom;
 use rustix::process::Signal;
 
 use crate::fault::{Outcome, fault};
-use crate::fleet::{Fleet, OTHER, VICTIM, Who};
+use crate::files::Entry;
+use crate::fleet::{Fleet, OTHER, Started, VICTIM, Who};
+use crate::harm::{spoil, unmake};
 use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
 use crate::tally::Tally;
 
-pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
+/// Everybody dies at once.
+pub(crate) fn all(stage: &Stage, tally: &mut Tally) {
     play_rounds(
         stage,
         tally,
@@ -27,25 +27,32 @@ pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
     );
 }
 
+/// One robot, its reader and its feeder die, and one of their files is as if they had just begun to make it; the other
+/// robot lives.
+pub(crate) fn some(stage: &Stage, tally: &mut Tally) {
+    play_rounds(
+        stage,
+        tally,
+        stage.one_in(6, 6),
+        || Fleet::with_other(stage),
+        half_a_power_cut,
+        |fleet, tally| {
+            tally.figures.push(fleet.litter.figures());
+            tally.ends.extend(fleet.end()?);
+            Ok(())
+        },
+    );
+}
+
 fn power_cut(fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome {
-    die_together(fleet, round)?;
-    let harmed = fleet
-        .files_and_beliefs()
-        .iter()
-        .filter(|path| harm(path, &mut round.chance))
-        .count();
+    let other = fleet.start(Who::Daemon, OTHER);
+    sleep(moment(round));
+    die_together(fleet, vec![other], round)?;
+    let left = fleet.files_and_beliefs();
+    let spoiled = left.iter().filter(|path| spoil(path, &mut round.chance));
+    let spoiled = spoiled.count();
     if round.chance.random() {
-        // The daemon is the first to come, and must say what it found.
-        let mut first = fleet.start(Who::Daemon, OTHER);
-        fleet.start_witness()?;
-        round.tally.restarts.push(fleet.answers(&mut first)?);
-        if harmed > 0 && !first.program.said().contains("remov") {
-            fault!(
-                "robot2 did not say what it removed{}",
-                first.program.words()
-            );
-        }
-        round.tally.ends.push(first.program.terminate()?);
+        is_first(fleet, spoiled > 0, round)?;
     } else {
         fleet.start_witness()?;
     }
@@ -56,42 +63,46 @@ fn power_cut(fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome {
     fleet.nothing_left()
 }
 
-/// Some were running, some were just starting.
-fn die_together(fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome {
-    let mut all = vec![fleet.start(Who::Daemon, OTHER)];
-    sleep(Duration::from_millis(round.chance.random_range(0..150)));
+/// The daemon that comes first must say what it found.
+fn is_first(fleet: &mut Fleet, found: bool, round: &mut Round<'_>) -> Outcome {
+    let mut first = fleet.start(Who::Daemon, OTHER);
+    fleet.start_witness()?;
+    round.tally.restarts.push(fleet.answers(&mut first)?);
+    if found && !first.program.said().contains("remov") {
+        fault!(
+            "robot2 did not say what it removed{}",
+            first.program.words()
+        );
+    }
+    round.tally.ends.push(first.program.terminate()?);
+    Ok(())
+}
+
+fn half_a_power_cut(fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome {
+    die_together(fleet, Vec::new(), round)?;
+    let held = fleet.held();
+    let of_the_dead = |entry: &Entry| !held.contains(&entry.inode) && !fleet.litter.is_kept(entry);
+    let files: Vec<Entry> = fleet.files().into_iter().filter(of_the_dead).collect();
+    let one = files.choose(&mut round.chance);
+    let about = one.map_or_else(String::new, |entry| entry.path.display().to_string());
+    if let Some(entry) = one {
+        unmake(&entry.path, &mut round.chance);
+    }
+    fleet
+        .recovers(Who::Daemon, Duration::from_millis(50), round)
+        .map_err(|fault| fault.after(&about))
+}
+
+/// Some are running, some are just starting.
+fn die_together(fleet: &mut Fleet, mut all: Vec<Started>, round: &mut Round<'_>) -> Outcome {
     all.extend(Who::ALL.map(|who| fleet.start(who, VICTIM)));
-    sleep(Duration::from_millis(round.chance.random_range(0..150)));
+    sleep(moment(round));
     for one in &all {
         one.program.signal(Signal::KILL);
     }
     all.iter_mut().try_for_each(|one| one.program.kill())
 }
 
-/// Truncates, empties, overwrites or removes it, or leaves it; whether it did something.
-fn harm(path: &Path, chance: &mut ChaCha8Rng) -> bool {
-    let Ok(metadata) = fs::metadata(path) else {
-        return false;
-    };
-    let length = metadata.len();
-    let file = || OpenOptions::new().write(true).open(path);
-    // What cannot be opened because of its mode is damaged all the same: root can.
-    let result = match chance.random_range(0..10) {
-        0..3 => file().and_then(|file| file.set_len(chance.random_range(0..=length))),
-        3 => file().and_then(|file| file.set_len(0)),
-        4 => file().and_then(|file| file.write_all_at(&zeros(length), 0)),
-        5 => {
-            let mut noise = zeros(length);
-            chance.fill(&mut noise[..]);
-            file().and_then(|file| file.write_all_at(&noise, 0))
-        }
-        6 => fs::remove_file(path),
-        _ => return false,
-    };
-    result.is_ok()
-}
-
-/// A power cut spoils the first pages of a file as well as all of it.
-fn zeros(length: u64) -> Vec<u8> {
-    vec![0; usize::try_from(length.min(1 << 20)).unwrap()]
+fn moment(round: &mut Round<'_>) -> Duration {
+    Duration::from_millis(round.chance.random_range(0..150))
 }

@@ -9,7 +9,7 @@ use rand::seq::IndexedRandom;
 
 use crate::fault::{Outcome, fault};
 use crate::files::SHARED_MEMORY;
-use crate::filler::Filler;
+use crate::filler::{Crowd, Filler};
 use crate::fleet::{ANSWER, Answer, Fleet, OTHER, Started, VICTIM, Who};
 use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
@@ -26,17 +26,19 @@ pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
     play_rounds(
         stage,
         tally,
-        stage.one_in(10, 6),
+        stage.one_in(10, 8),
         || Fleet::with_other(stage),
         |fleet, round| {
             let left = left(round);
+            let crowded = round.number % 8 == 7;
             let answer = match round.number % 3 {
+                _ if crowded => crowded_out(fleet, round),
                 0 => before(fleet, left, round),
                 1 => within(fleet, left, round),
                 _ => later(fleet, left, round),
             };
-            let about = format!("{left} bytes left");
-            if let Answer::Refuses(words) = answer.map_err(|fault| fault.after(&about))? {
+            let about = if crowded { "few files" } else { &format!("{left} bytes left") };
+            if let Answer::Refuses(words) = answer.map_err(|fault| fault.after(about))? {
                 refusals.push(words);
             }
             recovered(fleet, round).map_err(|fault| fault.after("with room again"))
@@ -84,6 +86,18 @@ fn within(fleet: &mut Fleet, left: u64, round: &mut Round<'_>) -> Outcome<Answer
     let answer = fleet.answers_or_refuses(&mut newcomer)?;
     fleet.other_goes_on()?;
     leave(newcomer, &answer, round)?;
+    Ok(answer)
+}
+
+/// There is room, but not for another file, or not for many.
+fn crowded_out(fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome<Answer> {
+    let left = round.chance.random_range(0..40);
+    let crowd = Crowd::leaving(Path::new(SHARED_MEMORY), left);
+    let mut newcomer = fleet.start(Who::any(&mut round.chance), VICTIM);
+    let answer = fleet.answers_or_refuses(&mut newcomer)?;
+    fleet.other_goes_on()?;
+    leave(newcomer, &answer, round)?;
+    drop(crowd);
     Ok(answer)
 }
 

@@ -1,6 +1,7 @@
 //! The scenes, and how they are played.
 
 mod calls;
+mod calls_alone;
 mod dead;
 mod directories;
 mod disk;
@@ -27,8 +28,12 @@ const SCENES: &[(&str, Play)] = &[
     ("calls-of-reader", calls::reader_start),
     ("calls-of-feeder", calls::feeder_start),
     ("calls-of-end", calls::daemon_end),
+    ("calls-with-term", calls::term_in_start),
+    ("calls-alone", calls_alone::start),
+    ("calls-of-last", calls_alone::end),
     ("stops", stops::play),
-    ("dead", dead::play),
+    ("dead", dead::all),
+    ("half-dead", dead::some),
     ("memory", memory::play),
     ("disk", disk::play),
     ("directories", directories::play),

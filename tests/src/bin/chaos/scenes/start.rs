@@ -32,10 +32,28 @@ pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
 
 fn kill_within(start: Duration, fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome {
     let who = Who::any(&mut round.chance);
-    let mut victim = fleet.start(who, VICTIM);
-    sleep(start.mul_f64(round.chance.random()));
-    victim.program.kill()?;
+    if round.chance.random() {
+        among_others(who, start, fleet, round)?;
+    } else {
+        let mut victim = fleet.start(who, VICTIM);
+        sleep(start.mul_f64(round.chance.random()));
+        victim.program.kill()?;
+    }
     fleet.recovers(who, start, round)
+}
+
+/// All start at once, and one of them is killed: the others answer.
+fn among_others(who: Who, start: Duration, fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome {
+    let mut all = Who::ALL.map(|who| fleet.start(who, VICTIM));
+    sleep(start.mul_f64(round.chance.random_range(0.0..2.0)));
+    for one in all.iter_mut().filter(|one| one.who == who) {
+        one.program.kill()?;
+    }
+    for mut one in all.into_iter().filter(|one| one.who != who) {
+        fleet.answers(&mut one)?;
+        round.tally.ends.push(one.program.terminate()?);
+    }
+    Ok(())
 }
 
 /// The median of a few.

@@ -8,7 +8,7 @@ use rand::RngExt;
 use rustix::process::Signal;
 
 use crate::fault::{Outcome, fault};
-use crate::fleet::{ANSWER, Fleet, OTHER, Started, VICTIM, Who};
+use crate::fleet::{ANSWER, Fleet, Harm, OTHER, Started, VICTIM, Who};
 use crate::parts::CountFrom;
 use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
@@ -74,7 +74,7 @@ fn at_a_call(fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome {
     let who = Who::any(&mut round.chance);
     let still = Duration::from_millis(round.chance.random_range(STILL_MS));
     let stop = round.chance.random_range(200..STOPS);
-    let mut victim = fleet.start_traced(who, CountFrom::Start, Some(stop), Some(still));
+    let mut victim = fleet.start_harmed(who, CountFrom::Start, Some(stop), Harm::Hold(still));
     sleep(Duration::from_millis(100)); // About when it comes to it.
     meanwhile(fleet, still, round)
         .map_err(|fault| fault.after(&format!("{who:?} held at stop {stop}")))?;
