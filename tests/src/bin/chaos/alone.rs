@@ -41,7 +41,13 @@ pub(crate) fn settle_in() {
 /// A file system in memory of this size \[KiB\].
 pub(crate) fn mount_memory(at: &Path, size_kib: u64) {
     let status = Command::new("mount")
-        .args(["-t", "tmpfs", "-o", &format!("size={size_kib}k,nr_inodes={FILES}"), "tmpfs"])
+        .args([
+            "-t",
+            "tmpfs",
+            "-o",
+            &format!("size={size_kib}k,nr_inodes={FILES}"),
+            "tmpfs",
+        ])
         .arg(at)
         .status()
         .unwrap();

@@ -19,6 +19,7 @@ mod filler;
 mod fleet;
 mod harm;
 mod litter;
+mod paired;
 mod parts;
 mod program;
 mod rounds;

@@ -37,7 +37,11 @@ pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
                 1 => within(fleet, left, round),
                 _ => later(fleet, left, round),
             };
-            let about = if crowded { "few files" } else { &format!("{left} bytes left") };
+            let about = if crowded {
+                "few files"
+            } else {
+                &format!("{left} bytes left")
+            };
             if let Answer::Refuses(words) = answer.map_err(|fault| fault.after(about))? {
                 refusals.push(words);
             }

@@ -7,6 +7,7 @@ use rand::RngExt;
 
 use crate::fault::{Outcome, fault};
 use crate::fleet::{Fleet, OTHER, Started, VICTIM, Who};
+use crate::paired::Paired;
 use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
 use crate::tally::Tally;
@@ -20,7 +21,7 @@ const LIFE_MS: u64 = 300;
 const FED: Duration = Duration::from_secs(5);
 
 pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
-    let mut books = [Book::default(); 2];
+    let mut paired = Paired::default();
     play_rounds(
         stage,
         tally,
@@ -28,49 +29,21 @@ pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
         || Cast::new(stage),
         |cast, round| {
             let book = cast.round(round)?;
-            books[usize::from(!kills(round.number))].add(book);
+            if kills(round.number) {
+                paired.with.add(book);
+            } else {
+                paired.without.add(book);
+            }
             Ok(())
         },
         Cast::end,
     );
-    tally.figures.push(figures(&books));
-    tally.note(stage, tally.rounds, compare(&books));
+    tally.figures.push(paired.to_string());
+    tally.note(stage, tally.rounds, paired.compare());
 }
 
 fn kills(round: u32) -> bool {
     (round / BLOCK).is_multiple_of(2)
-}
-
-fn figures([kills, control]: &[Book; 2]) -> String {
-    let line = |book: &Book| {
-        format!(
-            "missed {} of {} ticks, longest {} ms",
-            book.missed,
-            book.ticks + book.missed,
-            book.longest_ns / 1_000_000
-        )
-    };
-    format!(
-        "the other robot with kills {}, without {}",
-        line(kills),
-        line(control)
-    )
-}
-
-/// More than the control by what cannot be chance: three standard deviations of the difference of two counts.
-#[allow(clippy::cast_precision_loss, reason = "counts of ticks are small")]
-fn compare([kills, control]: &[Book; 2]) -> Outcome {
-    if control.ticks == 0 {
-        return Ok(()); // One round alone.
-    }
-    let share = (kills.ticks + kills.missed) as f64 / (control.ticks + control.missed) as f64;
-    let expected = control.missed as f64 * share;
-    let deviation = (expected + control.missed as f64 * share * share).sqrt();
-    // A machine that is interrupted once misses some deadlines in a row.
-    if kills.missed as f64 > expected + 3.0 * deviation + 25.0 {
-        fault!("the other robot misses more ticks with kills than without");
-    }
-    Ok(())
 }
 
 /// A fleet whose every part runs.

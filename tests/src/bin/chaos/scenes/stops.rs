@@ -8,7 +8,7 @@ use rand::RngExt;
 use rustix::process::Signal;
 
 use crate::fault::{Outcome, fault};
-use crate::fleet::{ANSWER, Fleet, Harm, OTHER, Started, VICTIM, Who};
+use crate::fleet::{ANSWER, Answer, Fleet, Harm, OTHER, Started, VICTIM, Who};
 use crate::parts::CountFrom;
 use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
@@ -89,6 +89,11 @@ fn meanwhile(fleet: &mut Fleet, still: Duration, round: &mut Round<'_>) -> Outco
     let mut newcomer = fleet.start_listener(OTHER);
     fleet.answers(&mut newcomer)?;
     round.tally.ends.push(newcomer.program.terminate()?);
+    // This one asks for what the other may be in the middle of making.
+    let mut newcomer = fleet.start(Who::Reader, VICTIM);
+    if let Answer::Works = fleet.answers_or_refuses(&mut newcomer)? {
+        round.tally.ends.push(newcomer.program.terminate()?);
+    }
     sleep(still.saturating_sub(begun.elapsed()));
     fleet.other_goes_on().map(drop)
 }
