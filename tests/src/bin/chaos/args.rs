@@ -14,7 +14,7 @@ pub(crate) struct Args {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Kills at random moments; a sixth as many within start, and rounds of the other scenes in proportion.
-    #[arg(long, default_value_t = 60)]
+    #[arg(long, default_value_t = 40)]
     pub(crate) kills: u32,
     /// Kill at every system call of start and end, instead of at as many as there are kills at random.
     #[arg(long)]

@@ -55,10 +55,11 @@ pub(crate) fn held_by(pid: u32) -> Vec<u64> {
 }
 
 impl Entry {
+    /// Of a robot that has run: such a file stays until the space is empty.
     pub(crate) fn is_claim(&self) -> bool {
-        self.path
-            .parent()
-            .is_some_and(|parent| parent.ends_with("claims"))
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let parent = self.path.parent();
+        name.contains(".claim_") || parent.is_some_and(|parent| parent.ends_with("claims"))
     }
 }
 
