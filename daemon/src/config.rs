@@ -1,20 +1,32 @@
 //! `robot.toml`: read once at start, refused as a whole before anything opens.
 //!
-//! [`sections`] says what can be written (`defaults` what is meant where nothing is), [`check`] what is allowed,
-//! [`error`] how a refusal reads, [`summary`] how `colocd check` shows what it understood. Nothing behind this module
-//! sees an unchecked value.
+//! [`sections`] says what can be written and is allowed, `defaults` what is meant where nothing is written. From these two
+//! `shape` makes the description that `review` holds a file against and that `reference` shows to people. `check` is for
+//! what no single value tells, [`error`] is how a refusal reads, [`summary`] how `colocd check` shows what it understood.
+//! Nothing behind this module sees an unchecked value.
 
-pub mod check;
+mod check;
 mod defaults;
 pub mod error;
+mod example;
+mod hint;
+mod location;
 mod places;
+pub mod reference;
+mod review;
 pub mod sections;
+mod shape;
 pub mod summary;
 
 use std::path::Path;
 
+use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use toml::de::DeTable;
+
+use error::Fault;
 
 pub use error::ConfigError;
 pub use sections::{
@@ -23,15 +35,17 @@ pub use sections::{
 };
 
 /// A whole `robot.toml`. Only `[robot]` must be written; every other section has defaults.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
     /// Who this robot is.
+    #[schemars(example = Robot::example())]
     pub robot: Robot,
-    /// Everybody it may hear from or speak to; itself may be listed too, so that all robots share the list.
+    /// Everybody it may hear from or speak to, an entry each. It may be listed too, so that all robots share the list.
     #[serde(default)]
+    #[schemars(example = [Member::example()])]
     pub team: Vec<Member>,
-    /// Which clock stamps are of.
+    /// Which time stamps tell.
     #[serde(default)]
     pub clock: Clock,
     /// When a tick starts.
@@ -40,10 +54,12 @@ pub struct Config {
     /// Where shared memory is.
     #[serde(default)]
     pub shm: Shm,
-    /// The wheels' buses and signals; a robot without this section has no wheels to hear.
-    #[serde(default)]
+    /// Where the wheels are heard. Leave the section out for a robot whose wheels cannot be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = example_of_odometry())]
     pub odometry: Option<OdometryConfig>,
-    /// Noise of the wheels, and what happens between and after their samples.
+    /// Noise of the wheels, and what happens without their samples. A velocity's variance is a + b v² + c ω², v in m/s, ω
+    /// in rad/s.
     #[serde(default)]
     pub motion: Motion,
     /// Where the robot is at start.
@@ -55,10 +71,10 @@ pub struct Config {
     /// How far back a late measurement may reach.
     #[serde(default)]
     pub history: History,
-    /// From when on a silent sensor is stale.
+    /// A sensor whose newest sample is older than this at a tick is stale.
     #[serde(default)]
     pub health: Health,
-    /// What the operating system is asked for.
+    /// What the operating system is asked for; what it does not grant is reported with what to do about it.
     #[serde(default)]
     pub realtime: Realtime,
     /// Logs, status, state file.
@@ -70,7 +86,7 @@ impl Config {
     /// Reads and checks the file at `path`.
     ///
     /// # Errors
-    /// The first thing that is wrong, with file, line, value and what is allowed.
+    /// What is wrong, with file, line, value and what is allowed.
     pub fn load(path: &Path) -> Result<Self, ConfigError> {
         let text =
             std::fs::read_to_string(path).map_err(|error| ConfigError::unreadable(path, &error))?;
@@ -82,12 +98,41 @@ impl Config {
     /// # Errors
     /// As [`Config::load`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
+        Self::parse_text(text, path.parent().unwrap_or(Path::new("")))
+            .map_err(|faults| ConfigError::new(path, text, faults))
+    }
+
+    fn parse_text(text: &str, directory: &Path) -> Result<Self, Vec<Fault>> {
+        let document = DeTable::parse(text).map_err(|error| vec![Fault::no_toml(&error, text)])?;
+        let document = document.get_ref();
+        none_of(review::review(text, document))?;
         let mut config: Self =
-            toml::from_str(text).map_err(|error| ConfigError::from_toml(&error, text, path))?;
-        config.resolve(path.parent().unwrap_or(Path::new("")));
-        check::check(&config).map_err(|refusal| ConfigError::from_refusal(&refusal, text, path))?;
+            toml::from_str(text).map_err(|error| vec![Fault::no_value(&error, document)])?;
+        config.resolve(directory);
+        let refusals = check::check(&config);
+        none_of(
+            refusals
+                .iter()
+                .map(|refusal| Fault::refused(refusal, document)),
+        )?;
         Ok(config)
     }
+}
+
+fn none_of(faults: impl IntoIterator<Item = Fault>) -> Result<(), Vec<Fault>> {
+    let faults: Vec<_> = faults.into_iter().collect();
+    if faults.is_empty() {
+        Ok(())
+    } else {
+        Err(faults)
+    }
+}
+
+fn example_of_odometry() -> OdometryConfig {
+    let can0 = BusSpec::SocketCan {
+        interface: "can0".into(),
+    };
+    OdometryConfig::differential(can0, 0.3, 1e-4, 2.0)
 }
 
 impl Config {

@@ -188,7 +188,7 @@ fn a_wrong_configuration_opens_nothing() {
         .unwrap();
     assert!(
         said.contains(&format!(
-            "robot.toml:{line}: tick.rate_hz = 0: must be in 1..=1000"
+            "robot.toml:{line}: tick.rate_hz = 0: must be a number, 1 to 1000 Hz"
         )),
         "{said}"
     );

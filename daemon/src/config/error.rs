@@ -1,37 +1,50 @@
-//! How a refused configuration reads: `robot.toml:12: tick.rate_hz = 5000: must be in 1..=1000`.
+//! How a refused configuration reads: `robot.toml:12: tick.rate_hz = 5000: must be a number, 1 to 1000 Hz`.
 
 use std::fmt;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
-/// Why a configuration was refused. One line, naming file, line, value and what is allowed.
+use super::check::Refusal;
+use super::location;
+
+/// Why a configuration was refused: everything that was found, a line each, with file, line, value and what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ConfigError {
     /// The file that was read.
     pub file: PathBuf,
-    /// Counted from 1; none when the file could not be read at all.
+    /// At least one.
+    pub problems: Vec<Problem>,
+}
+
+/// One thing that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Counted from 1; none where it is not a matter of one line.
     pub line: Option<usize>,
     /// What is wrong, and what is allowed.
     pub message: String,
 }
 
-/// A value that parses but is not allowed; where it is written is found later.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refusal {
-    /// Dotted key; members of an array by their number: `team.1.id`.
-    pub key: String,
-    /// The value and what is allowed.
-    pub problem: String,
+/// A problem before its line is counted.
+#[derive(Clone, Debug)]
+pub(super) struct Fault {
+    /// Byte of the text.
+    pub(super) at: Option<usize>,
+    pub(super) message: String,
 }
 
 impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.line {
-            Some(line) => write!(f, "{}:{line}: {}", self.file.display(), self.message),
-            None => write!(f, "{}: {}", self.file.display(), self.message),
+        for (index, problem) in self.problems.iter().enumerate() {
+            let end = if index == 0 { "" } else { "\n" };
+            write!(f, "{end}{}:", self.file.display())?;
+            if let Some(line) = problem.line {
+                write!(f, "{line}:")?;
+            }
+            write!(f, " {}", problem.message)?;
         }
+        Ok(())
     }
 }
 
@@ -39,64 +52,65 @@ impl std::error::Error for ConfigError {}
 
 impl ConfigError {
     pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Self {
-        Self {
-            file: path.into(),
-            line: None,
-            message: format!("cannot be read: {error}"),
-        }
+        let message = format!("cannot be read: {error}");
+        Self::new(path, "", vec![Fault { at: None, message }])
     }
 
-    pub(super) fn from_toml(error: &toml::de::Error, text: &str, path: &Path) -> Self {
-        let line = error.span().map(|span| line_of(text, span.start));
-        let value = error
-            .span()
-            .and_then(|span| text.get(span))
-            .filter(|value| !value.contains('\n') && !value.is_empty());
-        let message = match value {
-            Some(value) if !error.message().contains(value) => {
-                format!("`{value}`: {}", error.message())
-            }
-            _ => error.message().to_owned(),
+    pub(super) fn new(path: &Path, text: &str, faults: Vec<Fault>) -> Self {
+        let problem = |fault: Fault| Problem {
+            line: fault.at.map(|byte| line_of(text, byte)),
+            message: fault.message,
         };
         Self {
             file: path.into(),
-            line,
-            message,
+            problems: faults.into_iter().map(problem).collect(),
+        }
+    }
+}
+
+impl Fault {
+    /// What the parser of TOML says is plain enough; the line itself says the rest.
+    pub(super) fn no_toml(error: &toml::de::Error, text: &str) -> Self {
+        let at = error.span().map(|span| span.start.min(text.len()));
+        let line = at.and_then(|at| text.lines().nth(line_of(text, at) - 1));
+        let line = line.unwrap_or_default().trim();
+        let written = error
+            .span()
+            .and_then(|span| text.get(span))
+            .unwrap_or_default();
+        let message = match error.message() {
+            "duplicate key" => format!("{written} is written twice; keep one: {line}"),
+            _ if has_bare_word(line) => format!("not TOML: a text stands in quotes: {line}"),
+            message => format!("not TOML: {message}: {line}"),
+        };
+        Self { at, message }
+    }
+
+    /// A text that its own type refuses, in that type's words.
+    pub(super) fn no_value(error: &toml::de::Error, document: &DeTable<'_>) -> Self {
+        let at = error.span().map(|span| span.start);
+        let key = at.and_then(|at| location::key_at(at, document));
+        let key = key.map(|key| format!("{key}: ")).unwrap_or_default();
+        Self {
+            at,
+            message: format!("{key}{}", error.message()),
         }
     }
 
-    pub(super) fn from_refusal(refusal: &Refusal, text: &str, path: &Path) -> Self {
-        let line = find(text, &refusal.key).map(|span| line_of(text, span.start));
+    pub(super) fn refused(refusal: &Refusal, document: &DeTable<'_>) -> Self {
         Self {
-            file: path.into(),
-            line,
+            at: location::of_refusal(refusal, document),
             message: format!("{}{}", refusal.key, refusal.problem),
         }
     }
 }
 
+/// `trigger = timer`, of which the parser says that it is no boolean.
+fn has_bare_word(line: &str) -> bool {
+    let value = line.split_once('=').map(|(_, value)| value.trim_start());
+    value.is_some_and(|value| value.starts_with(char::is_alphabetic))
+}
+
 fn line_of(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|&b| b == b'\n').count()
-}
-
-/// Where `key` is written: its own span, or that of the closest table around it when it was left to its default.
-fn find(text: &str, key: &str) -> Option<Range<usize>> {
-    let root = DeTable::parse(text).ok()?;
-    let mut steps = key.split('.');
-    let first = root.get_ref().get(steps.next()?)?;
-    let (mut span, mut value) = (first.span(), first.get_ref());
-    for step in steps {
-        let Some(next) = child(value, step) else {
-            break;
-        };
-        (span, value) = (next.span(), next.get_ref());
-    }
-    Some(span)
-}
-
-fn child<'t, 'i>(value: &'t DeValue<'i>, step: &str) -> Option<&'t toml::Spanned<DeValue<'i>>> {
-    match step.parse::<usize>() {
-        Ok(index) => value.get(index),
-        Err(_) => value.get(step),
-    }
 }

@@ -1,48 +1,77 @@
-//! The sections of `robot.toml`, each with its defaults. `daemon/robot.toml` shows them all with comments.
+//! The sections of `robot.toml`. What stands here at a setting is all there is to say about it, and said once:
+//! `daemon/robot.toml`, `docs/configuration.md` and the refusals are made from it (by `shape`).
+//!
+//! The comment is what a person reads, its unit at the end in brackets; `range` and `length` are what is allowed.
+//! A number without an upper end may be `inf`.
 
 use std::path::PathBuf;
 
 use coloc_shm_types::RobotName;
-use serde::{Deserialize, Deserializer, de::Error};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// `[robot]`: who this robot is.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Robot {
-    /// Part of its service names: `coloc/<name>/estimate`.
-    #[serde(deserialize_with = "robot_name")]
+    /// Part of its services' names, as in `coloc/robot1/estimate`: letters, digits, `_` and `-`.
+    #[serde(with = "robot_name")]
+    #[schemars(with = "String", length(min = 1, max = 32))]
     pub name: RobotName,
-    /// Its number in the team.
+    /// Its number in the team, which no other robot of the team has.
     pub id: u16,
 }
 
 /// `[[team]]`: a robot of the team.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Member {
-    /// As in that robot's own `[robot]`.
-    #[serde(deserialize_with = "robot_name")]
+    /// Its name, as in its own `[robot]`.
+    #[serde(with = "robot_name")]
+    #[schemars(with = "String", length(min = 1, max = 32))]
     pub name: RobotName,
-    /// As in that robot's own `[robot]`.
+    /// Its number, as in its own `[robot]`.
     pub id: u16,
 }
 
-fn robot_name<'de, D: Deserializer<'de>>(value: D) -> Result<RobotName, D::Error> {
-    RobotName::new(&String::deserialize(value)?).map_err(D::Error::custom)
+impl Robot {
+    pub(super) fn example() -> impl Serialize {
+        serde_json::json!({ "name": "robot1", "id": 1 })
+    }
+}
+
+impl Member {
+    pub(super) fn example() -> impl Serialize {
+        serde_json::json!({ "name": "robot2", "id": 2 })
+    }
+}
+
+mod robot_name {
+    use coloc_shm_types::RobotName;
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(name: D) -> Result<RobotName, D::Error> {
+        RobotName::new(&String::deserialize(name)?).map_err(D::Error::custom)
+    }
+
+    pub(super) fn serialize<S: Serializer>(name: &RobotName, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(name.as_str())
+    }
 }
 
 /// `[clock]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Clock {
     /// The clock of every stamp; robots that talk to one another must share one.
     pub source: ClockSource,
-    /// A jump of the kernel's frame stamps against `source` between two ticks beyond this is a clock step \[s\].
+    /// A jump of the clock between two ticks that is larger than this is a clock step \[s\].
+    #[schemars(range(min = 1e-4, max = 0.9))]
     pub step_s: f64,
 }
 
 /// Clocks that stamps can be of.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ClockSource {
     /// `CLOCK_REALTIME`: shared by machines that run NTP or PTP; leaps.
@@ -55,10 +84,11 @@ pub enum ClockSource {
 }
 
 /// `[tick]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Tick {
-    /// Ticks per second.
+    /// Ticks per second \[Hz\].
+    #[schemars(range(min = 1, max = 1000))]
     pub rate_hz: f64,
     /// What starts a tick.
     pub trigger: Trigger,
@@ -67,7 +97,7 @@ pub struct Tick {
 }
 
 /// What starts a tick.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Trigger {
     /// Absolute deadlines on `CLOCK_MONOTONIC`; frames wait for the next one.
@@ -78,111 +108,131 @@ pub enum Trigger {
 }
 
 /// How the tick's thread waits.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum WaitMode {
     /// In the kernel, leaving the processor to others.
     #[default]
     Sleep,
-    /// Asking again and again: the fastest, for a processor of its own at ordinary priority.
+    /// Asking again and again: the fastest, for a processor of its own; with `realtime.scheduler = "other"` only.
     Poll,
 }
 
 /// `[shm]`
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Shm {
-    /// Directory for the middleware's files; every program that is to meet names the same. If empty it is
-    /// `/run/coloc`, or `$XDG_RUNTIME_DIR/coloc` for a user who cannot make that.
+    /// Directory of the middleware's files, an absolute path, its user's alone; programs that are to meet name the same.
+    /// Empty: `/run/coloc`, or `$XDG_RUNTIME_DIR/coloc` for a user who cannot make that.
+    #[schemars(length(max = 100))]
     pub root: PathBuf,
-    /// First letters of every file in `/dev/shm`.
+    /// First letters of its files in `/dev/shm`: letters, digits and `_`.
+    #[schemars(length(min = 1, max = 16))]
     pub prefix: String,
 }
 
 /// `[motion]`: noise of an odometry sample, `σ² = a + b v² + c ω²`, and what happens without one.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Motion {
-    /// Of the forward velocity \[m²/s²\].
+    /// Noise of the forward velocity \[m²/s²\].
     pub forward: Variance,
-    /// Of the sideways velocity \[m²/s²\]; robots without sideways velocity do not use it.
+    /// Noise of the sideways velocity, for robots that measure one \[m²/s²\].
     pub sideways: Variance,
-    /// Of the turning rate \[rad²/s²\].
+    /// Noise of the turning rate \[rad²/s²\].
     pub turning: Variance,
-    /// The sample period for which these variances are stated \[s\]; other intervals are scaled as white noise.
+    /// The sample period for which these are stated; other intervals are scaled as white noise \[s\].
+    #[schemars(range(min = 1e-4, max = 10))]
     pub reference_period_s: f64,
     /// How long the last velocity is held when samples stop \[s\].
+    #[schemars(range(min = 0, max = 60))]
     pub hold_s: f64,
-    /// Growth of the noise per reference period held.
+    /// Meanwhile its variance grows by this part of itself in each reference period.
+    #[schemars(range(min = 0, max = 1e6))]
     pub hold_growth: f64,
-    /// Variances `[v_x, v_y, ω]` per reference period after that, the velocity being taken as zero.
+    /// After that the velocity is taken as zero, with these variances of forward, sideways and turning
+    /// \[m²/s², m²/s², rad²/s²\].
+    #[schemars(inner(range(min = 0, max = 1e6)))]
     pub outage_variance: [f64; 3],
 }
 
 /// Coefficients of `σ² = a + b v² + c ω²`.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Variance {
     /// At standstill.
+    #[schemars(range(min = 0, max = 1e6))]
     pub a: f64,
-    /// Per (m/s)².
+    /// Times v².
+    #[schemars(range(min = 0, max = 1e6))]
     pub b: f64,
-    /// Per (rad/s)².
+    /// Times ω².
+    #[schemars(range(min = 0, max = 1e6))]
     pub c: f64,
 }
 
 /// `[initial]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Initial {
-    /// `[x, y, φ]` in the common frame \[m, m, rad\].
+    /// Position x, y and heading φ in the frame that all robots share \[m, m, rad\].
+    #[schemars(inner(range(min = -1e9, max = 1e9)))]
     pub pose: [f64; 3],
     /// Standard deviations of `pose` \[m, m, rad\].
+    #[schemars(inner(range(min = 0, max = 1e6)))]
     pub sigma: [f64; 3],
     /// Go on from the last belief that was saved, inflated by the time since, where there is one.
     pub resume: bool,
     /// A saved belief older than this is not used \[s\].
+    #[schemars(range(min = 0, max = 86400))]
     pub resume_max_age_s: f64,
 }
 
 /// `[fusion]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fusion {
     /// The published algorithm to the letter: overrides `heading_lever_m` (1), `damping` (1),
-    /// `memory_s` (0), `reset_on_transmit` (false) and `gate_weight`.
+    /// `memory_s` (0), `reset_on_transmit` (false) and `gate_weight` (`"update"`).
     pub paper: bool,
-    /// What the weight minimises.
+    /// What the weight of split covariance intersection minimises.
     pub criterion: Criterion,
-    /// In the trace a radian counts as that many metres \[m\].
+    /// In the trace a radian counts as that many metres: how far off neighbours are \[m\].
+    #[schemars(range(min = 0, max = 1000))]
     pub heading_lever_m: f64,
-    /// The largest β ∈ (0, 1]; 1 is the greedy weight.
+    /// At most this part of the greedy weight is used ...
+    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
     pub damping: f64,
-    /// β is at most the mean interval between poses received over this; 0: always `damping` \[s\].
+    /// ... and less where poses come faster than `damping * memory_s`, so that this long is remembered; 0: never less
+    /// \[s\].
+    #[schemars(range(min = 0, max = 3600))]
     pub memory_s: f64,
     /// What was sent is no longer independent.
     pub reset_on_transmit: bool,
-    /// Largest normalised innovation squared of a neighbour's pose (χ², 3 degrees of freedom; 99 %).
+    /// Largest normalised innovation squared of a neighbour's pose (χ², 3 degrees of freedom: 99 %); `inf` accepts
+    /// everything.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub neighbour_gate: f64,
-    /// The weight at which that gate is evaluated.
+    /// The weight at which that is evaluated.
     pub gate_weight: GateWeight,
-    /// Largest normalised innovation squared of a fix (χ², 2 degrees of freedom; 99 %).
+    /// Largest normalised innovation squared of a fix (χ², 2 degrees of freedom: 99 %); `inf` accepts everything.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub position_gate: f64,
 }
 
 /// What the weight of split covariance intersection minimises.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Criterion {
-    /// tr P⁺
+    /// The trace of the covariance.
     #[default]
     Trace,
-    /// det P⁺
+    /// Its determinant.
     Determinant,
 }
 
 /// Where the gate of a neighbour's pose is evaluated.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum GateWeight {
     /// At the weight of the update.
@@ -193,89 +243,105 @@ pub enum GateWeight {
 }
 
 /// `[history]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct History {
     /// A measurement older than this is rejected \[s\].
+    #[schemars(range(min = 0, max = 60))]
     pub length_s: f64,
-    /// A measurement further ahead than this is rejected \[s\].
+    /// A measurement further ahead of the clock than this is rejected \[s\].
+    #[schemars(range(min = 0, max = 1))]
     pub future_tolerance_s: f64,
-    /// Measurements that fit; reserved at start.
+    /// Measurements that fit: at least two for every tick of `length_s`; reserved at start.
+    #[schemars(range(min = 64, max = 1_048_576))]
     pub capacity: usize,
 }
 
 /// `[health]`: a sensor is stale when its newest sample is older than this at a tick \[s\].
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Health {
-    /// Wheels.
+    /// Wheels \[s\].
+    #[schemars(range(min = 1e-3, max = 60))]
     pub odometry_stale_s: f64,
-    /// Own sightings.
+    /// Own sightings of other robots \[s\].
+    #[schemars(range(min = 1e-3, max = 3600))]
     pub relative_pose_stale_s: f64,
-    /// Satellite fixes.
+    /// Satellite fixes \[s\].
+    #[schemars(range(min = 1e-3, max = 3600))]
     pub position_stale_s: f64,
-    /// Poses from neighbours.
+    /// Poses from neighbours \[s\].
+    #[schemars(range(min = 1e-3, max = 3600))]
     pub neighbours_stale_s: f64,
 }
 
 /// `[realtime]`
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Realtime {
     /// Scheduling class of the tick's thread.
     pub scheduler: Scheduler,
-    /// Of `fifo` and `rr`.
+    /// Priority within `fifo` and `rr`.
+    #[schemars(range(min = 1, max = 99))]
     pub priority: u8,
-    /// Processors that the tick's thread may run on; empty is any.
+    /// Processors that the tick's thread may run on, as in `[3]`; empty is any.
+    #[schemars(inner(range(max = 1023)))]
     pub cpus: Vec<usize>,
     /// Keep all memory resident (`mlockall`).
     pub lock_memory: bool,
     /// Stack of the tick's thread, touched before the first tick \[KiB\].
+    #[schemars(range(min = 16, max = 6144))]
     pub prefault_stack_kib: usize,
-    /// Exit when any of these is refused, rather than going on with a warning.
+    /// Exit when any of this is refused, rather than going on with a warning.
     pub required: bool,
 }
 
 /// Scheduling classes.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Scheduler {
-    /// `SCHED_FIFO`
+    /// `SCHED_FIFO`: the tick runs whenever it is due.
     #[default]
     Fifo,
-    /// `SCHED_RR`
+    /// `SCHED_RR`: the same, in turns with others of its priority.
     Rr,
     /// `SCHED_OTHER`: nothing is asked for.
     Other,
 }
 
 /// `[telemetry]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Telemetry {
     /// Least severe level that is logged.
     pub log: LogLevel,
-    /// Logs go here; standard error if empty.
+    /// Where logs go; empty: standard error.
     pub log_file: PathBuf,
     /// Where the last belief is saved if `initial.resume`; beside `shm.root`, with the robot's name, if empty.
     pub state_file: PathBuf,
-    /// How often it is saved.
+    /// How often it is saved \[Hz\].
+    #[schemars(range(min = 0.1, max = 100))]
     pub state_hz: f64,
-    /// Everything the estimator is given and answers goes here, to be gone through again; empty records nothing.
+    /// Where everything goes that the estimator is given and answers, tick by tick, as lines of JSON; empty: nowhere.
     pub record: PathBuf,
-    /// The watchdog speaks when no tick was seen for as many periods.
+    /// The watchdog speaks up when no tick was seen for so many periods.
+    #[schemars(range(min = 2, max = 1_000_000))]
     pub watchdog_ticks: u32,
 }
 
 /// Severities of a log line.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-#[allow(missing_docs)]
 pub enum LogLevel {
+    /// What ends or stops something.
     Error,
+    /// What a person should look at.
     Warn,
+    /// What happens seldom and is as it should be.
     #[default]
     Info,
+    /// What helps to find a fault.
     Debug,
+    /// Everything.
     Trace,
 }

@@ -1,8 +1,12 @@
 //! What a person writes about the wheels of a robot.
+//!
+//! The comment at a setting is what a person reads about it, its unit at the end in brackets; `range` is what is
+//! allowed. Only here are both said.
 
 use std::io;
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::can::BusSpec;
@@ -18,27 +22,34 @@ use crate::signal::SignalError;
 /// left = { message = "WheelLeft", signal = "Ticks", metres_per_tick = 1e-4 }
 /// right = { message = "WheelRight", signal = "Ticks", metres_per_tick = 1e-4 }
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OdometryConfig {
-    /// Signals refer to them by position, from 0.
+    /// CAN buses: `socketcan:INTERFACE`, `candump:FILE[?interface=NAME]` or `local:DIRECTORY`. A wheel names its own by
+    /// position: the first is 0.
+    #[schemars(with = "Vec<String>", length(min = 1, max = 256))]
     pub buses: Vec<BusSpec>,
-    /// The file that describes the messages; without it they are coloc's own (`coloc.dbc`).
+    /// The file that describes the messages, looked for beside this one; without it they are coloc's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = &"robot.dbc")]
     pub dbc: Option<PathBuf>,
     /// Faster than a wheel or the robot can ever be: what exceeds it is garbage \[m/s\].
+    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
     pub max_speed_mps: f64,
-    /// Faster than the robot can ever turn \[rad/s\]; for body velocities only.
+    /// Faster than the robot can ever turn; for `body` only \[rad/s\].
     #[serde(default = "default_max_turn_rate_radps")]
+    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
     pub max_turn_rate_radps: f64,
-    /// Two wheels of one axle: differential drive, or the rear wheels of a car. Either this or `body`.
+    /// The two wheels of an axle: differential drive, or the rear wheels of a car. Either this or `body`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wheels: Option<WheelsConfig>,
-    /// Velocities of the body.
+    /// Velocities of the body, of robots that measure those. Either this or `wheels`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = BodyConfig::example())]
     pub body: Option<BodyConfig>,
-    /// How messages prove themselves; coloc's own do so without being listed.
+    /// How the frames of a message prove that they are new and whole; coloc's own do so without being listed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(example = [MessageConfig::example()])]
     pub messages: Vec<MessageConfig>,
 }
 
@@ -47,10 +58,11 @@ fn default_max_turn_rate_radps() -> f64 {
 }
 
 /// The two wheels of an axle.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WheelsConfig {
-    /// Distance between the wheels' points of contact \[m\].
+    /// Distance between the points where the wheels touch the ground \[m\].
+    #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
     pub track_m: f64,
     /// The left wheel.
     pub left: WheelConfig,
@@ -59,30 +71,34 @@ pub struct WheelsConfig {
 }
 
 /// Where to find one wheel and what its numbers mean.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WheelConfig {
-    /// Position in `buses`.
+    /// Its bus, by position in `buses`.
     #[serde(default)]
     pub bus: u8,
     /// Name of the message in the DBC file.
     pub message: String,
     /// Name of the signal in the message.
     pub signal: String,
-    /// What the signal counts or measures.
+    /// What the signal says, after the DBC file's factor and offset.
     #[serde(default)]
     pub quantity: Quantity,
-    /// Distance per tick \[m\]; or give `wheel_radius_m` and `ticks_per_revolution`.
+    /// How far the wheel rolls in one tick; or give `wheel_radius_m` and `ticks_per_revolution` \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 10), extend("exclusiveMinimum" = 0), example = 1e-4)]
     pub metres_per_tick: Option<f64>,
     /// Rolling radius \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 10), extend("exclusiveMinimum" = 0), example = 0.05)]
     pub wheel_radius_m: Option<f64>,
-    /// Ticks of one turn of the wheel.
+    /// Ticks in one turn of the wheel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 1e9), extend("exclusiveMinimum" = 0), example = 4096.0)]
     pub ticks_per_revolution: Option<f64>,
-    /// For ticks per period: the period \[s\].
+    /// For `ticks_per_period`: the period \[s\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 10), extend("exclusiveMinimum" = 0), example = 0.02)]
     pub period_s: Option<f64>,
     /// It counts backwards when the robot drives forwards.
     #[serde(default)]
@@ -90,7 +106,7 @@ pub struct WheelConfig {
 }
 
 /// What a wheel's signal says, after the DBC file's factor and offset.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Ticks since the encoder started; wraps at the signal's width.
@@ -98,38 +114,36 @@ pub enum Quantity {
     CumulativeTicks,
     /// Ticks since the frame before.
     TicksPerPeriod,
-    /// \[m/s\]
+    /// Metres per second.
     MetresPerSecond,
-    /// \[km/h\]
+    /// Kilometres per hour.
     KilometresPerHour,
-    /// \[rad/s\]
+    /// Radians per second of the wheel.
     RadiansPerSecond,
-    /// \[1/min\]
+    /// Turns of the wheel per minute.
     RevolutionsPerMinute,
 }
 
 /// Velocities of the body in its own frame: x forward, y left, counter-clockwise.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyConfig {
-    /// `v_x`.
+    /// The velocity forward, `v_x`.
     pub forward: BodySignal<SpeedUnit>,
-    /// `v_y`, for robots that can move sideways.
-    #[serde(default = "none", skip_serializing_if = "Option::is_none")]
+    /// The velocity to the left, `v_y`, of robots that can move sideways.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = BodySignal::<SpeedUnit>::example("SideSpeed"))]
     pub sideways: Option<BodySignal<SpeedUnit>>,
-    /// ω.
+    /// The turning rate ω, counter-clockwise.
     pub turn: BodySignal<TurnUnit>,
 }
 
-fn none<T>() -> Option<T> {
-    None
-}
-
 /// Where to find a velocity of the body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(bound = "U: Default + Serialize + JsonSchema")]
 pub struct BodySignal<U: Default> {
-    /// Position in `buses`.
+    /// Its bus, by position in `buses`.
     #[serde(default)]
     pub bus: u8,
     /// Name of the message in the DBC file.
@@ -145,39 +159,41 @@ pub struct BodySignal<U: Default> {
 }
 
 /// Units of speed.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SpeedUnit {
-    /// \[m/s\]
+    /// Metres per second.
     #[default]
     MetresPerSecond,
-    /// \[km/h\]
+    /// Kilometres per hour.
     KilometresPerHour,
 }
 
 /// Units of turn rate.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TurnUnit {
-    /// \[rad/s\]
+    /// Radians per second.
     #[default]
     RadiansPerSecond,
-    /// \[°/s\]
+    /// Degrees per second.
     DegreesPerSecond,
 }
 
 /// How the frames of a message prove that they are new and whole.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MessageConfig {
     /// Name of the message in the DBC file.
     pub message: String,
     /// Signal that counts the frames.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = &"Alive")]
     pub alive: Option<String>,
     /// Signal with the CRC-8 SAE J1850 over the identifier (low byte first; two bytes, extended four) and all bytes
     /// before the checksum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = &"Checksum")]
     pub checksum: Option<String>,
 }
 
@@ -224,7 +240,37 @@ impl WheelConfig {
     }
 }
 
+impl BodyConfig {
+    fn example() -> Self {
+        Self {
+            forward: BodySignal::example("Speed"),
+            sideways: None,
+            turn: BodySignal::example("YawRate"),
+        }
+    }
+}
+
+impl<U: Default> BodySignal<U> {
+    fn example(signal: &str) -> Self {
+        Self {
+            bus: 0,
+            message: "Body".to_owned(),
+            signal: signal.to_owned(),
+            unit: U::default(),
+            reversed: false,
+        }
+    }
+}
+
 impl MessageConfig {
+    fn example() -> Self {
+        Self {
+            message: "Body".to_owned(),
+            alive: Some("Alive".to_owned()),
+            checksum: Some("Checksum".to_owned()),
+        }
+    }
+
     pub(super) fn coloc() -> [Self; 2] {
         ["WheelLeft", "WheelRight"].map(|message| Self {
             message: message.to_owned(),
