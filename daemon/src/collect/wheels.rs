@@ -6,6 +6,7 @@ use coloc_drivers::can::{self, Bus, Filter};
 use coloc_drivers::encoder::{FrameReject, OdometryCounters, OdometryDecoder, WheelOdometry};
 use coloc_estimator::{Motion, OdometryNoise, OdometrySample, Span, Stamp, noise};
 use coloc_shm_types::{BusState, CanCounters, Input};
+use tracing::warn;
 
 use super::list::List;
 use crate::account::Account;
@@ -63,6 +64,11 @@ impl Wheels {
             .and_then(|odometry| odometry.body.as_ref())
             .is_some_and(|body| body.sideways.is_some());
         let buses = buses.collect::<Result<Vec<_>, _>>()?;
+        for (bus, spec) in buses.iter().zip(specs) {
+            if let Some(report) = bus.log().filter(|report| !report.is_clean()) {
+                warn!("{spec}: {report}");
+            }
+        }
         Ok(Self {
             inbox: List::with_capacity(can::FRAMES_PER_CALL * buses.len()),
             buses,

@@ -10,6 +10,7 @@ use super::filter::Filter;
 use super::frame::Frame;
 use super::health::{BusHealth, BusState};
 use super::local::Participant;
+use super::log_report::LogReport;
 use super::playback::Playback;
 use super::socket_bus::SocketBus;
 use super::socketcan::Interface;
@@ -127,6 +128,7 @@ impl Bus {
             }
             BusSpec::Candump { path, interface } => {
                 let log = Log::read(path, interface.as_deref(), &filter)?;
+                health.counters.malformed = log.report().damaged;
                 Source::Log(Playback::new(log).map_err(|error| OpenError::system(spec, error))?)
             }
         };
@@ -166,6 +168,15 @@ impl Bus {
     #[must_use]
     pub fn health(&self) -> &BusHealth {
         &self.health
+    }
+
+    /// What was found in the log beside its frames; `None` for a bus that is none. Complete from the start: say it then.
+    #[must_use]
+    pub fn log(&self) -> Option<&LogReport> {
+        match &self.source {
+            Source::Log(log) => Some(log.report()),
+            Source::Interface(_) | Source::Local(_) => None,
+        }
     }
 
     /// The number given to [`Bus::open`].

@@ -1,29 +1,34 @@
 //! A recorded log in the format of `candump -L`, plain or gzip.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use flate2::read::MultiGzDecoder;
-use socketcan::dump::{CanDumpRecord, ParseError, Reader};
-use socketcan::{CanAnyFrame, EmbeddedFrame};
 
+use super::candump_line::{self, Line, LineFault, LineFrame};
 use super::filter::Filter;
 use super::frame::Frame;
+use super::log_report::LogReport;
+use super::timeline::Timeline;
 
 /// A frame of a log and when it was recorded.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct LogFrame {
-    /// As the log has it \[ns since 1970\].
+    /// As the log has it \[ns since 1970\], but for jumps of its clock, which are taken out.
     pub stamp_ns: i64,
     /// What was recorded.
     pub frame: Frame,
 }
 
-/// The frames of a log in their order.
+/// The frames of a log in their order, and what else was in it.
+///
+/// Logs come from machines that lost power. What is there is read: lines that are no frames are skipped and counted, and
+/// where the clock jumps, time goes on as if it had not. Only a file without any frame is refused.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Log {
     frames: Vec<LogFrame>,
+    report: LogReport,
 }
 
 /// Why a log can't be read.
@@ -37,17 +42,17 @@ pub enum LogError {
         /// What the system said.
         error: io::Error,
     },
-    /// A line is not what `candump -L` writes.
+    /// Not one line is what `candump -L` writes.
     #[error(
-        "{path}, line {line}: {error}; a line looks like: (1533226488.434433) can0 0AA#1F2A1F2A1F161F29"
+        "{path}, line {line}: {fault}; a line looks like: (1533226488.434433) can0 0AA#1F2A1F2A1F161F29"
     )]
     Line {
         /// The log.
         path: PathBuf,
-        /// Counts from 1.
+        /// The first line that looked like one, counted from 1.
         line: usize,
         /// What is wrong with it.
-        error: ParseError,
+        fault: LineFault,
     },
     /// Nothing to play.
     #[error("{path} holds no frame that is wanted{}", interface.as_ref().map(|name| format!(" of interface {name}")).unwrap_or_default())]
@@ -60,33 +65,25 @@ pub enum LogError {
 }
 
 impl Log {
-    /// Reads the frames that `filter` wants, of one interface or of all.
+    /// Reads the frames that `filter` wants, of one interface or of all. Whether the file is compressed its content says.
     ///
     /// # Errors
-    /// [`LogError`], with the line where it is one line's fault.
+    /// [`LogError`] if there is no frame to play.
     pub fn read(path: &Path, interface: Option<&str>, filter: &Filter) -> Result<Self, LogError> {
         let unreadable = |error| LogError::Read {
             path: path.to_owned(),
             error,
         };
-        let file = File::open(path).map_err(unreadable)?;
-        let frames = if path.extension().is_some_and(|extension| extension == "gz") {
-            frames(
-                path,
-                MultiGzDecoder::new(BufReader::new(file)),
-                interface,
-                filter,
-            )
+        let mut file = BufReader::new(File::open(path).map_err(unreadable)?);
+        let compressed = file.fill_buf().map_err(unreadable)?.starts_with(&GZIP);
+        let mut reader = LogReader::new(interface, filter);
+        if compressed {
+            reader.read(BufReader::new(MultiGzDecoder::new(file)))
         } else {
-            frames(path, file, interface, filter)
-        }?;
-        if frames.is_empty() {
-            return Err(LogError::Empty {
-                path: path.to_owned(),
-                interface: interface.map(str::to_owned),
-            });
+            reader.read(file)
         }
-        Ok(Self { frames })
+        .map_err(unreadable)?;
+        reader.finish(path)
     }
 
     /// Every frame in its order, without playing them.
@@ -94,99 +91,312 @@ impl Log {
     pub fn frames(&self) -> &[LogFrame] {
         &self.frames
     }
+
+    /// What else was in the file.
+    #[must_use]
+    pub fn report(&self) -> &LogReport {
+        &self.report
+    }
 }
 
-fn frames(
-    path: &Path,
-    text: impl Read,
-    interface: Option<&str>,
-    filter: &Filter,
-) -> Result<Vec<LogFrame>, LogError> {
-    let mut frames = Vec::new();
-    for (index, record) in Reader::from_reader(text).enumerate() {
-        let record = record.map_err(|error| line_error(path, index + 1, error))?;
-        if interface.is_none_or(|name| name == record.device) {
-            frames.extend(log_frame(&record).filter(|log| filter.accepts(&log.frame)));
+/// The first bytes of a gzip file.
+const GZIP: [u8; 2] = [0x1F, 0x8B];
+
+/// No line of a log is nearly as long \[bytes\].
+const LONGEST_LINE: u64 = 65_536;
+
+struct LogReader<'a> {
+    interface: Option<&'a str>,
+    filter: &'a Filter,
+    timeline: Timeline,
+    line: usize,
+    /// Lines that were frames, of any interface and wanted or not.
+    known: u64,
+    log: Log,
+}
+
+impl<'a> LogReader<'a> {
+    fn new(interface: Option<&'a str>, filter: &'a Filter) -> Self {
+        Self {
+            interface,
+            filter,
+            timeline: Timeline::default(),
+            line: 0,
+            known: 0,
+            log: Log::default(),
         }
     }
-    Ok(frames)
-}
 
-fn line_error(path: &Path, line: usize, error: ParseError) -> LogError {
-    let path = path.to_owned();
-    match error {
-        ParseError::Io(error) => LogError::Read { path, error },
-        error => LogError::Line { path, line, error },
-    }
-}
-
-fn log_frame(record: &CanDumpRecord) -> Option<LogFrame> {
-    let stamp_ns = i64::try_from(record.t_us).ok()?.checked_mul(1000)?;
-    Some(LogFrame {
-        stamp_ns,
-        frame: convert(&record.frame)?,
-    })
-}
-
-fn convert(frame: &CanAnyFrame) -> Option<Frame> {
-    match frame {
-        CanAnyFrame::Normal(frame) => Frame::data_frame(frame.id(), frame.data()),
-        CanAnyFrame::Fd(frame) => Frame::fd_frame(frame.id(), frame.data()),
-        CanAnyFrame::Remote(frame) => {
-            Frame::remote_frame(frame.id(), u8::try_from(frame.dlc()).ok()?)
+    fn read(&mut self, mut text: impl BufRead) -> io::Result<()> {
+        let mut line = Vec::new();
+        loop {
+            line.clear();
+            let end = text
+                .by_ref()
+                .take(LONGEST_LINE)
+                .read_until(b'\n', &mut line);
+            if !line.is_empty() {
+                self.take_line(&line);
+            }
+            match end {
+                Ok(0) => return Ok(()),
+                Ok(_) => {}
+                Err(error) if is_cut(&error) => {
+                    self.log.report.cut = true;
+                    return Ok(());
+                }
+                Err(error) => return Err(error),
+            }
         }
-        CanAnyFrame::Error(frame) => Some(Frame::error_frame(
-            frame.error_bits(),
-            details(frame.data()),
-        )),
+    }
+
+    fn take_line(&mut self, line: &[u8]) {
+        self.line += 1;
+        // A page that was never written, and what was logged after the next start behind it.
+        let whole = line.rsplit(|&byte| byte == 0).next().unwrap_or(line);
+        if whole.len() != line.len() {
+            self.log.report.note_damage(self.line, LineFault::Text);
+        }
+        match candump_line::parse(whole) {
+            Ok(Line::Frame(frame)) => self.take_frame(&frame),
+            Ok(Line::Foreign { interface }) if self.is_wanted(interface) => {
+                self.log.report.foreign += 1;
+            }
+            Ok(Line::Comment) => self.log.report.foreign += 1,
+            Ok(Line::Blank | Line::Foreign { .. }) => {}
+            Err(fault) => self.log.report.note_damage(self.line, fault),
+        }
+    }
+
+    fn is_wanted(&self, interface: &str) -> bool {
+        self.interface.is_none_or(|name| name == interface)
+    }
+
+    fn take_frame(&mut self, line: &LineFrame) {
+        self.known += 1;
+        if !self.is_wanted(line.interface) {
+            return;
+        }
+        let frame = line.frame;
+        let (stamp_ns, jump) = self.timeline.place(line.interface, &frame, line.stamp_ns);
+        if let Some(jump) = jump {
+            self.log.report.note_jump(self.line, jump);
+        }
+        if self.filter.accepts(&frame) {
+            self.log.frames.push(LogFrame { stamp_ns, frame });
+            self.log.report.frames += 1;
+        }
+    }
+
+    fn finish(self, path: &Path) -> Result<Log, LogError> {
+        if !self.log.frames.is_empty() {
+            return Ok(self.log);
+        }
+        let path = path.to_owned();
+        let first_damaged = self.log.report.first_damaged.filter(|_| self.known == 0);
+        Err(match first_damaged {
+            Some((line, fault)) => LogError::Line { path, line, fault },
+            None => LogError::Empty {
+                path,
+                interface: self.interface.map(str::to_owned),
+            },
+        })
     }
 }
 
-fn details(data: &[u8]) -> [u8; 8] {
-    let mut details = [0; 8];
-    for (to, from) in details.iter_mut().zip(data) {
-        *to = *from;
-    }
-    details
+/// Whether the compressed data ended early or are garbled, as opposed to a disk that can't be read.
+fn is_cut(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData
+    )
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ErrorClass, Kind};
-    use super::*;
+    use std::io::Write;
+
+    use flate2::Compression;
+    use flate2::write::GzEncoder;
     use proptest::prelude::*;
 
-    fn parse(text: &[u8], interface: Option<&str>) -> Result<Vec<LogFrame>, LogError> {
-        frames(Path::new("x.log"), text, interface, &Filter::All)
+    use super::super::{ErrorClass, Kind};
+    use super::*;
+
+    fn parse(text: &[u8], interface: Option<&str>) -> Result<Log, LogError> {
+        let filter = Filter::All;
+        let mut reader = LogReader::new(interface, &filter);
+        reader.read(text).unwrap();
+        reader.finish("x.log".as_ref())
     }
 
     const EVERY_KIND: &str = "(1735270496.916858) can0 110#00112233\n\
-        (1735270588.936508) can0 00000120##500112233445566778899AABB\n\
-        (1735279049.348278) can1 110#R4\n\
-        (1785099856.242430) can1 20000004#000C000000000000\n";
+        (1735270496.936508) can0 00000120##500112233445566778899AABB\n\
+        (1735270496.948278) can1 110#R4\n\
+        (1735270497.242430) can1 20000004#000C000000000000\n";
 
     #[test]
     fn every_kind_of_frame_is_read() {
         let log = parse(EVERY_KIND.as_bytes(), None).unwrap();
-        let kinds: Vec<Kind> = log.iter().map(|log| log.frame.kind()).collect();
+        let frames = log.frames();
+        let kinds: Vec<Kind> = frames.iter().map(|log| log.frame.kind()).collect();
         assert_eq!(kinds, [Kind::Data, Kind::Fd, Kind::Remote, Kind::Error]);
-        assert_eq!(log[0].stamp_ns, 1_735_270_496_916_858_000);
-        assert_eq!(log[0].frame.data(), [0, 0x11, 0x22, 0x33]);
-        assert_eq!(log[2].frame.len_field(), 4);
-        assert!(log[3].frame.error().unwrap().has(ErrorClass::Controller));
+        assert_eq!(frames[0].stamp_ns, 1_735_270_496_916_858_000);
+        assert_eq!(frames[0].frame.data(), [0, 0x11, 0x22, 0x33]);
+        assert_eq!(frames[2].frame.len_field(), 4);
+        assert!(frames[3].frame.error().unwrap().has(ErrorClass::Controller));
+        assert!(log.report().is_clean());
     }
 
     #[test]
     fn one_interface_is_picked() {
-        assert_eq!(parse(EVERY_KIND.as_bytes(), Some("can1")).unwrap().len(), 2);
+        let log = parse(EVERY_KIND.as_bytes(), Some("can1")).unwrap();
+        assert_eq!((log.frames().len(), log.report().frames), (2, 2));
     }
 
     #[test]
-    fn a_broken_line_is_named() {
-        let error = parse(b"(1735270496.916858) can0 110#00\n(oops\n", None)
+    fn a_file_without_a_frame_is_refused_by_line() {
+        let error = parse(b"; remark\n(oops\n(also\n", None)
             .unwrap_err()
             .to_string();
-        assert!(error.starts_with("x.log, line 2:"), "{error}");
+        assert!(error.starts_with("x.log, line 2: its stamp"), "{error}");
+        let error = parse(EVERY_KIND.as_bytes(), Some("can7")).unwrap_err();
+        assert!(matches!(error, LogError::Empty { .. }), "{error}");
+    }
+
+    /// `count` good lines, 20 ms apart.
+    fn good_lines(count: usize) -> String {
+        let line = |n: usize| {
+            let (seconds, microseconds) = (1_700_000_000 + n / 50, n % 50 * 20_000);
+            format!("({seconds}.{microseconds:06}) can0 100#{n:08X}\n")
+        };
+        (0..count).map(line).collect()
+    }
+
+    fn damaged(text: &[u8]) -> (usize, u64, Option<usize>) {
+        let log = parse(text, None).unwrap();
+        let report = log.report();
+        let first = report.first_damaged.as_ref().map(|&(line, _)| line);
+        (log.frames().len(), report.damaged, first)
+    }
+
+    #[test]
+    fn damage_costs_its_own_line_and_is_counted() {
+        let good = good_lines(10);
+        for tail in [
+            "(17000000",
+            "(1700000001.000000) can0 10",
+            "(1700000001.000000) can0 100#001",
+            "\0\0\0",
+        ] {
+            assert_eq!(
+                damaged((good.clone() + tail).as_bytes()),
+                (10, 1, Some(11)),
+                "{tail:?}"
+            );
+        }
+        let across = format!("{good}(1700000000.2\0\0\0\0(1700000000.200000) can0 100#0000000A\n");
+        assert_eq!(
+            damaged(across.as_bytes()),
+            (11, 1, Some(11)),
+            "a page of zeros"
+        );
+        let joined = format!("(1700000000.000000) can0 100#00{good}");
+        assert_eq!(
+            damaged(joined.as_bytes()),
+            (9, 1, Some(1)),
+            "no end of line"
+        );
+        assert_eq!(
+            damaged(("\n\n".to_owned() + &good + "\r\n").as_bytes()),
+            (10, 0, None)
+        );
+        let long = good
+            .clone()
+            .into_bytes()
+            .into_iter()
+            .chain(vec![0; 200_000]);
+        assert_eq!(damaged(&long.collect::<Vec<_>>()).0, 10, "many zeros");
+    }
+
+    #[test]
+    fn what_is_foreign_is_skipped_and_counted() {
+        let text =
+            good_lines(5) + "# remark\n(1700000000.100000) can0 00123#80:00:00000000#00112233\n";
+        let log = parse(text.as_bytes(), None).unwrap();
+        assert_eq!((log.frames().len(), log.report().foreign), (5, 2));
+        assert!(log.report().is_clean());
+    }
+
+    #[test]
+    fn a_log_without_any_jump_keeps_its_stamps() {
+        let stamps: Vec<i64> = parse(good_lines(5).as_bytes(), None)
+            .unwrap()
+            .frames()
+            .iter()
+            .map(|log| log.stamp_ns % 1_000_000_000)
+            .collect();
+        assert_eq!(stamps, [0, 20_000_000, 40_000_000, 60_000_000, 80_000_000]);
+    }
+
+    #[test]
+    fn stamps_that_jump_are_played_on_and_named() {
+        let later = good_lines(10).replace("(17000", "(16999")
+            + &good_lines(10).replace("(17000", "(20000");
+        let log = parse((good_lines(10) + &later).as_bytes(), None).unwrap();
+        let (first, last) = (log.frames()[0].stamp_ns, log.frames()[29].stamp_ns);
+        assert_eq!(last - first, 29 * 20_000_000);
+        assert_eq!(log.report().jumps, 2);
+        assert_eq!(log.report().first_jump, Some((11, -100_000_180_000_000)));
+    }
+
+    fn compressed(text: &str) -> Vec<u8> {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(text.as_bytes()).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    fn read_file(content: &[u8], name: &str) -> Result<Log, LogError> {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        Log::read(&path, None, &Filter::All)
+    }
+
+    #[test]
+    fn a_cut_archive_is_played_as_far_as_it_goes() {
+        let whole = compressed(&good_lines(2000));
+        let log = read_file(&whole[..whole.len() / 2], "x.log.gz").unwrap();
+        assert!(
+            (100..2000).contains(&log.frames().len()),
+            "{}",
+            log.frames().len()
+        );
+        assert!(log.report().cut);
+        let log = read_file(&[whole.as_slice(), &[0; 100]].concat(), "x.log.gz").unwrap();
+        assert_eq!(
+            (log.frames().len(), log.report().cut),
+            (2000, true),
+            "zeros behind it"
+        );
+    }
+
+    #[test]
+    fn whether_it_is_compressed_the_content_says() {
+        assert_eq!(
+            read_file(good_lines(5).as_bytes(), "x.log.gz")
+                .unwrap()
+                .frames()
+                .len(),
+            5
+        );
+        assert_eq!(
+            read_file(&compressed(&good_lines(5)), "x.log")
+                .unwrap()
+                .frames()
+                .len(),
+            5
+        );
     }
 
     proptest! {
@@ -196,10 +406,20 @@ mod tests {
         }
 
         #[test]
-        fn any_nearly_right_line_is_a_frame_or_an_error(
-            line in r"\([0-9]{0,12}\.[0-9]{0,8}\) [a-z0-9]{0,4} [0-9A-F]{0,9}#{0,2}R?[0-9A-F]{0,140}( R| T)?",
+        fn damage_anywhere_invents_no_frame(
+            lines in 1_usize..20, at in 0_usize..700, garbage in proptest::collection::vec(any::<u8>(), 0..20), cut in any::<bool>(),
         ) {
-            let _ = parse(line.as_bytes(), None);
+            let good = good_lines(lines).into_bytes();
+            let at = at.min(good.len());
+            let rest = if cut { &[][..] } else { &good[at..] };
+            let text = [&good[..at], &[0], &garbage, &[0], rest].concat();
+            if let Ok(log) = parse(&text, None) {
+                for played in log.frames() {
+                    let whole = parse(&good, None).unwrap();
+                    let known = |log: &LogFrame| log.frame.data().starts_with(played.frame.data());
+                    prop_assert!(whole.frames().iter().any(known), "{played:?}");
+                }
+            }
         }
     }
 }

@@ -49,7 +49,7 @@ pub struct BusCounters {
     pub frames: u64,
     /// Frames that passed the kernel but not the filter.
     pub unwanted: u64,
-    /// Datagrams that are no frame (size or length field wrong).
+    /// Datagrams that are no frame (size or length field wrong), or damaged lines of a log.
     pub malformed: u64,
     /// Error frames.
     pub error_frames: u64,

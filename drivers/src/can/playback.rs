@@ -12,6 +12,7 @@ use super::bus::{Drained, FRAMES_PER_CALL, Received};
 use super::candump::{Log, LogFrame};
 use super::filter::Filter;
 use super::health::{BusHealth, BusState};
+use super::log_report::LogReport;
 use super::socket_bus::accept;
 
 /// Plays a log from the first call of `receive` on: waiting to be waited for costs no frames.
@@ -50,6 +51,11 @@ impl Playback {
         Ok(playback)
     }
 
+    /// What was found in the log when it was read.
+    pub(super) fn report(&self) -> &LogReport {
+        self.log.report()
+    }
+
     pub(super) fn receive(
         &mut self,
         number: u8,
@@ -69,7 +75,7 @@ impl Playback {
             if accept(&log.frame, filter, health) {
                 sink(&Received {
                     frame: log.frame,
-                    stamp_ns: start.realtime_ns + offset_ns,
+                    stamp_ns: start.realtime_ns.saturating_add(offset_ns),
                     bus: number,
                 });
             }
