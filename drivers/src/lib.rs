@@ -8,7 +8,8 @@
 pub mod can;
 pub mod crc;
 mod database;
+mod dbc_text;
 pub mod encoder;
 pub mod signal;
 
-pub use database::{COLOC_DBC, Database};
+pub use database::{COLOC_DBC, Database, DbcMessage};

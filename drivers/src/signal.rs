@@ -1,6 +1,6 @@
 //! A signal of a DBC file, compiled once, then decoded without allocation.
 
-use can_dbc::{ByteOrder, MultiplexIndicator, SignalExtendedValueType, ValueType};
+use can_dbc::{ByteOrder, MultiplexIndicator, NumericValue, SignalExtendedValueType, ValueType};
 
 /// Where a signal lies in a payload and what its bits mean.
 ///
@@ -16,6 +16,8 @@ pub struct SignalDecoder {
     number: Number,
     factor: f64,
     offset: f64,
+    /// The lowest and the highest physical value, if not everything that the bits can say is one.
+    range: Option<[f64; 2]>,
 }
 
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -110,6 +112,7 @@ impl SignalDecoder {
             number,
             factor: signal.factor,
             offset: signal.offset,
+            range: range(signal),
         })
     }
 
@@ -158,6 +161,86 @@ impl SignalDecoder {
         self.factor
     }
 
+    /// Whether a physical value lies in the range of the DBC file, to half a step. Codes for "not available" do not.
+    ///
+    /// Not-a-number does: it is wrong for another reason.
+    #[must_use]
+    pub fn allows(&self, physical: f64) -> bool {
+        let Some([lowest, highest]) = self.range else {
+            return true;
+        };
+        let half_step = if self.is_integer() {
+            self.factor.abs() / 2.0
+        } else {
+            1e-6 * lowest.abs().max(highest.abs())
+        };
+        !(physical < lowest - half_step || physical > highest + half_step)
+    }
+
+    /// The range of the DBC file \[physical\], if it gives one.
+    #[must_use]
+    pub fn range(&self) -> Option<[f64; 2]> {
+        self.range
+    }
+
+    /// The lowest and the highest raw value that the range of an integer signal allows, if that is not all of them.
+    #[must_use]
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "the cast saturates, and is clamped"
+    )]
+    pub fn raw_range(&self) -> Option<(i128, i128)> {
+        let [a, b] = self
+            .range?
+            .map(|physical| ((physical - self.offset) / self.factor).round() as i128);
+        let (lowest, highest) = self.raw_limits();
+        let allowed = (
+            a.min(b).clamp(lowest, highest),
+            a.max(b).clamp(lowest, highest),
+        );
+        (allowed != (lowest, highest)).then_some(allowed)
+    }
+
+    /// What the bits can say.
+    fn raw_limits(&self) -> (i128, i128) {
+        let number = 1_i128 << self.size;
+        if self.number == Number::Signed {
+            (-number / 2, number / 2 - 1)
+        } else {
+            (0, number - 1)
+        }
+    }
+
+    /// Whether the raw value is two's complement.
+    #[must_use]
+    pub fn is_signed(&self) -> bool {
+        self.number == Number::Signed
+    }
+
+    /// Whether the two share a bit of the payload.
+    #[must_use]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        let bits = |signal: &Self| {
+            let bytes = signal.bytes.min(9);
+            let mask = (u128::from(u64::MAX >> (64 - signal.size))) << signal.shift;
+            (0..bytes)
+                .map(move |byte| {
+                    let place = if signal.order == Order::Intel {
+                        byte
+                    } else {
+                        bytes - 1 - byte
+                    };
+                    (signal.first_byte + byte, (mask >> (8 * place)) & 0xFF)
+                })
+                .collect::<Vec<_>>()
+        };
+        bits(self).iter().any(|&(byte, mask)| {
+            bits(other)
+                .iter()
+                .any(|&(other_byte, other_mask)| byte == other_byte && mask & other_mask != 0)
+        })
+    }
+
     /// Whether the raw value is an integer.
     #[must_use]
     pub fn is_integer(&self) -> bool {
@@ -175,6 +258,21 @@ impl SignalDecoder {
 pub(crate) fn sign_extend(raw: u64, size: u32) -> i64 {
     let unused = 64 - size;
     (raw << unused).cast_signed() >> unused
+}
+
+/// `[0|0]`, and what is upside down, mean that nobody said.
+fn range(signal: &can_dbc::Signal) -> Option<[f64; 2]> {
+    let range @ [lowest, highest] = [value(signal.min), value(signal.max)];
+    (lowest < highest).then_some(range)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "physical values are f64")]
+fn value(number: NumericValue) -> f64 {
+    match number {
+        NumericValue::Uint(value) => value as f64,
+        NumericValue::Int(value) => value as f64,
+        NumericValue::Double(value) => value,
+    }
 }
 
 fn number(

@@ -91,6 +91,15 @@ impl Robot {
         }
     }
 
+    /// No wheel is faster in any sample, turns included.
+    fn assert_never_faster_than(&self, limit_mps: f64) {
+        for WheelOdometry { velocity, .. } in &self.samples {
+            let [v, _, omega] = *velocity;
+            let fastest = v.abs() + (omega * TRACK_M / 2.0).abs();
+            assert!(fastest <= limit_mps * (1.0 + 1e-9), "{velocity:?}");
+        }
+    }
+
     fn rejected(&self, reason: FrameReject) -> u64 {
         self.decoder.counters().of(reason)
     }
@@ -174,7 +183,7 @@ fn lost_frames_lose_nothing() {
         robot.drive([1.0, 0.8]);
         robot.assert_nothing_lost_since([0.0; 2]);
     }
-    assert_eq!(robot.decoder.counters().rejected, [0; 7]);
+    assert_eq!(robot.decoder.counters().rejected, [0; 8]);
     assert_eq!(
         robot.decoder.counters().skipped,
         2 * (1 + 2 + 7 + 15 + 17 % 16 + 100 % 16)
@@ -383,10 +392,49 @@ fn a_backlog_loses_nothing_and_makes_few_samples() {
     for (number, frame) in (0..).zip(backlog) {
         robot.push_at(frame, robot.now_ns + number * 5_000).unwrap();
     }
-    robot.drive([1.0, 1.0]);
-    robot.assert_nothing_lost_since([0.0; 2]);
-    // The backlog's first pair makes one, the rest goes with the next period.
+    // The backlog's first pair makes one; the rest waits until the time is long enough for its way.
+    assert_eq!(robot.samples.len(), 3 + 1);
+    (0..6).for_each(|_| robot.drive([1.0, 1.0]));
     assert_eq!(robot.samples.len(), 3 + 2);
+    (0..20).for_each(|_| robot.drive([1.0, 1.0]));
+    robot.assert_nothing_lost_since([0.0; 2]);
+    robot.assert_never_faster_than(2.0);
+}
+
+#[test]
+fn late_frames_that_come_at_once_make_nothing_faster_than_the_robot() {
+    for (held, spacing_ns) in [(5, 20_000), (5, 1_200_000), (20, 1_200_000), (40, 100_000)] {
+        for speeds in [[1.0, 1.0], [1.9, 1.7], [-1.5, -1.9], [1.9, -1.9]] {
+            let mut robot = started();
+            (0..3).for_each(|_| robot.drive(speeds));
+            let late: Vec<_> = (0..held).map(|_| robot.step(speeds)).collect();
+            for (pair, number) in late.into_iter().zip(0..) {
+                for frame in pair {
+                    robot
+                        .push_at(frame, robot.now_ns + number * spacing_ns)
+                        .unwrap();
+                }
+            }
+            robot.now_ns += held * spacing_ns;
+            (0..1000).for_each(|_| robot.drive(speeds.map(|speed| speed / 2.0)));
+            robot.assert_nothing_lost_since([0.0; 2]);
+            robot.assert_never_faster_than(2.0);
+        }
+    }
+}
+
+#[test]
+fn a_robot_that_is_faster_than_it_can_be_is_not_believed() {
+    let mut robot = started();
+    let mut refused = 0;
+    for _ in 0..200 {
+        for frame in robot.step([6.9, 6.9]) {
+            refused += u64::from(robot.push(frame) == Err(FrameReject::Implausible));
+        }
+    }
+    robot.assert_never_faster_than(2.0);
+    assert!(refused > 2, "refused {refused} times");
+    assert_eq!(robot.rejected(FrameReject::Implausible), refused);
 }
 
 #[test]
@@ -464,7 +512,8 @@ proptest! {
                 }
             }
         }
-        (0..3).for_each(|_| robot.drive([1.0, 0.7]));
+        (0..20).for_each(|_| robot.drive([1.0, 0.7]));
         robot.assert_nothing_lost_since([0.0; 2]);
+        robot.assert_never_faster_than(2.0);
     }
 }

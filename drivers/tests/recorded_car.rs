@@ -104,6 +104,7 @@ fn car(data: &Path) -> OdometryConfig {
         wheel_radius_m: None,
         ticks_per_revolution: None,
         period_s: None,
+        modulus: None,
         reversed: false,
     };
     OdometryConfig {

@@ -8,7 +8,7 @@
 use std::io::Write;
 
 use coloc_drivers::can::{Frame, Id, Received, StandardId};
-use coloc_drivers::encoder::{FrameReject, OdometryConfig, OdometryDecoder};
+use coloc_drivers::encoder::{FrameReject, OdometryConfig, OdometryDecoder, describe};
 use tempfile::NamedTempFile;
 
 /// Both wheels in message 0x10; wheels and body in messages of their own in 0x20 to 0x22; floats in 0x30.
@@ -311,4 +311,220 @@ fn an_unknown_setting_is_refused() {
         .unwrap_err()
         .to_string();
     assert!(refusal.contains("unknown field `track`"), "{refusal}");
+}
+
+/// Signals as DBC files of the field have them: ranges that leave out codes, counters that wrap early, units.
+const FIELD_DBC: &str = r#"VERSION ""
+
+BU_: Ecu
+
+BO_ 288 Counts: 8 Ecu
+ SG_ Left : 0|16@1+ (1,0) [0|65534] "" Ecu
+ SG_ Right : 16|16@1+ (1,0) [0|65534] "" Ecu
+ SG_ Again : 24|16@1+ (1,0) [0|0] "" Ecu
+ SG_ Toggle : 32|16@1+ (1,0) [0|0] "" Ecu
+
+BO_ 289 Pulses: 8 Ecu
+ SG_ Left : 0|8@1+ (1,0) [0|250] "" Ecu
+ SG_ Right : 8|8@1+ (1,0) [0|250] "" Ecu
+
+BO_ 290 Speeds: 8 Ecu
+ SG_ Left : 0|16@1+ (0.01,0) [0|655.34] "km/h" Ecu
+ SG_ Right : 16|16@1+ (0.01,0) [0|655.34] "km/h" Ecu
+
+BO_ 291 Turns: 8 Ecu
+ SG_ Left : 0|16@1- (1,0) [0|0] "rpm" Ecu
+ SG_ Right : 16|16@1- (1,0) [0|0] "rpm" Ecu
+
+BO_ 292 Wide: 8 Ecu
+ SG_ Left : 0|8@1+ (1,0) [0|255] "" Ecu
+ SG_ Right : 8|8@1+ (1,0) [0|255] "" Ecu
+ SG_ Count : 16|48@1+ (1,0) [0|0] "" Ecu
+
+BO_ 419365120 Unmarked: 8 Ecu
+ SG_ Left : 0|16@1- (1,0) [0|0] "" Ecu
+ SG_ Right : 16|16@1- (1,0) [0|0] "" Ecu
+"#;
+
+fn field(toml: &str) -> (OdometryConfig, NamedTempFile) {
+    let (mut config, _) = parse(toml);
+    let mut dbc = NamedTempFile::new().unwrap();
+    dbc.write_all(FIELD_DBC.as_bytes()).unwrap();
+    config.dbc = Some(dbc.path().to_owned());
+    config.max_speed_mps = 2.0;
+    (config, dbc)
+}
+
+fn field_decoder(toml: &str) -> OdometryDecoder {
+    let (config, _dbc) = field(toml);
+    OdometryDecoder::new(&config).unwrap()
+}
+
+fn counts(
+    decoder: &mut OdometryDecoder,
+    id: u16,
+    [left, right]: [u16; 2],
+    ms: i64,
+) -> Result<Option<[f64; 3]>, FrameReject> {
+    let data = [left.to_le_bytes(), right.to_le_bytes(), [0; 2], [0; 2]].concat();
+    push(decoder, 0, id, &data, ms)
+}
+
+#[test]
+fn a_code_for_not_available_is_no_count_and_costs_no_way() {
+    let mut decoder = field_decoder(&both_wheels("Counts", "metres_per_tick = 1e-3"));
+    let mut way_m = 0.0;
+    let mut end_ms = 0;
+    for frame in 0..300_u16 {
+        let ms = 20 * i64::from(frame);
+        let value = if (100..200).contains(&frame) {
+            65_535
+        } else {
+            20 * frame
+        };
+        match counts(&mut decoder, 0x120, [value, value], ms) {
+            Ok(Some([v, ..])) => {
+                #[expect(clippy::cast_precision_loss, reason = "small")]
+                let dt_s = (ms - end_ms) as f64 * 1e-3;
+                (way_m, end_ms) = (way_m + v * dt_s, ms);
+            }
+            outcome => assert_eq!(
+                outcome,
+                if value == 65_535 {
+                    Err(FrameReject::OutOfRange)
+                } else {
+                    Ok(None)
+                }
+            ),
+        }
+    }
+    assert!((way_m - 0.02 * 299.0).abs() < 1e-9, "{way_m}");
+    assert_eq!(decoder.counters().of(FrameReject::OutOfRange), 100);
+}
+
+#[test]
+fn a_speed_outside_of_its_range_is_none() {
+    let mut decoder = field_decoder(&both_wheels("Speeds", "quantity = 'kilometres_per_hour'"));
+    counts(&mut decoder, 0x122, [360, 360], 0).unwrap();
+    assert_eq!(
+        counts(&mut decoder, 0x122, [65_535, 360], 20),
+        Err(FrameReject::OutOfRange)
+    );
+    assert_close(
+        counts(&mut decoder, 0x122, [360, 360], 40)
+            .unwrap()
+            .unwrap(),
+        [1.0, 0.0, 0.0],
+    );
+}
+
+#[test]
+fn a_counter_that_wraps_early_drives_straight() {
+    let wheel = "metres_per_tick = 5e-3, modulus = 251";
+    let mut decoder = field_decoder(&both_wheels("Pulses", wheel));
+    for frame in 0..2000_u32 {
+        let raw = |start: u32| u8::try_from((start + 4 * frame) % 251).unwrap();
+        let data = [raw(0), raw(125), 0, 0, 0, 0, 0, 0];
+        let sample = push(&mut decoder, 0, 0x121, &data, 20 * i64::from(frame)).unwrap();
+        if frame > 0 {
+            assert_close(sample.unwrap(), [1.0, 0.0, 0.0]);
+        }
+    }
+    assert_eq!(
+        push(&mut decoder, 0, 0x121, &[251, 0, 0, 0, 0, 0, 0, 0], 40_000),
+        Err(FrameReject::OutOfRange)
+    );
+}
+
+#[test]
+fn what_the_dbc_file_of_the_field_leaves_open_is_asked() {
+    let ticks = "metres_per_tick = 1e-3";
+    for (toml, expected) in [
+        (
+            both_wheels("Pulses", ticks),
+            "wheels.left.modulus: give how many different counts the 8 bits of signal Left have: 251 if they wrap after 250, as its range in the DBC file may mean, 256 if",
+        ),
+        (
+            both_wheels("Pulses", "metres_per_tick = 1e-3, modulus = 257"),
+            "modulus: is 257; the signal's 8 bits have 2 to 256",
+        ),
+        (
+            both_wheels("Speeds", "quantity = 'kilometres_per_hour', modulus = 9"),
+            "modulus: is for cumulative_ticks only",
+        ),
+        (
+            both_wheels("Turns", ticks),
+            "wheels.left.quantity: is cumulative_ticks, but the DBC file gives signal Left of message Turns the unit 'rpm'",
+        ),
+        (
+            both_wheels("Speeds", "quantity = 'metres_per_second'"),
+            "the unit 'km/h'",
+        ),
+        (
+            both_wheels("Counts", ticks).replace("'Right'", "'Left'"),
+            "wheels.right: signal Left of message Counts is made of the same bits as that of wheels.left",
+        ),
+        (
+            both_wheels("Counts", ticks).replace("'Left'", "'Again'"),
+            "wheels.right: signal Right of message Counts is made of the same bits",
+        ),
+        (
+            both_wheels("Wide", ticks),
+            "max_speed_mps: is 2; wheels.left has 256 counts of 0.001 m, too few to tell forwards from backwards between frames 20 ms apart and up to 50 ms late: give less than 1.8286",
+        ),
+        (
+            both_wheels("Wide", "metres_per_tick = 0.005")
+                + "[[messages]]\nmessage = 'Wide'\nalive = 'Count'\n",
+            "alive of message Wide: must be an integer of at most 32 bits",
+        ),
+        (
+            both_wheels("Counts", ticks) + "[[messages]]\nmessage = 'Counts'\nalive = 'Left'\n",
+            "alive of message Counts: is made of the same bits",
+        ),
+        (
+            both_wheels("Unmarked", ticks),
+            "message Unmarked in line 28 of the DBC file has the identifier 419365120 (0x18FF0100), which is wider than 11 bits and not marked as extended: an extended identifier is written with bit 31 set, here 2566848768",
+        ),
+    ] {
+        let (config, _dbc) = field(&toml);
+        let refusal = OdometryDecoder::new(&config).unwrap_err().to_string();
+        assert!(
+            refusal.contains(expected),
+            "{refusal}\nshould say: {expected}"
+        );
+    }
+}
+
+#[test]
+fn what_was_understood_is_said_in_words() {
+    let described = |toml: &str| {
+        let (config, _dbc) = field(toml);
+        describe(&config).unwrap()
+    };
+    let counts = described(&both_wheels("Counts", "metres_per_tick = 1e-3"));
+    assert_eq!(
+        counts.signals[1],
+        "wheels.right: Right of Counts, identifier 0x120 on bus 0: 16 bits from bit 16, Intel (little-endian), unsigned, \
+         times 1 plus 0, 0 to 65534; cumulative_ticks"
+    );
+    assert_eq!(counts.warnings, Vec::<String>::new());
+    let speeds = described(&both_wheels("Speeds", "quantity = 'kilometres_per_hour'"));
+    assert!(
+        speeds.signals[0].contains("times 0.01 plus 0, 0 to 655.34 km/h; kilometres_per_hour"),
+        "{speeds:?}"
+    );
+    assert!(
+        speeds.warnings[0].contains("leaves one direction out"),
+        "{speeds:?}"
+    );
+    let guarded = described(
+        &(both_wheels("Counts", "metres_per_tick = 1e-3")
+            + "[[messages]]\nmessage = 'Counts'\nalive = 'Toggle'\n"),
+    );
+    assert_eq!(
+        guarded.warnings,
+        [
+            "alive of message Counts: has 16 bits; counters of frames usually have 2 to 8: is it one?"
+        ]
+    );
 }

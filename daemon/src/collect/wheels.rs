@@ -226,7 +226,8 @@ fn is_wrong(reason: FrameReject) -> bool {
         FrameReject::Remote
         | FrameReject::Short
         | FrameReject::Checksum
-        | FrameReject::Implausible => true,
+        | FrameReject::Implausible
+        | FrameReject::OutOfRange => true,
         FrameReject::Repeated | FrameReject::OutOfOrder | FrameReject::Backward => false,
     }
 }
@@ -263,6 +264,7 @@ fn counters(buses: &[Bus], decoded: &OdometryCounters) -> CanCounters {
         FrameReject::Remote,
         FrameReject::Short,
         FrameReject::Implausible,
+        FrameReject::OutOfRange,
     ];
     CanCounters {
         frames: decoded.accepted + decoded.rejected.iter().sum::<u64>(),

@@ -96,7 +96,9 @@ fn odometry(config: &Config) -> Option<Refusal> {
         ConfigError::UnknownMessage { message, .. } | ConfigError::Identifier { message, .. } => {
             message
         }
-        ConfigError::ReadDbc { .. } | ConfigError::ParseDbc { .. } => {
+        ConfigError::ReadDbc { .. }
+        | ConfigError::ParseDbc { .. }
+        | ConfigError::Ambiguous { .. } => {
             return Some(Refusal::new("odometry.dbc", format!(": {error}")));
         }
     };

@@ -48,13 +48,13 @@ impl fmt::Display for LogReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} frames", self.frames)?;
         if self.foreign > 0 {
-            write!(f, "; {} other lines skipped", self.foreign)?;
+            write!(f, "; other lines skipped: {}", self.foreign)?;
         }
         if let Some((line, fault)) = &self.first_damaged {
             let lines = self.damaged;
             write!(
                 f,
-                "; {lines} damaged lines skipped, the first is line {line}: {fault}"
+                "; damaged lines skipped: {lines}, the first is line {line}: {fault}"
             )?;
         }
         if self.cut {
@@ -73,7 +73,7 @@ impl LogReport {
         let (times, step_s) = (self.jumps, step_ns as f64 * 1e-9);
         write!(
             f,
-            "; stamps jump {times} times, first at line {line} by {step_s:+.3} s: played as if they did not"
+            "; jumps of the stamps: {times}, the first at line {line} by {step_s:+.3} s; played as if there were none"
         )
     }
 }
@@ -100,9 +100,9 @@ mod tests {
             (report.is_clean(), report.to_string()),
             (
                 false,
-                "100 frames; 2 damaged lines skipped, the first is line 101: it ends too early; \
-                 the compressed data end too early; stamps jump 1 times, first at line 51 by -3600.000 s: \
-                 played as if they did not"
+                "100 frames; damaged lines skipped: 2, the first is line 101: it ends too early; \
+                 the compressed data end too early; jumps of the stamps: 1, the first at line 51 by -3600.000 s; \
+                 played as if there were none"
                     .into()
             )
         );

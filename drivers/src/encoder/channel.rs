@@ -2,7 +2,7 @@
 
 use crate::signal::SignalDecoder;
 
-use super::counter::{Count, Counter, Reading};
+use super::counter::{Cause, Count, Counter, Reading};
 use super::decoder::SHORTEST_INTERVAL_NS;
 use super::reject::FrameReject;
 
@@ -49,7 +49,7 @@ pub(super) enum Continuity {
     /// This was the first frame.
     Started,
     /// The counter was taken up again at another value.
-    Resynchronised,
+    Resynchronised(Cause),
     /// A speed is not applied to so long a time.
     Gap,
 }
@@ -72,7 +72,7 @@ impl Channel {
     /// What the payload says.
     ///
     /// # Errors
-    /// [`FrameReject::Short`] and [`FrameReject::Implausible`].
+    /// [`FrameReject::Short`], [`FrameReject::OutOfRange`] and [`FrameReject::Implausible`].
     pub(super) fn check(&mut self, data: &[u8], stamp_ns: i64) -> Result<Update, FrameReject> {
         match &mut self.measure {
             Measure::Counter(counter) => {
@@ -80,13 +80,19 @@ impl Channel {
                     raw: self.signal.raw(data).ok_or(FrameReject::Short)?,
                     stamp_ns,
                 };
-                let reading = counter
-                    .read(count)
-                    .inspect_err(|_| counter.suspect(count))?;
-                Ok(Update::Count(count, reading))
+                match counter.read(count) {
+                    Ok(reading) => return Ok(Update::Count(count, reading)),
+                    Err(FrameReject::Implausible) => counter.suspect(count),
+                    Err(reason) => return Err(reason),
+                }
+                Err(FrameReject::Implausible)
             }
             Measure::Rate { scale, limit } => {
-                let rate = self.signal.physical(data).ok_or(FrameReject::Short)? * *scale;
+                let value = self.signal.physical(data).ok_or(FrameReject::Short)?;
+                if !self.signal.allows(value) {
+                    return Err(FrameReject::OutOfRange);
+                }
+                let rate = value * *scale;
                 // Not-a-number is in no range.
                 if (-*limit..=*limit).contains(&rate) {
                     Ok(Update::Rate(rate))
@@ -122,11 +128,11 @@ impl Channel {
     fn apply(&mut self, update: Update, interval_ns: Option<i64>) -> Continuity {
         match (update, &mut self.measure) {
             (Update::Count(count, reading), Measure::Counter(counter)) => {
-                counter.accept(count);
-                let Reading::Travelled(way_m) = reading else {
-                    return Continuity::Resynchronised;
-                };
-                self.value += way_m;
+                counter.accept(count, reading);
+                match reading {
+                    Reading::Travelled(way_m) => self.value += way_m,
+                    Reading::Resynchronised(cause) => return Continuity::Resynchronised(cause),
+                }
             }
             (Update::Rate(rate), _) => {
                 self.value = rate;
@@ -141,18 +147,29 @@ impl Channel {
 
     /// Velocity over the `dt_s` seconds since the last sample.
     pub(super) fn velocity(&self, dt_s: f64) -> f64 {
-        if self.counts() {
-            self.value / dt_s
-        } else {
-            self.value
+        match self.measure {
+            Measure::Counter(_) => self.value / dt_s,
+            Measure::Rate { .. } => self.value,
         }
     }
 
-    /// A sample has been formed, or the time before is given up.
-    pub(super) fn begin_interval(&mut self) {
+    /// How many seconds the way since the last sample takes at the highest speed.
+    pub(super) fn least_s(&self) -> f64 {
+        match self.measure {
+            Measure::Counter(counter) => self.value.abs() / counter.max_speed_mps(),
+            Measure::Rate { .. } => 0.0,
+        }
+    }
+
+    /// A sample has been formed that says this much of the way, or the time before is given up.
+    pub(super) fn begin_interval(&mut self, said: f64) {
         self.has_news = false;
-        if self.counts() {
-            self.value = 0.0;
+        if let Measure::Counter(_) = self.measure {
+            self.value = if said < 1.0 {
+                self.value * (1.0 - said)
+            } else {
+                0.0
+            };
         }
     }
 
@@ -162,10 +179,6 @@ impl Channel {
         if let Measure::Counter(counter) = &mut self.measure {
             counter.restart();
         }
-    }
-
-    fn counts(&self) -> bool {
-        matches!(self.measure, Measure::Counter(_))
     }
 
     /// Whether a frame has come since the last sample.

@@ -100,6 +100,11 @@ pub struct WheelConfig {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(max = 10), extend("exclusiveMinimum" = 0), example = 0.02)]
     pub period_s: Option<f64>,
+    /// For `cumulative_ticks` that do not use every count their bits have: how many different counts there are, 251 where 0
+    /// follows 250.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 2), example = 251)]
+    pub modulus: Option<u64>,
     /// It counts backwards when the robot drives forwards.
     #[serde(default)]
     pub reversed: bool,
@@ -109,7 +114,7 @@ pub struct WheelConfig {
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
-    /// Ticks since the encoder started; wraps at the signal's width.
+    /// Ticks since the encoder started; wraps at the signal's width, or at `modulus`.
     #[default]
     CumulativeTicks,
     /// Ticks since the frame before.
@@ -235,6 +240,7 @@ impl WheelConfig {
             wheel_radius_m: None,
             ticks_per_revolution: None,
             period_s: None,
+            modulus: None,
             reversed: false,
         }
     }
@@ -292,12 +298,12 @@ pub enum ConfigError {
         error: io::Error,
     },
     /// The DBC file is not one.
-    #[error("dbc: {path} is no DBC file: {error}")]
+    #[error("dbc: {path} is no DBC file: {problem}")]
     ParseDbc {
         /// The file.
         path: PathBuf,
-        /// What the parser said.
-        error: Box<can_dbc::DbcError>,
+        /// Where and why.
+        problem: String,
     },
     /// No message of that name.
     #[error("the DBC file has no message '{message}'; it has {available}")]
@@ -328,12 +334,22 @@ pub enum ConfigError {
         error: SignalError,
     },
     /// The message's identifier is wider than CAN's.
-    #[error("message {message} has the identifier {id:#X}; CAN has 11 or 29 bits")]
+    #[error(
+        "message {message} in line {line} of the DBC file has the identifier {id} ({id:#X}), which is wider than {}", wide(*.id)
+    )]
     Identifier {
         /// The message.
         message: String,
-        /// Its identifier in the DBC file.
-        id: u32,
+        /// Its identifier as the DBC file has it.
+        id: u64,
+        /// Where, counted from 1.
+        line: usize,
+    },
+    /// The DBC file says two things, or something that may or may not be meant.
+    #[error("dbc: {problem}")]
+    Ambiguous {
+        /// What it says, and where.
+        problem: String,
     },
     /// A setting, alone or together with others, makes no sense.
     #[error("{setting}: {problem}")]
@@ -345,7 +361,22 @@ pub enum ConfigError {
     },
 }
 
+/// What an identifier of a DBC file should have fitted into.
+fn wide(id: u64) -> String {
+    if id & (1 << 31) != 0 {
+        return "29 bits".to_owned();
+    }
+    format!(
+        "11 bits and not marked as extended: an extended identifier is written with bit 31 set, here {}",
+        id | 1 << 31
+    )
+}
+
 impl ConfigError {
+    pub(crate) fn ambiguous(problem: String) -> Self {
+        Self::Ambiguous { problem }
+    }
+
     pub(super) fn setting(setting: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::Setting {
             setting: setting.into(),

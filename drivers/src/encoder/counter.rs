@@ -3,6 +3,7 @@
 use crate::signal::sign_extend;
 
 use super::reject::FrameReject;
+use super::wrap::WrapWatch;
 
 /// A count and its stamp.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -17,18 +18,43 @@ pub(super) enum Reading {
     /// So far, signed \[m\].
     Travelled(f64),
     /// The way is unknown; counting goes on from here.
-    Resynchronised,
+    Resynchronised(Cause),
+}
+
+/// Why a way is unknown.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) enum Cause {
+    /// There was no count before, or the encoder restarted.
+    Restart,
+    /// So much time has passed that the counter may have wrapped unseen.
+    Ambiguous,
+    /// It seems to wrap elsewhere than we were told.
+    OtherWrap,
+}
+
+/// Which counts a counter has.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) struct Counts {
+    /// Width \[bits\].
+    pub(super) bits: u32,
+    /// The counts below zero are there too, as two's complement.
+    pub(super) signed: bool,
+    /// How many different ones there are, if that is not all that the bits can say.
+    pub(super) modulus: Option<u64>,
+    /// The lowest and the highest that is a count, if not all are.
+    pub(super) range: Option<(i128, i128)>,
 }
 
 /// Turns counts into distances. A count that is too far away is refused; if the next ones agree with *that*, the encoder
 /// must have restarted, and counting goes on there.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) struct Counter {
-    bits: u32,
+    counts: Counts,
     metres_per_count: f64,
     max_speed_mps: f64,
     last: Option<Count>,
     suspect: Option<Suspect>,
+    watch: WrapWatch,
 }
 
 /// A count that was refused, and how many in a row agreed with one another so far.
@@ -45,43 +71,119 @@ const CONVINCING: u32 = 3;
 /// A frame may be stamped that much late and the next one in time \[s\].
 const STAMP_SLACK_S: f64 = 0.05;
 
-impl Counter {
-    pub(super) fn new(bits: u32, metres_per_count: f64, max_speed_mps: f64) -> Self {
+/// Frames are expected to come that often where nothing is known of them yet \[s\].
+const USUAL_PERIOD_S: f64 = 0.02;
+
+impl Counts {
+    /// All that the bits can say.
+    #[cfg(test)]
+    pub(super) fn all(bits: u32) -> Self {
         Self {
             bits,
+            signed: false,
+            modulus: None,
+            range: None,
+        }
+    }
+
+    /// How many there are.
+    #[expect(clippy::cast_precision_loss, reason = "to compare distances with")]
+    pub(super) fn number(self) -> f64 {
+        self.modulus
+            .map_or_else(|| f64::from(self.bits).exp2(), |modulus| modulus as f64)
+    }
+
+    fn value(self, raw: u64) -> i128 {
+        if self.signed {
+            i128::from(sign_extend(raw, self.bits))
+        } else {
+            i128::from(raw)
+        }
+    }
+
+    fn contains(self, raw: u64) -> bool {
+        self.range
+            .is_none_or(|(lowest, highest)| (lowest..=highest).contains(&self.value(raw)))
+    }
+
+    /// Signed number of counts between two, the shorter way round.
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "distances beyond 2^53 ticks are implausible anyway"
+    )]
+    fn between(self, from: u64, to: u64) -> f64 {
+        let Some(modulus) = self.modulus else {
+            let bits = if cfg!(coloc_break = "wrap") {
+                u64::BITS
+            } else {
+                self.bits
+            };
+            return sign_extend(to.wrapping_sub(from), bits) as f64;
+        };
+        let modulus = i128::from(modulus);
+        let ahead = (self.value(to) - self.value(from)).rem_euclid(modulus);
+        if 2 * ahead > modulus {
+            (ahead - modulus) as f64
+        } else {
+            ahead as f64
+        }
+    }
+}
+
+impl Counter {
+    pub(super) fn new(counts: Counts, metres_per_count: f64, max_speed_mps: f64) -> Self {
+        Self {
+            counts,
             metres_per_count,
             max_speed_mps,
             last: None,
             suspect: None,
+            watch: WrapWatch::new(counts),
         }
+    }
+
+    /// The fastest that a wheel can be while frames that come as usual leave no doubt about its direction \[m/s\].
+    pub(super) fn fastest_mps(counts: Counts, metres_per_count: f64) -> f64 {
+        counts.number() / 2.0 * metres_per_count.abs() / (USUAL_PERIOD_S + STAMP_SLACK_S)
     }
 
     /// What `count` says; the first one says where counting starts.
     ///
     /// # Errors
-    /// [`FrameReject::Implausible`]: no robot is that fast.
+    /// [`FrameReject::OutOfRange`]: it is no count. [`FrameReject::Implausible`]: no robot is that fast.
     pub(super) fn read(&self, count: Count) -> Result<Reading, FrameReject> {
+        if !self.counts.contains(count.raw) {
+            return Err(FrameReject::OutOfRange);
+        }
         let Some(last) = self.last else {
-            return Ok(Reading::Resynchronised);
+            return Ok(Reading::Resynchronised(Cause::Restart));
         };
         let reach_m = self.reach_m(last, count);
         if reach_m >= self.half_range_m() {
-            return Ok(Reading::Resynchronised);
+            return Ok(Reading::Resynchronised(Cause::Ambiguous));
         }
         let way_m = self.way_m(last, count);
-        if way_m.abs() <= reach_m {
-            return Ok(Reading::Travelled(way_m));
+        if way_m.abs() > reach_m {
+            return self.read_against_suspect(last, count);
         }
-        self.read_against_suspect(count)
+        if self.watch.doubts(last, count) {
+            return Ok(Reading::Resynchronised(Cause::OtherWrap));
+        }
+        Ok(Reading::Travelled(way_m))
     }
 
-    fn read_against_suspect(&self, count: Count) -> Result<Reading, FrameReject> {
-        let convinced = self.agreeing(count) >= CONVINCING;
-        if convinced {
-            Ok(Reading::Resynchronised)
-        } else {
-            Err(FrameReject::Implausible)
+    fn read_against_suspect(&self, last: Count, count: Count) -> Result<Reading, FrameReject> {
+        if self.agreeing(count) < CONVINCING {
+            return Err(FrameReject::Implausible);
         }
+        let reach = self.reach_m(last, count) / self.metres_per_count.abs();
+        Ok(Reading::Resynchronised(
+            if self.watch.has_jumped_from(last, reach) {
+                Cause::OtherWrap
+            } else {
+                Cause::Restart
+            },
+        ))
     }
 
     /// How many counts in a row agree, this one included.
@@ -95,11 +197,21 @@ impl Counter {
     }
 
     /// `count` counts: the next one is measured from it.
-    pub(super) fn accept(&mut self, count: Count) {
+    pub(super) fn accept(&mut self, count: Count, reading: Reading) {
+        if let Some(last) = self.last {
+            match reading {
+                Reading::Resynchronised(Cause::Restart) => self.watch.restarted(last),
+                Reading::Resynchronised(Cause::Ambiguous) => self.watch.lost(),
+                _ => {
+                    let steps = self.counts.between(last.raw, count.raw);
+                    self.watch.moved(last, count, steps);
+                }
+            }
+        }
         (self.last, self.suspect) = (Some(count), None);
     }
 
-    /// `count` was refused: if the next ones agree with it, it was right.
+    /// `count` was refused as implausible: if the next ones agree with it, it was right.
     pub(super) fn suspect(&mut self, count: Count) {
         self.suspect = Some(Suspect {
             count,
@@ -113,17 +225,8 @@ impl Counter {
     }
 
     /// Signed distance between two counts, the shorter way round \[m\].
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "distances beyond 2^53 ticks are implausible anyway"
-    )]
     fn way_m(&self, from: Count, to: Count) -> f64 {
-        let bits = if cfg!(coloc_break = "wrap") {
-            u64::BITS
-        } else {
-            self.bits
-        };
-        sign_extend(to.raw.wrapping_sub(from.raw), bits) as f64 * self.metres_per_count
+        self.counts.between(from.raw, to.raw) * self.metres_per_count
     }
 
     /// The farthest that the wheel can have come between two stamps \[m\].
@@ -138,12 +241,19 @@ impl Counter {
 
     /// From here on forwards and backwards look alike \[m\].
     fn half_range_m(&self) -> f64 {
-        f64::from(self.bits - 1).exp2() * self.metres_per_count.abs()
+        self.counts.number() / 2.0 * self.metres_per_count.abs()
+    }
+
+    /// The most that is plausible \[m/s\].
+    pub(super) fn max_speed_mps(&self) -> f64 {
+        self.max_speed_mps
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     fn count(raw: u64, ms: i64) -> Count {
@@ -154,8 +264,9 @@ mod tests {
     }
 
     fn started(bits: u32, raw: u64) -> Counter {
-        let mut counter = Counter::new(bits, 0.001, 2.0);
-        counter.accept(count(raw, 0));
+        let mut counter = Counter::new(Counts::all(bits), 0.001, 2.0);
+        let first = Reading::Resynchronised(Cause::Restart);
+        counter.accept(count(raw, 0), first);
         counter
     }
 
@@ -194,8 +305,9 @@ mod tests {
             assert_eq!(counter.read(refused), Err(FrameReject::Implausible));
             counter.suspect(refused);
         }
-        assert_eq!(counter.read(count(40, 60)), Ok(Reading::Resynchronised));
-        counter.accept(count(40, 60));
+        let restarted = Reading::Resynchronised(Cause::Restart);
+        assert_eq!(counter.read(count(40, 60)), Ok(restarted));
+        counter.accept(count(40, 60), restarted);
         assert_eq!(counter.read(count(60, 80)), Ok(Reading::Travelled(0.020)));
     }
 
@@ -225,7 +337,144 @@ mod tests {
         );
         assert_eq!(
             started(10, 0).read(count(100, 210)),
-            Ok(Reading::Resynchronised)
+            Ok(Reading::Resynchronised(Cause::Ambiguous))
         );
+    }
+
+    /// A counter of `number` counts, that many bits wide.
+    fn wrapping(bits: u32, number: u64) -> Counts {
+        Counts {
+            modulus: Some(number),
+            range: Some((0, i128::from(number) - 1)),
+            ..Counts::all(bits)
+        }
+    }
+
+    /// Feeds every frame of a drive; the way that was counted \[m\], and how often another wrap was named.
+    fn drive(counts: Counts, metres_per_count: f64, raws: impl Iterator<Item = u64>) -> (f64, u32) {
+        let mut counter = Counter::new(counts, metres_per_count, 4.0);
+        let (mut way_m, mut named) = (0.0, 0);
+        for (raw, frame) in raws.zip(0..) {
+            let count = count(raw, 20 * frame);
+            match counter.read(count) {
+                Ok(reading) => {
+                    if let Reading::Travelled(step_m) = reading {
+                        way_m += step_m;
+                    }
+                    named += u32::from(reading == Reading::Resynchronised(Cause::OtherWrap));
+                    counter.accept(count, reading);
+                }
+                Err(FrameReject::Implausible) => counter.suspect(count),
+                Err(_) => {}
+            }
+        }
+        (way_m, named)
+    }
+
+    /// Counts of a wheel that turns by 3 to 5 counts a frame.
+    fn turning(number: u64, frames: u64) -> impl Iterator<Item = u64> {
+        (0..frames).scan(0, move |count, frame| {
+            *count = (*count + 3 + frame * 7919 % 3) % number;
+            Some(*count)
+        })
+    }
+
+    #[test]
+    fn a_counter_that_wraps_early_is_counted_right_by_its_modulus() {
+        let (way_m, named) = drive(wrapping(8, 251), 0.005, turning(251, 20_000));
+        assert_eq!(named, 0);
+        assert!((way_m - 0.005 * 4.0 * 19_999.0).abs() < 0.1, "{way_m}");
+    }
+
+    #[test]
+    fn a_counter_that_wraps_elsewhere_is_named_and_not_believed_there() {
+        for (counts, number) in [
+            (Counts::all(8), 251),
+            (Counts::all(10), 1000),
+            (Counts::all(16), 9000),
+        ] {
+            let frames = 30 * number;
+            let (way_m, named) = drive(counts, 0.005, turning(number, frames));
+            #[expect(clippy::cast_precision_loss, reason = "small")]
+            let truth_m = 0.005 * 4.0 * frames as f64;
+            assert!(
+                named > 10,
+                "{counts:?} wraps at {number}: named {named} times"
+            );
+            assert!(
+                way_m < truth_m * 1.004,
+                "{counts:?}: {way_m} m of {truth_m}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_counter_that_wraps_where_it_should_is_never_named() {
+        for bits in [8, 10, 16] {
+            let number = 1 << bits;
+            for step in [1, 4, 16] {
+                let steady = (0..40 * number).map(move |frame| frame * step % number);
+                assert_eq!(
+                    drive(Counts::all(bits), 0.005, steady).1,
+                    0,
+                    "{bits} bits, {step} a frame"
+                );
+            }
+            assert_eq!(
+                drive(Counts::all(bits), 0.005, turning(number, 40 * number)).1,
+                0
+            );
+        }
+    }
+
+    #[test]
+    fn an_encoder_that_restarts_is_not_one_that_wraps() {
+        let restarts = [5000, 3000, 8000, 200];
+        let raws = restarts
+            .into_iter()
+            .flat_map(|frames| (0..frames).map(|frame| 4 * frame));
+        assert_eq!(drive(Counts::all(32), 0.001, raws).1, 0);
+    }
+
+    #[test]
+    fn what_is_no_count_is_refused_and_costs_nothing() {
+        let mut counter = Counter::new(wrapping(16, 65_535), 0.001, 2.0);
+        counter.accept(count(1000, 0), Reading::Resynchronised(Cause::Restart));
+        for frame in 1..100 {
+            assert_eq!(
+                counter.read(count(65_535, 20 * frame)),
+                Err(FrameReject::OutOfRange)
+            );
+        }
+        assert_eq!(counter.read(count(2000, 2000)), Ok(Reading::Travelled(1.0)));
+    }
+
+    proptest! {
+        #[test]
+        fn any_walk_is_counted_as_a_model_without_wraps_counts_it(
+            number in 100_u64..2000, start in any::<u64>(), signed: bool,
+            steps in proptest::collection::vec(-30_i64..=30, 1..200),
+        ) {
+            let counts = Counts { signed, modulus: Some(number), ..Counts::all(12) };
+            let lowest = if signed { -(number.cast_signed() / 2) } else { 0 };
+            let raw = |position: i64| {
+                let value = position.rem_euclid(number.cast_signed()) + lowest;
+                value.cast_unsigned() & 0xFFF
+            };
+            let mut counter = Counter::new(counts, 1.0, 1e4);
+            let mut position = (start % number).cast_signed();
+            counter.accept(count(raw(position), 0), Reading::Resynchronised(Cause::Restart));
+            for (step, frame) in steps.into_iter().zip(1..) {
+                position += step;
+                // So slow that a count never gets half round.
+                let next = Count { raw: raw(position), stamp_ns: frame };
+                counter.max_speed_mps = 40.0 / STAMP_SLACK_S;
+                let reading = counter.read(next).unwrap();
+                #[expect(clippy::cast_precision_loss, reason = "small")]
+                let expected = Reading::Travelled(step as f64);
+                prop_assert_eq!(reading, expected);
+                counter.accept(next, reading);
+            }
+        }
     }
 }

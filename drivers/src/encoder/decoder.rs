@@ -28,6 +28,7 @@ pub struct WheelOdometry {
 ///   motion and the other's rest.
 /// * What cumulative counters count is never lost with a frame: the next sample covers the longer time.
 /// * Frames less than 1 ms apart (a backlog that came at once) go into one sample.
+/// * No sample is faster than the robot can be. Where late frames come at once, their way is spread over what follows.
 ///
 /// Nothing here allocates after [`OdometryDecoder::new`].
 #[derive(Clone, Debug)]
@@ -61,6 +62,13 @@ pub(super) const SHORTEST_INTERVAL_NS: i64 = 1_000_000;
 /// A stamp that lies further back than this comes of a clock that was set, not of a frame that was late.
 const CLOCK_STEP_NS: i64 = 100_000_000;
 
+/// Where the way since the last sample is too long for its time, because late frames came at once, so long is waited for the
+/// time to grow \[s\]; then a part of the way is said, and the rest goes into the next sample.
+const LONGEST_WAIT_S: f64 = 0.1;
+
+/// No frame is later than this \[s\]: more way than the robot could have come is garbage.
+const LATEST_S: f64 = 1.0;
+
 /// So many frames are waited for while every wheel has news but their stamps do not come close.
 const PATIENCE: u32 = 4;
 
@@ -74,6 +82,7 @@ impl OdometryDecoder {
             messages,
             channels,
             kinematics,
+            description: _,
         } = plan::plan(config)?;
         Ok(Self {
             messages,
@@ -105,10 +114,12 @@ impl OdometryDecoder {
         else {
             return Ok(None);
         };
-        self.take(index, received)
+        let sample = self
+            .take(index, received)
+            .and_then(|()| self.form_sample())
             .inspect_err(|&reason| self.counters.note_reject(reason))?;
         self.counters.accepted += 1;
-        Ok(self.form_sample())
+        Ok(sample)
     }
 
     /// What has been counted so far.
@@ -130,7 +141,7 @@ impl OdometryDecoder {
         let updates = check_all(&message.channels, &mut self.channels, data, stamp_ns)?;
         message.guard.accept(passed);
         message.last_ns = Some(stamp_ns);
-        self.counters.skipped += passed.skipped;
+        self.counters.skipped = self.counters.skipped.saturating_add(passed.skipped);
         self.apply(updates, stamp_ns);
         Ok(())
     }
@@ -169,36 +180,66 @@ impl OdometryDecoder {
             };
             let continuity = channel.accept(update, stamp_ns);
             continued &= continuity == Continuity::Continued;
-            self.counters.resynchronised += u64::from(continuity == Continuity::Resynchronised);
-            self.counters.gaps += u64::from(continuity == Continuity::Gap);
+            self.counters.note(continuity);
         }
         if !continued {
-            self.begin_interval(stamp_ns);
+            self.begin_interval(stamp_ns, 1.0);
         }
     }
 
-    fn begin_interval(&mut self, stamp_ns: i64) {
+    /// `said` is the part of the way that the interval before has accounted for.
+    fn begin_interval(&mut self, stamp_ns: i64, said: f64) {
         (self.start_ns, self.held) = (Some(stamp_ns), 0);
-        self.channels.iter_mut().for_each(Channel::begin_interval);
+        for channel in &mut self.channels {
+            channel.begin_interval(said);
+        }
     }
 
-    fn form_sample(&mut self) -> Option<WheelOdometry> {
+    /// # Errors
+    /// [`FrameReject::Implausible`]: the way is longer than late frames explain.
+    fn form_sample(&mut self) -> Result<Option<WheelOdometry>, FrameReject> {
+        let Some((start_ns, stamp_ns)) = self.interval() else {
+            return Ok(None);
+        };
+        let dt_s = seconds(stamp_ns.saturating_sub(start_ns));
+        let least_s = self
+            .channels
+            .iter()
+            .map(Channel::least_s)
+            .fold(0.0, f64::max);
+        // Rounding is no reason to wait.
+        let late = least_s > dt_s * (1.0 + 1e-9);
+        if late && least_s - dt_s > LATEST_S {
+            self.counters.gaps += 1;
+            self.begin_interval(stamp_ns, 1.0);
+            return Err(FrameReject::Implausible);
+        }
+        if late && dt_s < LONGEST_WAIT_S {
+            return Ok(None);
+        }
+        let velocity = self.velocity(dt_s.max(least_s));
+        self.begin_interval(stamp_ns, if late { dt_s / least_s } else { 1.0 });
+        self.counters.samples += 1;
+        self.counters.late_ways += u64::from(late);
+        Ok(Some(WheelOdometry {
+            start_ns,
+            stamp_ns,
+            velocity,
+        }))
+    }
+
+    /// Start and end of a sample, if there is enough for one.
+    fn interval(&mut self) -> Option<(i64, i64)> {
         let (start_ns, stamp_ns) = (self.start_ns?, self.latest_news_ns()?);
-        let dt_ns = stamp_ns
-            .checked_sub(start_ns)
-            .filter(|&dt_ns| dt_ns >= SHORTEST_INTERVAL_NS)?;
+        let dt_ns = stamp_ns.checked_sub(start_ns)?;
+        if dt_ns < SHORTEST_INTERVAL_NS {
+            return None;
+        }
         if !self.news_belong_together(stamp_ns) && self.held < PATIENCE {
             self.held += 1;
             return None;
         }
-        let velocity = self.velocity(seconds(dt_ns));
-        self.begin_interval(stamp_ns);
-        self.counters.samples += 1;
-        Some(WheelOdometry {
-            start_ns,
-            stamp_ns,
-            velocity,
-        })
+        Some((start_ns, stamp_ns))
     }
 
     /// The latest stamp, if every channel has news.
@@ -255,7 +296,9 @@ fn check_all(
         match channel.check(data, stamp_ns) {
             Ok(update) => *slot = Some((index, update)),
             // The others look at the frame all the same: they too must recognise a restarted encoder.
-            Err(reason) => refused = Some(reason),
+            Err(reason) => {
+                refused.get_or_insert(reason);
+            }
         }
     }
     refused.map_or(Ok(updates), Err)

@@ -85,7 +85,8 @@ pub(super) fn checksum(id: Id, data: &[u8]) -> u8 {
 #[derive(Copy, Clone, Debug, PartialEq)]
 struct Alive {
     signal: SignalDecoder,
-    modulus: u64,
+    /// The highest count: 0 follows it.
+    top: u64,
     last: Option<u64>,
     /// When the count that was last seen, new or repeated, was seen.
     last_ns: i64,
@@ -93,11 +94,14 @@ struct Alive {
     period_ns: Option<i64>,
 }
 
+/// After so many periods without a new count any count is news, however wide the counter: its sender has restarted.
+const LONGEST_MEMORY: u64 = 128;
+
 impl Alive {
     fn new(signal: SignalDecoder) -> Self {
         Self {
             signal,
-            modulus: 1 << signal.size().min(63),
+            top: u64::MAX >> (64 - signal.size()),
             last: None,
             last_ns: 0,
             period_ns: None,
@@ -110,12 +114,12 @@ impl Alive {
         let Some(last) = self.last else {
             return Ok(Passed { seen, skipped: 0 });
         };
-        let ahead = count.wrapping_sub(last) % self.modulus;
+        let ahead = count.wrapping_sub(last) & self.top;
         if self.may_have_wrapped(stamp_ns) {
             // So many frames are missing that the count says nothing about the order.
             return Ok(Passed {
                 seen,
-                skipped: ahead.wrapping_sub(1) % self.modulus,
+                skipped: ahead.wrapping_sub(1) & self.top,
             });
         }
         match ahead {
@@ -123,9 +127,7 @@ impl Alive {
                 self.last_ns = stamp_ns;
                 Err(FrameReject::Repeated)
             }
-            _ if ahead > self.modulus / 2 && self.period_ns.is_some() => {
-                Err(FrameReject::OutOfOrder)
-            }
+            _ if ahead > self.half() && self.period_ns.is_some() => Err(FrameReject::OutOfOrder),
             _ => Ok(Passed {
                 seen,
                 skipped: ahead - 1,
@@ -138,13 +140,19 @@ impl Alive {
         let period_ns = self
             .period_ns
             .and_then(|period_ns| u64::try_from(period_ns).ok());
-        period_ns.is_some_and(|period_ns| elapsed_ns > period_ns.saturating_mul(self.modulus / 2))
+        period_ns.is_some_and(|period_ns| {
+            elapsed_ns > period_ns.saturating_mul(self.half().min(LONGEST_MEMORY))
+        })
+    }
+
+    fn half(&self) -> u64 {
+        self.top / 2 + 1
     }
 
     fn accept(&mut self, (count, stamp_ns): (u64, i64)) {
         let follows = self
             .last
-            .is_some_and(|last| count.wrapping_sub(last) % self.modulus == 1);
+            .is_some_and(|last| count.wrapping_sub(last) & self.top == 1);
         if follows {
             let interval_ns = stamp_ns.saturating_sub(self.last_ns);
             self.period_ns = Some(self.period_ns.map_or(interval_ns, |period_ns| {
@@ -195,6 +203,48 @@ mod tests {
             feed(&mut guard, 1, 20).unwrap();
             assert!(feed(&mut guard, count, 1000).is_ok(), "count {count}");
         }
+    }
+
+    fn wide(bits: u64) -> Guard {
+        let signal = format!("BU_: A\n\nBO_ 256 M: 8 A\n SG_ S : 0|{bits}@1+ (1,0) [0|0] \"\" A\n");
+        let dbc = can_dbc::Dbc::try_from(signal.as_str()).unwrap();
+        let signal = SignalDecoder::compile(&dbc.messages[0].signals[0], 8, None).unwrap();
+        Guard::new(Some(signal), None)
+    }
+
+    fn feed_wide(guard: &mut Guard, count: u64, ms: i64) -> Result<u64, FrameReject> {
+        let id = StandardId::new(0x100).unwrap().into();
+        let passed = guard.check(id, &count.to_le_bytes(), ms * 1_000_000)?;
+        guard.accept(passed);
+        Ok(passed.skipped)
+    }
+
+    #[test]
+    fn a_counter_of_any_width_wraps_at_its_own() {
+        for bits in [1, 2, 7, 16, 31, 32, 33, 63, 64] {
+            let (mut guard, top) = (wide(bits), u64::MAX >> (64 - bits));
+            let mut feed = |count: u64, ms| feed_wide(&mut guard, count & top, ms);
+            assert_eq!(feed(top - 1, 0), Ok(0), "{bits} bits");
+            for step in 0..9 {
+                assert_eq!(
+                    feed(top.wrapping_add(step), 20 + 20 * step.cast_signed()),
+                    Ok(0),
+                    "{bits} bits"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_wide_counter_that_restarts_is_heard_again() {
+        let mut guard = wide(32);
+        feed_wide(&mut guard, 3_000_000_000, 0).unwrap();
+        feed_wide(&mut guard, 3_000_000_001, 20).unwrap();
+        let heard = (0..1000_u32).find(|&frame| {
+            let ms = 40 + 20 * i64::from(frame);
+            feed_wide(&mut guard, u64::from(frame), ms).is_ok()
+        });
+        assert!(heard.is_some_and(|frame| frame < 200), "{heard:?}");
     }
 
     #[test]

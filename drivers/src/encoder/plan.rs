@@ -1,8 +1,7 @@
 //! From what a person wrote to what the decoder runs: every name looked up, every number checked.
 
-use can_dbc::Message as DbcMessage;
-
-use crate::database::{Database, id_of};
+use crate::can::Id;
+use crate::database::{Database, DbcMessage};
 use crate::signal::SignalDecoder;
 
 use super::channel::{Channel, Measure};
@@ -10,10 +9,12 @@ use super::config::{
     BodyConfig, BodySignal, ConfigError, MessageConfig, OdometryConfig, Quantity, SpeedUnit,
     TurnUnit, WheelConfig, WheelsConfig,
 };
-use super::counter::Counter;
+use super::counter::{Counter, Counts};
 use super::decoder::Message;
+use super::description::{self, Description};
 use super::guard::Guard;
 use super::kinematics::Kinematics;
+use super::unit::{Meaning, Unit};
 
 /// Everything that a decoder needs.
 #[derive(Debug)]
@@ -21,6 +22,7 @@ pub(super) struct Plan {
     pub(super) messages: Vec<Message>,
     pub(super) channels: Vec<Channel>,
     pub(super) kinematics: Kinematics,
+    pub(super) description: Description,
 }
 
 /// Compiles the configuration.
@@ -43,6 +45,7 @@ pub(super) fn plan(config: &OdometryConfig) -> Result<Plan, ConfigError> {
         messages: planner.messages,
         channels: planner.channels,
         kinematics,
+        description: planner.description,
     })
 }
 
@@ -62,6 +65,8 @@ struct Planner<'a> {
     proofs: Vec<MessageConfig>,
     messages: Vec<Message>,
     channels: Vec<Channel>,
+    taken: Vec<Taken>,
+    description: Description,
 }
 
 impl<'a> Planner<'a> {
@@ -80,6 +85,8 @@ impl<'a> Planner<'a> {
             proofs,
             messages: Vec::new(),
             channels: Vec::new(),
+            taken: Vec::new(),
+            description: Description::default(),
         })
     }
 
@@ -93,26 +100,54 @@ impl<'a> Planner<'a> {
     }
 
     fn wheel(&mut self, setting: &str, wheel: &WheelConfig) -> Result<(), ConfigError> {
-        let limit = self.config.max_speed_mps;
         let scale = scale_of(setting, wheel)?;
-        self.channel(
+        let source = Source {
             setting,
-            wheel.bus,
-            &wheel.message,
-            &wheel.signal,
-            |signal| match wheel.quantity {
-                Quantity::CumulativeTicks if !signal.is_integer() => Err(ConfigError::setting(
-                    setting,
-                    "cumulative ticks must be an integer signal, this one is a float",
-                )),
-                Quantity::CumulativeTicks => Ok(Measure::Counter(Counter::new(
-                    signal.size(),
-                    scale * signal.factor(),
-                    limit,
-                ))),
-                _ => Ok(Measure::Rate { scale, limit }),
+            bus: wheel.bus,
+            message: &wheel.message,
+            signal: &wheel.signal,
+        };
+        let found = self.find(&source)?;
+        agree(&source, "quantity", &found.unit, wheel.quantity)?;
+        let measure = match wheel.quantity {
+            Quantity::CumulativeTicks => self.counter(setting, wheel, &found.decoder, scale)?,
+            _ if wheel.modulus.is_some() => {
+                let problem = "is for cumulative_ticks only";
+                return Err(ConfigError::setting(format!("{setting}.modulus"), problem));
+            }
+            _ => Measure::Rate {
+                scale,
+                limit: self.config.max_speed_mps,
             },
-        )
+        };
+        self.add(&source, &found, measure, wheel.quantity.word())
+    }
+
+    fn counter(
+        &mut self,
+        setting: &str,
+        wheel: &WheelConfig,
+        signal: &SignalDecoder,
+        scale: f64,
+    ) -> Result<Measure, ConfigError> {
+        let limit = self.config.max_speed_mps;
+        let counts = counts(setting, wheel, signal)?;
+        let metres_per_count = scale * signal.factor();
+        let fastest_mps = Counter::fastest_mps(counts, metres_per_count);
+        if limit >= fastest_mps {
+            let problem = format!(
+                "is {limit}; {setting} has {} counts of {} m, too few to tell forwards from backwards between frames \
+                 20 ms apart and up to 50 ms late: give less than {fastest_mps:.4}",
+                counts.number(),
+                metres_per_count.abs()
+            );
+            return Err(ConfigError::setting("max_speed_mps", problem));
+        }
+        Ok(Measure::Counter(Counter::new(
+            counts,
+            metres_per_count,
+            limit,
+        )))
     }
 
     fn body(&mut self, body: &BodyConfig) -> Result<Kinematics, ConfigError> {
@@ -138,40 +173,62 @@ impl<'a> Planner<'a> {
         Ok(Kinematics::Body)
     }
 
-    fn rate<U: Default>(
+    fn rate<U: Default + Meaning>(
         &mut self,
         setting: &str,
         signal: &BodySignal<U>,
         scale: f64,
         limit: f64,
     ) -> Result<(), ConfigError> {
+        let source = Source {
+            setting,
+            bus: signal.bus,
+            message: &signal.message,
+            signal: &signal.signal,
+        };
+        let found = self.find(&source)?;
+        agree(&source, "unit", &found.unit, signal.unit)?;
         let scale = if signal.reversed { -scale } else { scale };
-        self.channel(setting, signal.bus, &signal.message, &signal.signal, |_| {
-            Ok(Measure::Rate { scale, limit })
+        self.add(
+            &source,
+            &found,
+            Measure::Rate { scale, limit },
+            signal.unit.word(),
+        )
+    }
+
+    fn find(&self, source: &Source) -> Result<Found, ConfigError> {
+        let buses = self.config.buses.len();
+        if usize::from(source.bus) >= buses {
+            let problem = format!(
+                "there is no bus {}; 'buses' has {buses}, counted from 0",
+                source.bus
+            );
+            return Err(ConfigError::setting(
+                format!("{}.bus", source.setting),
+                problem,
+            ));
+        }
+        let message = self.database.message(source.message)?;
+        Ok(Found {
+            id: message.id()?,
+            decoder: self.database.signal(message, source.signal)?,
+            unit: message.signal(source.signal)?.unit.clone(),
         })
     }
 
-    fn channel(
+    fn add(
         &mut self,
-        setting: &str,
-        bus: u8,
-        message: &str,
-        signal: &str,
-        measure: impl FnOnce(&SignalDecoder) -> Result<Measure, ConfigError>,
+        source: &Source,
+        found: &Found,
+        measure: Measure,
+        meaning: &str,
     ) -> Result<(), ConfigError> {
-        if usize::from(bus) >= self.config.buses.len() {
-            let problem = format!(
-                "there is no bus {bus}; 'buses' has {}, counted from 0",
-                self.config.buses.len()
-            );
-            return Err(ConfigError::setting(format!("{setting}.bus"), problem));
-        }
-        let described = self.database.message(message)?;
-        let decoder = self.database.signal(described, signal)?;
-        let (id, guard) = (id_of(described)?, self.guard(described)?);
-        let channel = self.channels.len();
-        self.channels
-            .push(Channel::new(decoder, measure(&decoder)?));
+        self.take_bits(source, found)?;
+        self.describe(source, found, &measure, meaning)?;
+        let guard = self.guard(source, found)?;
+        let (bus, id, channel) = (source.bus, found.id, self.channels.len());
+        self.channels.push(Channel::new(found.decoder, measure));
         match self
             .messages
             .iter_mut()
@@ -189,11 +246,68 @@ impl<'a> Planner<'a> {
         Ok(())
     }
 
-    fn guard(&self, message: &DbcMessage) -> Result<Guard, ConfigError> {
+    /// Two things that are the same bits are a mistake.
+    fn take_bits(&mut self, source: &Source, found: &Found) -> Result<(), ConfigError> {
+        let place = (source.bus, found.id);
+        let same = |taken: &&Taken| taken.place == place && taken.decoder.overlaps(&found.decoder);
+        if let Some(taken) = self.taken.iter().find(same) {
+            let problem = format!(
+                "signal {} of message {} is made of the same bits as that of {}",
+                source.signal, source.message, taken.setting
+            );
+            return Err(ConfigError::setting(source.setting, problem));
+        }
+        self.taken.push(Taken {
+            setting: source.setting.to_owned(),
+            place,
+            decoder: found.decoder,
+        });
+        Ok(())
+    }
+
+    fn describe(
+        &mut self,
+        source: &Source,
+        found: &Found,
+        measure: &Measure,
+        meaning: &str,
+    ) -> Result<(), ConfigError> {
+        let signal = self
+            .database
+            .message(source.message)?
+            .signal(source.signal)?;
+        let place = (source.message, found.id, source.bus);
+        let line = description::line(source.setting, place, signal, &found.decoder, meaning);
+        self.description.signals.push(line);
+        if let (Measure::Rate { scale, limit }, Some(range)) = (measure, found.decoder.range()) {
+            self.warn_of_range(source.setting, range.map(|end| end * scale), *limit);
+        }
+        Ok(())
+    }
+
+    /// A range that leaves out what the robot can do makes odometry stop just then.
+    fn warn_of_range(&mut self, setting: &str, [a, b]: [f64; 2], limit: f64) {
+        let (lowest, highest) = (a.min(b), a.max(b));
+        if lowest >= 0.0 || highest <= 0.0 {
+            self.description.warn(format!(
+                "{setting}: its range in the DBC file leaves one direction out ({lowest:.3} to {highest:.3} m/s or rad/s): \
+                 no odometry while the robot moves that way"
+            ));
+        }
+        if highest.max(-lowest) < limit {
+            self.description.warn(format!(
+                "{setting}: its range in the DBC file ends at {:.3}, below the limit of {limit}",
+                highest.max(-lowest)
+            ));
+        }
+    }
+
+    fn guard(&mut self, source: &Source, found: &Found) -> Result<Guard, ConfigError> {
+        let message = self.database.message(source.message)?;
         let Some(proof) = self
             .proofs
             .iter()
-            .find(|proof| proof.message == message.name)
+            .find(|proof| proof.message == message.name())
         else {
             return Ok(Guard::new(None, None));
         };
@@ -202,18 +316,168 @@ impl<'a> Planner<'a> {
                 .map(|name| self.database.signal(message, name))
                 .transpose()
         };
-        let alive = signal(&proof.alive)?;
-        let checksum = signal(&proof.checksum)?
+        let (alive, checksum) = (signal(&proof.alive)?, signal(&proof.checksum)?);
+        if let Some(alive) = &alive {
+            check_alive(message, alive, found)?;
+        }
+        let byte = checksum
             .map(|checksum| byte_of(message, &checksum))
             .transpose()?;
-        Ok(Guard::new(alive, checksum))
+        let size = alive.map_or(0, |alive| alive.size());
+        if size > USUAL_ALIVE_BITS {
+            self.description.warn(format!(
+                "alive of message {}: has {size} bits; counters of frames usually have 2 to 8: is it one?",
+                source.message
+            ));
+        }
+        Ok(Guard::new(alive, byte))
     }
+}
+
+/// A setting and the signal that it names.
+struct Source<'a> {
+    setting: &'a str,
+    bus: u8,
+    message: &'a str,
+    signal: &'a str,
+}
+
+/// What the DBC file says of that signal.
+struct Found {
+    id: Id,
+    decoder: SignalDecoder,
+    unit: String,
+}
+
+/// Bits that have a meaning already.
+struct Taken {
+    setting: String,
+    place: (u8, Id),
+    decoder: SignalDecoder,
+}
+
+/// More is possible and unlikely.
+const USUAL_ALIVE_BITS: u32 = 8;
+
+/// More is something else.
+const MOST_ALIVE_BITS: u32 = 32;
+
+fn check_alive(
+    message: &DbcMessage,
+    alive: &SignalDecoder,
+    found: &Found,
+) -> Result<(), ConfigError> {
+    let problem = if !alive.is_integer() || alive.size() > MOST_ALIVE_BITS {
+        "must be an integer of at most 32 bits that counts the frames"
+    } else if alive.overlaps(&found.decoder) {
+        "is made of the same bits as the signal that it shall guard"
+    } else {
+        return Ok(());
+    };
+    Err(ConfigError::setting(
+        format!("alive of message {}", message.name()),
+        problem,
+    ))
+}
+
+/// The DBC file must not contradict what the signal is taken for.
+fn agree(source: &Source, key: &str, unit: &str, meaning: impl Meaning) -> Result<(), ConfigError> {
+    if Unit::of(unit).is_none_or(|unit| meaning.allows(unit)) {
+        return Ok(());
+    }
+    let problem = format!(
+        "is {}, but the DBC file gives signal {} of message {} the unit '{unit}': one of the two is wrong",
+        meaning.word(),
+        source.signal,
+        source.message
+    );
+    Err(ConfigError::setting(
+        format!("{}.{key}", source.setting),
+        problem,
+    ))
+}
+
+/// Which counts a counter has. The DBC file's range alone is no proof of where it wraps.
+fn counts(
+    setting: &str,
+    wheel: &WheelConfig,
+    signal: &SignalDecoder,
+) -> Result<Counts, ConfigError> {
+    if !signal.is_integer() {
+        return Err(ConfigError::setting(
+            setting,
+            "cumulative ticks must be an integer signal, this one is a float",
+        ));
+    }
+    let all = Counts {
+        bits: signal.size(),
+        signed: signal.is_signed(),
+        modulus: None,
+        range: None,
+    };
+    if let Some(modulus) = wheel.modulus {
+        return with_modulus(setting, all, modulus);
+    }
+    let Some((lowest, highest)) = signal.raw_range() else {
+        return Ok(all);
+    };
+    let number = u64::try_from(highest - lowest + 1).unwrap_or(u64::MAX);
+    let missing = (1_i128 << all.bits) - i128::from(number);
+    if missing > FEW_CODES || number < ENOUGH_COUNTS {
+        if is_rounding(missing, all.bits) {
+            return Ok(all);
+        }
+        let problem = format!(
+            "give how many different counts the {} bits of signal {} have: {number} if they wrap after {highest}, as its \
+             range in the DBC file may mean, {} if they use every bit",
+            all.bits,
+            wheel.signal,
+            1_i128 << all.bits
+        );
+        return Err(ConfigError::setting(format!("{setting}.modulus"), problem));
+    }
+    Ok(Counts {
+        modulus: Some(number),
+        range: Some((lowest, highest)),
+        ..all
+    })
+}
+
+/// A range that leaves out so few counts leaves out codes, such as "not available": whether the counter wraps before or
+/// behind them is a count or two a turn ...
+const FEW_CODES: i128 = 2;
+
+/// ... of so many, less than any wheel slips.
+const ENOUGH_COUNTS: u64 = 20_000;
+
+/// Whether a range was written with six digits, as in `[0|4.29496E+009]`.
+fn is_rounding(missing: i128, bits: u32) -> bool {
+    missing > 0 && missing.saturating_mul(200_000) <= 1_i128 << bits
+}
+
+fn with_modulus(setting: &str, all: Counts, modulus: u64) -> Result<Counts, ConfigError> {
+    let most = 1_i128 << all.bits;
+    if !(2..=most).contains(&i128::from(modulus)) {
+        let problem = format!(
+            "is {modulus}; the signal's {} bits have 2 to {most} counts",
+            all.bits
+        );
+        return Err(ConfigError::setting(format!("{setting}.modulus"), problem));
+    }
+    if i128::from(modulus) == most {
+        return Ok(all);
+    }
+    Ok(Counts {
+        modulus: Some(modulus),
+        range: (!all.signed).then_some((0, i128::from(modulus) - 1)),
+        ..all
+    })
 }
 
 fn byte_of(message: &DbcMessage, checksum: &SignalDecoder) -> Result<usize, ConfigError> {
     let problem = "must be 8 bits that fill one byte";
     checksum.whole_byte().ok_or_else(|| {
-        ConfigError::setting(format!("checksum of message {}", message.name), problem)
+        ConfigError::setting(format!("checksum of message {}", message.name()), problem)
     })
 }
 

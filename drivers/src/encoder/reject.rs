@@ -1,5 +1,8 @@
 //! Why a frame was refused, and how often.
 
+use super::channel::Continuity;
+use super::counter::Cause;
+
 /// Why a frame of a wanted message did not count.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum FrameReject {
@@ -24,11 +27,15 @@ pub enum FrameReject {
     /// Faster than the robot can be, or not a number.
     #[error("implausible value")]
     Implausible,
+    /// Outside of the signal's range in the DBC file, or beyond the counter's modulus: a code for "not available", or a
+    /// range that is wrong.
+    #[error("value outside of the signal's range")]
+    OutOfRange,
 }
 
 impl FrameReject {
     /// Every reason, in the order of [`OdometryCounters::rejected`].
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Remote,
         Self::Short,
         Self::Checksum,
@@ -36,6 +43,7 @@ impl FrameReject {
         Self::OutOfOrder,
         Self::Backward,
         Self::Implausible,
+        Self::OutOfRange,
     ];
 }
 
@@ -53,6 +61,13 @@ pub struct OdometryCounters {
     /// Times that a tick counter was taken up again at another value: the encoder restarted, or frames were missing for
     /// so long that the counter may have wrapped unseen.
     pub resynchronised: u64,
+    /// Times out of those that the counter may have wrapped unseen. If that is every frame, it is too narrow for its speed.
+    pub ambiguous: u64,
+    /// Times out of those that the counter seemed to wrap elsewhere than its width or modulus says.
+    pub other_wraps: u64,
+    /// Samples that would have been faster than the robot can be, because late frames came at once: their way is spread
+    /// over the samples that follow.
+    pub late_ways: u64,
     /// Times that the stamps' clock was set back.
     pub clock_steps: u64,
     /// Intervals too long to apply a speed to, left without a sample.
@@ -64,6 +79,14 @@ impl OdometryCounters {
     #[must_use]
     pub fn of(&self, reason: FrameReject) -> u64 {
         self.rejected[reason as usize]
+    }
+
+    pub(super) fn note(&mut self, continuity: Continuity) {
+        let resynchronised = |cause| continuity == Continuity::Resynchronised(cause);
+        self.gaps += u64::from(continuity == Continuity::Gap);
+        self.resynchronised += u64::from(matches!(continuity, Continuity::Resynchronised(_)));
+        self.ambiguous += u64::from(resynchronised(Cause::Ambiguous));
+        self.other_wraps += u64::from(resynchronised(Cause::OtherWrap));
     }
 
     pub(super) fn note_reject(&mut self, reason: FrameReject) {

@@ -1,0 +1,125 @@
+//! The unit that a DBC file gives to a signal, against what the configuration takes it for.
+
+use super::config::{Quantity, SpeedUnit, TurnUnit};
+
+/// What a unit says, as far as it can contradict.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) enum Unit {
+    /// Of length, which a counter may have.
+    Length,
+    MetresPerSecond,
+    KilometresPerHour,
+    RadiansPerSecond,
+    DegreesPerSecond,
+    RevolutionsPerMinute,
+    /// Of speed, but none that can be configured.
+    OtherSpeed,
+}
+
+impl Unit {
+    /// Reads the many spellings; `None` for what says nothing, such as "ticks".
+    pub(super) fn of(text: &str) -> Option<Self> {
+        let spelled: String = text
+            .to_lowercase()
+            .chars()
+            .filter(|character| !character.is_whitespace())
+            .collect();
+        Some(match spelled.trim_matches(['[', ']', '(', ')']) {
+            "m" | "mm" | "cm" | "km" | "meter" | "metre" | "meters" | "metres" => Self::Length,
+            "m/s" | "mps" | "m/sec" | "ms-1" | "m*s-1" | "m.s-1" => Self::MetresPerSecond,
+            "km/h" | "kmh" | "kph" | "kmph" | "km/hr" | "kmh-1" => Self::KilometresPerHour,
+            "rad/s" | "rad/sec" | "radps" | "rads" | "rads-1" => Self::RadiansPerSecond,
+            "deg/s" | "°/s" | "deg/sec" | "°/sec" | "degps" | "dps" | "degs" | "degree/s"
+            | "degrees/s" | "grad/s" => Self::DegreesPerSecond,
+            "rpm" | "1/min" | "/min" | "u/min" | "r/min" | "rev/min" | "revs/min" | "min-1"
+            | "upm" => Self::RevolutionsPerMinute,
+            "mph" | "mi/h" | "mm/s" | "cm/s" | "km/s" | "ft/s" | "m/min" | "knots" | "kn"
+            | "rps" | "rev/s" => Self::OtherSpeed,
+            _ => return None,
+        })
+    }
+
+    /// Whether a signal of this unit can be a wheel's `quantity`.
+    pub(super) fn suits(self, quantity: Quantity) -> bool {
+        match quantity {
+            Quantity::CumulativeTicks | Quantity::TicksPerPeriod => self == Self::Length,
+            Quantity::MetresPerSecond => self == Self::MetresPerSecond,
+            Quantity::KilometresPerHour => self == Self::KilometresPerHour,
+            Quantity::RadiansPerSecond => self == Self::RadiansPerSecond,
+            Quantity::RevolutionsPerMinute => self == Self::RevolutionsPerMinute,
+        }
+    }
+}
+
+/// A word of the configuration that says what a signal is.
+pub(super) trait Meaning: Copy {
+    /// As it is written there.
+    fn word(self) -> &'static str;
+    /// Whether a signal of that unit can be this.
+    fn allows(self, unit: Unit) -> bool;
+}
+
+impl Meaning for Quantity {
+    fn word(self) -> &'static str {
+        match self {
+            Self::CumulativeTicks => "cumulative_ticks",
+            Self::TicksPerPeriod => "ticks_per_period",
+            Self::MetresPerSecond => "metres_per_second",
+            Self::KilometresPerHour => "kilometres_per_hour",
+            Self::RadiansPerSecond => "radians_per_second",
+            Self::RevolutionsPerMinute => "revolutions_per_minute",
+        }
+    }
+
+    fn allows(self, unit: Unit) -> bool {
+        unit.suits(self)
+    }
+}
+
+impl Meaning for SpeedUnit {
+    fn word(self) -> &'static str {
+        match self {
+            Self::MetresPerSecond => "metres_per_second",
+            Self::KilometresPerHour => "kilometres_per_hour",
+        }
+    }
+
+    fn allows(self, unit: Unit) -> bool {
+        match self {
+            Self::MetresPerSecond => unit == Unit::MetresPerSecond,
+            Self::KilometresPerHour => unit == Unit::KilometresPerHour,
+        }
+    }
+}
+
+impl Meaning for TurnUnit {
+    fn word(self) -> &'static str {
+        match self {
+            Self::RadiansPerSecond => "radians_per_second",
+            Self::DegreesPerSecond => "degrees_per_second",
+        }
+    }
+
+    fn allows(self, unit: Unit) -> bool {
+        match self {
+            Self::RadiansPerSecond => unit == Unit::RadiansPerSecond,
+            Self::DegreesPerSecond => unit == Unit::DegreesPerSecond,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_spelling_is_one_unit() {
+        assert_eq!(Unit::of(" Km / h "), Some(Unit::KilometresPerHour));
+        assert_eq!(Unit::of("[RPM]"), Some(Unit::RevolutionsPerMinute));
+        assert_eq!(Unit::of("°/s"), Some(Unit::DegreesPerSecond));
+        assert_eq!(Unit::of("mm/s"), Some(Unit::OtherSpeed));
+        for nothing in ["", "ticks", "Imp", "1", "-"] {
+            assert_eq!(Unit::of(nothing), None, "{nothing}");
+        }
+    }
+}
