@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use coloc_drivers::encoder::describe;
+
 use super::{Config, Scheduler};
 
 /// A configuration in a short readable form.
@@ -31,6 +33,7 @@ impl fmt::Display for Summary<'_> {
         )?;
         self.shm(f)?;
         writeln!(f, "wheels    {}", self.wheels())?;
+        self.signals(f)?;
         self.estimator(f)?;
         self.realtime(f)
     }
@@ -59,6 +62,21 @@ impl Summary<'_> {
             buses.join(" and "),
             odometry.max_speed_mps
         )
+    }
+
+    /// Every signal as it will be read, and what is unlikely about them.
+    fn signals(self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let odometry = self.0.odometry.as_ref();
+        let Some(Ok(description)) = odometry.map(describe) else {
+            return Ok(());
+        };
+        for signal in &description.signals {
+            writeln!(f, "          {signal}")?;
+        }
+        for warning in &description.warnings {
+            writeln!(f, "warning   odometry.{warning}")?;
+        }
+        Ok(())
     }
 
     fn estimator(self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
