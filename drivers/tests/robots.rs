@@ -341,6 +341,10 @@ BO_ 292 Wide: 8 Ecu
  SG_ Right : 8|8@1+ (1,0) [0|255] "" Ecu
  SG_ Count : 16|48@1+ (1,0) [0|0] "" Ecu
 
+BO_ 2566844926 Tractor: 8 Ecu
+ SG_ Left : 0|16@1- (1,0) [0|0] "" Ecu
+ SG_ Right : 16|16@1- (1,0) [0|0] "" Ecu
+
 BO_ 419365120 Unmarked: 8 Ecu
  SG_ Left : 0|16@1- (1,0) [0|0] "" Ecu
  SG_ Right : 16|16@1- (1,0) [0|0] "" Ecu
@@ -483,7 +487,7 @@ fn what_the_dbc_file_of_the_field_leaves_open_is_asked() {
         ),
         (
             both_wheels("Unmarked", ticks),
-            "message Unmarked in line 28 of the DBC file has the identifier 419365120 (0x18FF0100), which is wider than 11 bits and not marked as extended: an extended identifier is written with bit 31 set, here 2566848768",
+            "message Unmarked in line 32 of the DBC file has the identifier 419365120 (0x18FF0100), which is wider than 11 bits and not marked as extended: an extended identifier is written with bit 31 set, here 2566848768",
         ),
     ] {
         let (config, _dbc) = field(&toml);
@@ -516,6 +520,12 @@ fn what_was_understood_is_said_in_words() {
     assert!(
         speeds.warnings[0].contains("leaves one direction out"),
         "{speeds:?}"
+    );
+    let tractor = described(&both_wheels("Tractor", "metres_per_tick = 1e-3"));
+    assert!(
+        tractor.signals[0].contains("0x18FEF1FE (extended)")
+            && tractor.warnings[0].contains("the sender's address"),
+        "{tractor:?}"
     );
     let guarded = described(
         &(both_wheels("Counts", "metres_per_tick = 1e-3")

@@ -279,6 +279,13 @@ impl<'a> Planner<'a> {
         let place = (source.message, found.id, source.bus);
         let line = description::line(source.setting, place, signal, &found.decoder, meaning);
         self.description.signals.push(line);
+        if is_placeholder(found.id) {
+            self.description.warn(format!(
+                "message {}: its identifier ends in FE, in J1939 the address of nobody; frames are taken whose identifier is \
+                 equal in every bit: put the sender's address in its place",
+                source.message
+            ));
+        }
         if let (Measure::Rate { scale, limit }, Some(range)) = (measure, found.decoder.range()) {
             self.warn_of_range(source.setting, range.map(|end| end * scale), *limit);
         }
@@ -332,6 +339,11 @@ impl<'a> Planner<'a> {
         }
         Ok(Guard::new(alive, byte))
     }
+}
+
+/// J1939 has the sender's address in the last byte, and many DBC files what stands for none.
+fn is_placeholder(id: Id) -> bool {
+    matches!(id, Id::Extended(id) if id.as_raw() & 0xFF == 0xFE)
 }
 
 /// A setting and the signal that it names.
