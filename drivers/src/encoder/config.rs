@@ -49,7 +49,7 @@ pub struct OdometryConfig {
     pub body: Option<BodyConfig>,
     /// How the frames of a message prove that they are new and whole; coloc's own do so without being listed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[schemars(example = [MessageConfig::example()])]
+    #[schemars(example = MessageConfig::examples())]
     pub messages: Vec<MessageConfig>,
 }
 
@@ -269,12 +269,12 @@ impl<U: Default> BodySignal<U> {
 }
 
 impl MessageConfig {
-    fn example() -> Self {
-        Self {
+    fn examples() -> [Self; 1] {
+        [Self {
             message: "Body".to_owned(),
             alive: Some("Alive".to_owned()),
             checksum: Some("Checksum".to_owned()),
-        }
+        }]
     }
 
     pub(super) fn coloc() -> [Self; 2] {
