@@ -128,7 +128,7 @@ type Started = (Robot, Wait, (coloc_shm_types::Claim, Space));
 
 fn start(config: &Config, link: Arc<Link>, stop: OwnedFd) -> Result<Started, StartError> {
     let space = config.open_space(&format!("colocd {}", config.robot.name))?;
-    let claim = space.claim_robot(&config.robot.name)?;
+    let claim = space.claim_robot(&config.robot.name, config.robot.id)?;
     let robot = Robot::open(config, &space, Box::new(KernelTime), link)?;
     report(config, &robot);
     let refused = realtime::set_up(&config.realtime);

@@ -13,10 +13,12 @@
 //!
 //! # Invariants of the shared memory
 //!
-//! * A [`Space`] is a root directory together with a prefix; everything coloc leaves on disk or in `/dev/shm` is inside
-//!   the one or begins with the other, so it can be removed without asking iceoryx2 what it was.
-//! * Every process in a space holds a shared lock on the root directory for as long as it has a port. Who can get the
-//!   lock exclusively is alone, and removes what the dead have left: at the start, and again when the last one goes.
+//! * A [`Space`] is a root directory together with a prefix, and a number that is drawn when it begins; everything coloc
+//!   leaves on disk or in `/dev/shm` is inside the first or begins with the others, so it can be removed without asking
+//!   iceoryx2 what it was.
+//! * Every process in a space holds a shared lock on the root directory for as long as it has a port, and one on a file in
+//!   `/dev/shm`, in case the directory goes. Who can get the first exclusively is alone, and removes what the dead have
+//!   left: at the start, and again when the last one goes.
 //! * One user owns the space. Segments are private to that user, so peers are trusted with the memory itself, though
 //!   never with the values in it.
 mod channel;
@@ -43,6 +45,7 @@ pub use reject::Reject;
 pub use replay::Replay;
 pub use robot_name::{NotARobotName, RobotName};
 pub use space::{
-    Claim, OpenError, PortError, Publisher, ReceiveError, SendError, Space, Subscriber,
+    Claim, Lost, OpenError, PortError, Publisher, ReceiveError, Remark, SendError, Space,
+    Subscriber,
 };
 pub use validate::Limits;

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use coloc_shm_types::private::NotPrivate;
 use coloc_shm_types::{Estimate, OpenError, RobotName, Space};
 use iceoryx2::prelude::{NodeBuilder, SemanticString, ipc};
 
@@ -90,7 +91,7 @@ fn the_other_process() {
 /// Publishes until killed.
 fn daemon(root: &Path) {
     let space = open(root);
-    let _claim = space.claim_robot(&robot()).expect("nobody else");
+    let _claim = space.claim_robot(&robot(), 1).expect("nobody else");
     let _subscriber = space
         .subscriber::<Estimate>(&robot())
         .expect("a subscriber");
@@ -124,12 +125,15 @@ fn foreigner(root: &Path) {
     config
         .global
         .set_root_path(&iceoryx2::prelude::Path::new(path.as_bytes()).expect("short"));
-    let prefix = full_prefix(root);
+    // It is started into a space that lives, and goes on alone.
+    let space = open(root);
+    let prefix = space.middleware_prefix();
     config.global.prefix = iceoryx2::prelude::FileName::new(prefix.as_bytes()).expect("plain");
     let _node = NodeBuilder::new()
         .config(&config)
         .create::<ipc::Service>()
         .expect("a node");
+    drop(space);
     println!("{READY}");
     std::thread::sleep(Duration::from_secs(600));
 }
@@ -193,10 +197,10 @@ fn a_claim_ends_with_its_process() {
     let root = tempfile::tempdir().unwrap();
     let daemon = start_ready("daemon", root.path());
     let space = open(root.path());
-    let refusal = space.claim_robot(&robot()).unwrap_err();
+    let refusal = space.claim_robot(&robot(), 1).unwrap_err();
     assert!(matches!(refusal, OpenError::AlreadyClaimed { pid, .. } if pid == Some(daemon.id())));
     kill(daemon);
-    space.claim_robot(&robot()).unwrap();
+    space.claim_robot(&robot(), 1).unwrap();
 }
 
 #[test]
@@ -241,6 +245,8 @@ fn another_users_space_is_refused() {
         Path::new("/usr")
     };
     let refusal = Space::open(root, "t", "test").unwrap_err();
-    assert!(matches!(refusal, OpenError::WrongUser { owner, own, .. } if owner != own));
+    assert!(
+        matches!(refusal, OpenError::NotPrivate(NotPrivate::WrongUser { owner, own, .. }) if owner != own)
+    );
     assert!(refusal.to_string().contains("same user"));
 }

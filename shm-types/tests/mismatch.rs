@@ -25,7 +25,7 @@ fn other_node(root: &std::path::Path, full_prefix: &str) -> Node<ipc::Service> {
 fn another_version_of_a_payload_is_refused() {
     let root = tempfile::tempdir().unwrap();
     let space = Space::open(root.path(), "t", "test").unwrap();
-    let node = other_node(root.path(), space.full_prefix());
+    let node = other_node(root.path(), space.middleware_prefix());
     let name = "coloc/r1/estimate".try_into().unwrap();
     let _service = node
         .service_builder(&name)
@@ -43,7 +43,7 @@ fn another_version_of_a_payload_is_refused() {
 fn another_quality_is_refused() {
     let root = tempfile::tempdir().unwrap();
     let space = Space::open(root.path(), "t", "test").unwrap();
-    let node = other_node(root.path(), space.full_prefix());
+    let node = other_node(root.path(), space.middleware_prefix());
     let name = "coloc/r1/estimate".try_into().unwrap();
     let _service = node
         .service_builder(&name)

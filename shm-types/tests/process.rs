@@ -22,6 +22,6 @@ fn it_catches_no_signals_and_reads_no_configuration_file() {
     assert_eq!(caught_signals(), before);
     assert_eq!(
         Config::global_config().global.prefix.to_string(),
-        space.full_prefix()
+        space.middleware_prefix()
     );
 }

@@ -1,4 +1,6 @@
 //! Spaces through real shared memory: each test in a root and under a prefix of its own.
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use coloc_shm_types::{Estimate, Header, Neighbour, OpenError, Position, RobotName, Space, Status};
@@ -128,7 +130,7 @@ fn nothing_is_left_when_the_last_one_goes() {
     let root = tempfile::tempdir().unwrap();
     let (first, last) = (open(root.path()), open(root.path()));
     let prefix = first.full_prefix().to_owned();
-    let claim = first.claim_robot(&robot()).unwrap();
+    let claim = first.claim_robot(&robot(), 1).unwrap();
     let publisher = first.publisher::<Status>(&robot()).unwrap();
     let subscriber = last.subscriber::<Status>(&robot()).unwrap();
     drop((publisher, claim, first));
@@ -153,8 +155,8 @@ fn a_port_keeps_its_space_open() {
 fn a_robot_is_claimed_once() {
     let root = tempfile::tempdir().unwrap();
     let space = open(root.path());
-    let claim = space.claim_robot(&robot()).unwrap();
-    let refusal = open(root.path()).claim_robot(&robot()).unwrap_err();
+    let claim = space.claim_robot(&robot(), 1).unwrap();
+    let refusal = open(root.path()).claim_robot(&robot(), 1).unwrap_err();
     assert!(
         matches!(&refusal, OpenError::AlreadyClaimed { pid: Some(pid), .. } if *pid == std::process::id())
     );
@@ -163,9 +165,11 @@ fn a_robot_is_claimed_once() {
             .to_string()
             .contains(&format!("process {}", std::process::id()))
     );
-    space.claim_robot(&RobotName::new("r2").unwrap()).unwrap();
+    space
+        .claim_robot(&RobotName::new("r2").unwrap(), 2)
+        .unwrap();
     drop(claim);
-    space.claim_robot(&robot()).unwrap();
+    space.claim_robot(&robot(), 1).unwrap();
 }
 
 #[test]
@@ -173,7 +177,125 @@ fn a_directory_with_other_things_in_it_is_refused_and_left_alone() {
     let root = tempfile::tempdir().unwrap();
     let precious = root.path().join("thesis.tex");
     std::fs::write(&precious, "years").unwrap();
-    let refusal = Space::open(root.path(), "t", "test").unwrap_err();
-    assert!(matches!(refusal, OpenError::NotOurs { entry, .. } if entry == "thesis.tex"));
+    for mode in [0o755, 0o700] {
+        std::fs::set_permissions(root.path(), Permissions::from_mode(mode)).unwrap();
+        let refusal = Space::open(root.path(), "t", "test").unwrap_err();
+        assert!(refusal.to_string().contains("`thesis.tex`"), "{refusal}");
+        let now = root.path().metadata().unwrap().permissions().mode() & 0o777;
+        assert_eq!(now, mode);
+    }
     assert!(precious.exists());
+}
+
+#[test]
+fn a_number_is_given_once() {
+    let root = tempfile::tempdir().unwrap();
+    let space = open(root.path());
+    let r2 = RobotName::new("r2").unwrap();
+    let claim = space.claim_robot(&robot(), 7).unwrap();
+    let refusal = open(root.path()).claim_robot(&r2, 7).unwrap_err();
+    assert!(
+        matches!(
+            &refusal,
+            OpenError::SameNumber {
+                id: 7,
+                pid: Some(_),
+                ..
+            }
+        ),
+        "{refusal}"
+    );
+    let said = refusal.to_string();
+    assert!(said.contains("`r1`") && said.contains("`r2`"), "{said}");
+    // Who was refused holds nothing back.
+    drop(claim);
+    space.claim_robot(&r2, 7).unwrap();
+    space.claim_robot(&robot(), 8).unwrap();
+}
+
+#[test]
+fn two_prefixes_in_one_root_are_one_space_to_the_broom() {
+    let root = tempfile::tempdir().unwrap();
+    let first = Space::open(root.path(), "first", "test").unwrap();
+    let publisher = first.publisher::<Estimate>(&robot()).unwrap();
+    let subscriber = first.subscriber::<Estimate>(&robot()).unwrap();
+    let second = Space::open(root.path(), "second", "test").unwrap();
+    let prefix = second.full_prefix().to_owned();
+    drop(second.publisher::<Estimate>(&robot()).unwrap());
+    drop(second);
+    // Whoever leaves deletes nothing of those who stay.
+    publisher.send(estimate(1)).unwrap();
+    assert_eq!(subscriber.receive().unwrap(), Some(estimate(1)));
+    let late = Space::open(root.path(), "first", "test")
+        .unwrap()
+        .subscriber::<Estimate>(&robot())
+        .unwrap();
+    publisher.refresh().unwrap();
+    assert_eq!(late.receive().unwrap(), Some(estimate(1)));
+    let prefixes = [first.full_prefix().to_owned(), prefix];
+    drop((late, publisher, subscriber, first));
+    for prefix in prefixes {
+        assert_eq!(remains(root.path(), &prefix), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn it_is_noticed_when_the_place_is_deleted_or_exchanged() {
+    for victim in ["", "nodes", "services", "key"] {
+        let temporary = tempfile::tempdir().unwrap();
+        let root = temporary.path().join("shm");
+        let space = open(&root);
+        let _publisher = space.publisher::<Estimate>(&robot()).unwrap();
+        assert_eq!(space.check(), Ok(()));
+        let moved = temporary.path().join("moved");
+        let path = if victim.is_empty() {
+            root
+        } else {
+            root.join(victim)
+        };
+        std::fs::rename(&path, &moved).unwrap();
+        let lost = space.check().unwrap_err();
+        assert_eq!(lost.0, path);
+        // Also if there is another one, as a newcomer would make it.
+        if victim != "key" {
+            std::fs::create_dir(&path).unwrap();
+            assert!(space.check().is_err());
+        }
+    }
+}
+
+#[test]
+fn who_enters_an_exchanged_root_harms_nobody_in_the_old_one() {
+    let temporary = tempfile::tempdir().unwrap();
+    let root = temporary.path().join("shm");
+    let old = open(&root);
+    let claim = old.claim_robot(&robot(), 1).unwrap();
+    let publisher = old.publisher::<Estimate>(&robot()).unwrap();
+    let subscriber = old.subscriber::<Estimate>(&robot()).unwrap();
+    std::fs::rename(&root, temporary.path().join("moved")).unwrap();
+    let new = open(&root);
+    let count = || remains(&root, new.full_prefix()).len();
+    let before = count();
+    // Cleaning up, sending, receiving and joining all still work for those inside.
+    publisher.send(estimate(1)).unwrap();
+    assert_eq!(subscriber.receive().unwrap(), Some(estimate(1)));
+    for (robot, id) in [("r1", 2), ("r2", 1)] {
+        let refusal = new
+            .claim_robot(&RobotName::new(robot).unwrap(), id)
+            .unwrap_err();
+        assert!(
+            refusal
+                .to_string()
+                .contains(&std::process::id().to_string()),
+            "{refusal}"
+        );
+    }
+    new.claim_robot(&RobotName::new("r3").unwrap(), 3).unwrap();
+    assert!(count() >= before);
+    let prefix = new.full_prefix().to_owned();
+    drop((claim, publisher, subscriber, old));
+    new.claim_robot(&robot(), 1).unwrap();
+    drop(new);
+    drop(open(&root));
+    assert_eq!(remains(&root, &prefix), Vec::<String>::new());
 }

@@ -109,6 +109,18 @@ impl OwnFile {
         self.open_or_make(OFlags::RDWR, false)
     }
 
+    /// Opens it to read and write if it is there.
+    ///
+    /// # Errors
+    /// Each [`NotPrivate`] says what to do about it.
+    pub fn existing(&self) -> Result<Option<File>, NotPrivate> {
+        match self.open(OFlags::RDWR) {
+            Ok(file) => self.check(file, false).map(Some),
+            Err(Errno::NOENT) => Ok(None),
+            Err(error) => Err(self.failed("open")(error)),
+        }
+    }
+
     /// Makes it, with mode 0600, to write to.
     ///
     /// # Errors

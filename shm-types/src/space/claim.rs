@@ -1,84 +1,169 @@
-//! One process per robot.
-use std::fs::{File, OpenOptions};
-use std::io::{self, Read, Write};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
-use std::path::PathBuf;
+//! One process per robot, and one robot per number.
+use std::fs::File;
+use std::io::{Read, Seek, Write};
+use std::path::Path;
 
 use rustix::fs::FlockOperation;
 use rustix::io::Errno;
 
-use super::Space;
 use super::error::OpenError;
+use super::{Space, lock, segments};
 use crate::RobotName;
+use crate::private::{NotPrivate, OwnFile};
 
-/// Below the root: a file for each robot, locked by the process that acts for it, containing that process's number.
+/// Below the root: a file for each robot and one for each number, locked by the process that acts for it.
 pub(super) const DIRECTORY: &str = "claims";
 
-/// The right to act for a robot. The file stays until the space is emptied: removing it would race with the next claim.
+/// In `/dev/shm`, behind the space's name: the same for those who enter another space with the same root, because the
+/// directory was exchanged while the process lives.
+const BEACON: &str = ".claim_";
+
+/// Longest content of a claim (bytes).
+const LIMIT: u64 = 256;
+
+/// The right to act for a robot. The files stay until the space is emptied: removing one would race with the next claim.
 #[derive(Debug)]
 pub struct Claim {
-    file: File,
-    // Held so that nobody empties the space while the file is locked.
+    files: Vec<File>,
+    // Held so that nobody empties the space while a file is locked.
     _space: Space,
 }
 
+/// Who acts for a robot, as it stands in the files: a word each.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Claimant {
+    robot: String,
+    id: u16,
+    pid: u32,
+    /// Where equal paths are equal places.
+    mounts: String,
+}
+
 impl Claim {
-    pub(super) fn take(space: &Space, robot: &RobotName) -> Result<Self, OpenError> {
-        let path = space.root().join(DIRECTORY).join(robot.as_str());
-        let failed = |source| OpenError::System {
-            action: "claim the robot with",
-            path: path.clone(),
-            source,
-        };
-        let mut file = open(&path).map_err(failed)?;
-        match rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive) {
-            Ok(()) => sign(&mut file).map_err(failed)?,
-            Err(Errno::WOULDBLOCK) => return Err(refusal(robot, &file)),
-            Err(error) => return Err(failed(error.into())),
-        }
-        Ok(Self {
-            file,
+    pub(super) fn take(space: &Space, robot: &RobotName, id: u16) -> Result<Self, OpenError> {
+        let own = Claimant::new(robot, id);
+        let claims = space.directory().subdirectory(DIRECTORY)?;
+        // No robot's name has a dot.
+        let names = [own.robot.clone(), format!("id.{id}")];
+        let mut claim = Self {
+            files: Vec::new(),
             _space: space.clone(),
-        })
+        };
+        for name in &names {
+            let file = claims.file(name)?;
+            claim.files.push(own.lock(&file)?);
+        }
+        own.look_elsewhere(space)?;
+        claim.files.extend(own.light_beacon(space));
+        Ok(claim)
     }
 }
 
 impl Drop for Claim {
     fn drop(&mut self) {
-        // Only the lock counts; a number that stays behind would at worst be printed.
-        let _ = self.file.set_len(0);
+        // Only the locks count; what stays behind would at worst be printed.
+        for file in &self.files {
+            let _ = file.set_len(0);
+        }
     }
 }
 
-fn open(path: &PathBuf) -> io::Result<File> {
-    if let Some(directory) = path.parent() {
-        std::fs::DirBuilder::new()
-            .recursive(true)
-            .mode(0o700)
-            .create(directory)?;
+impl Claimant {
+    fn new(robot: &RobotName, id: u16) -> Self {
+        let mounts = std::fs::read_link("/proc/self/ns/mnt").unwrap_or_default();
+        Self {
+            robot: robot.as_str().into(),
+            id,
+            pid: std::process::id(),
+            mounts: mounts.display().to_string(),
+        }
     }
-    OpenOptions::new()
-        .read(true)
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .mode(0o600)
-        .open(path)
+
+    fn lock(&self, file: &OwnFile) -> Result<File, OpenError> {
+        let mut opened = file.read_write()?;
+        match rustix::fs::flock(&opened, FlockOperation::NonBlockingLockExclusive) {
+            Ok(()) => self.write(&mut opened).map_err(failed(file.path()))?,
+            Err(Errno::WOULDBLOCK) => return Err(self.refusal(Self::read(&opened).as_ref())),
+            Err(error) => return Err(failed(file.path())(error.into())),
+        }
+        Ok(opened)
+    }
+
+    fn write(&self, file: &mut File) -> std::io::Result<()> {
+        let Self {
+            robot,
+            id,
+            pid,
+            mounts,
+        } = self;
+        file.set_len(0)?;
+        file.rewind()?;
+        write!(file, "{robot} {id} {pid} {mounts}")
+    }
+
+    fn read(file: &File) -> Option<Self> {
+        let mut text = String::new();
+        file.take(LIMIT).read_to_string(&mut text).ok()?;
+        let mut words = text.split(' ');
+        Some(Self {
+            robot: words.next()?.into(),
+            id: words.next()?.parse().ok()?,
+            pid: words.next()?.parse().ok()?,
+            mounts: words.next()?.into(),
+        })
+    }
+
+    fn refusal(&self, other: Option<&Self>) -> OpenError {
+        let (robot, pid) = (self.robot.clone(), other.map(|other| other.pid));
+        match other {
+            Some(other) if other.robot != robot => OpenError::SameNumber {
+                robot,
+                id: self.id,
+                other: other.robot.clone(),
+                pid,
+            },
+            _ => OpenError::AlreadyClaimed { robot, pid },
+        }
+    }
+
+    /// Refuses if somebody acts for the robot whose root was the same path until it was exchanged.
+    fn look_elsewhere(&self, space: &Space) -> Result<(), OpenError> {
+        let place = space.place();
+        let names = segments::list().map_err(failed(Path::new(segments::SHARED_MEMORY)))?;
+        let elsewhere = names.iter().filter(|name| {
+            name.starts_with(place.family())
+                && name.contains(BEACON)
+                && !name.starts_with(place.prefix().trim_end_matches('_'))
+        });
+        let living = elsewhere.filter_map(|name| {
+            let file = OwnFile::named(&segments::path(name))
+                .ok()?
+                .existing()
+                .ok()??;
+            (!lock::try_alone(&file)).then(|| Self::read(&file))?
+        });
+        for other in living {
+            let same = other.robot == self.robot || other.id == self.id;
+            if same && other.mounts == self.mounts {
+                return Err(self.refusal(Some(&other)));
+            }
+        }
+        Ok(())
+    }
+
+    /// If it cannot be made, an exchanged root directory is still noticed, a moment later.
+    fn light_beacon(&self, space: &Space) -> Option<File> {
+        let space = space.place().prefix().trim_end_matches('_');
+        let name = format!("{space}{BEACON}{}", self.robot);
+        let file: Result<OwnFile, NotPrivate> = OwnFile::named(&segments::path(&name));
+        self.lock(&file.ok()?).ok()
+    }
 }
 
-fn sign(file: &mut File) -> io::Result<()> {
-    file.set_len(0)?;
-    file.write_all(std::process::id().to_string().as_bytes())
-}
-
-fn refusal(robot: &RobotName, mut file: &File) -> OpenError {
-    let mut text = String::new();
-    let pid = file
-        .read_to_string(&mut text)
-        .ok()
-        .and_then(|_| text.parse().ok());
-    OpenError::AlreadyClaimed {
-        robot: robot.as_str().into(),
-        pid,
+fn failed(path: &Path) -> impl Fn(std::io::Error) -> OpenError {
+    |source| OpenError::System {
+        action: "claim the robot with",
+        path: path.into(),
+        source,
     }
 }

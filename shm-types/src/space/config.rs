@@ -2,7 +2,6 @@
 use std::io::Write;
 use std::os::fd::AsRawFd;
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
 use iceoryx2::config::Config;
@@ -10,28 +9,31 @@ use iceoryx2::prelude::{FileName, FilePath, SemanticString};
 use rustix::fs::MemfdFlags;
 
 use super::error::OpenError;
+use super::key::Key;
 
-/// iceoryx2 limits paths to 255 bytes, and puts up to 99 and the full prefix behind the root.
+/// iceoryx2 limits paths to 255 bytes, and puts up to 99 and the full prefix (at most 51) behind the root.
 const LONGEST_ROOT: usize = 100;
 const LONGEST_PREFIX: usize = 16;
 
-/// A root directory that exists and is ours, and a prefix that is nobody else's.
+/// A root directory and a prefix that is nobody else's.
 #[derive(Debug)]
 pub(crate) struct Place {
     root: PathBuf,
+    family: String,
     prefix: String,
     config: Config,
 }
 
 impl Place {
-    pub(crate) fn prepare(root: &Path, prefix: &str) -> Result<Self, OpenError> {
-        check_prefix(prefix)?;
-        let root = make_root(root)?;
-        let prefix = full_prefix(&root, prefix);
-        let config = configure(&root, &prefix)?;
-        set_global(&config, &root)?;
+    /// `root` as [`PrivateDirectory`](crate::private::PrivateDirectory) has found it.
+    pub(super) fn new(root: &Path, prefix: &str, key: Key) -> Result<Self, OpenError> {
+        let family = family(root, prefix);
+        let prefix = format!("{family}{key}_");
+        let config = configure(root, &prefix)?;
+        set_global(&config, root)?;
         Ok(Self {
-            root,
+            root: root.into(),
+            family,
             prefix,
             config,
         })
@@ -41,6 +43,12 @@ impl Place {
         &self.root
     }
 
+    /// How everything in `/dev/shm` begins that ever was of this root and prefix.
+    pub(crate) fn family(&self) -> &str {
+        &self.family
+    }
+
+    /// How everything of iceoryx2 begins, for as long as the space is not emptied.
     pub(crate) fn prefix(&self) -> &str {
         &self.prefix
     }
@@ -48,6 +56,14 @@ impl Place {
     pub(crate) fn config(&self) -> &Config {
         &self.config
     }
+}
+
+/// What can be known to be wrong before anything is touched.
+pub(super) fn check(root: &Path, prefix: &str) -> Result<(), OpenError> {
+    if !root.is_absolute() || root.as_os_str().len() > LONGEST_ROOT {
+        return Err(bad_root(root));
+    }
+    check_prefix(prefix)
 }
 
 fn check_prefix(prefix: &str) -> Result<(), OpenError> {
@@ -64,50 +80,6 @@ fn check_prefix(prefix: &str) -> Result<(), OpenError> {
     }
 }
 
-fn make_root(root: &Path) -> Result<PathBuf, OpenError> {
-    if !root.is_absolute() {
-        return Err(bad_root(root));
-    }
-    let failed = |action| {
-        move |source| OpenError::System {
-            action,
-            path: root.into(),
-            source,
-        }
-    };
-    std::fs::DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(root)
-        .map_err(failed("make the shared-memory root"))?;
-    let root = root
-        .canonicalize()
-        .map_err(failed("resolve the shared-memory root"))?;
-    check_owner(&root)?;
-    Ok(root)
-}
-
-fn check_owner(root: &Path) -> Result<(), OpenError> {
-    let owner = root
-        .metadata()
-        .map_err(|source| OpenError::System {
-            action: "look at the shared-memory root",
-            path: root.into(),
-            source,
-        })?
-        .uid();
-    let own = rustix::process::geteuid().as_raw();
-    if owner == own {
-        Ok(())
-    } else {
-        Err(OpenError::WrongUser {
-            root: root.into(),
-            owner,
-            own,
-        })
-    }
-}
-
 fn bad_root(root: &Path) -> OpenError {
     OpenError::BadRoot {
         root: root.into(),
@@ -115,22 +87,21 @@ fn bad_root(root: &Path) -> OpenError {
     }
 }
 
-/// `<prefix>_<FNV-1a 64 of the root's canonical path, 16 hex digits>_`.
+/// `<prefix>_<FNV-1a 64 of the root's path, 16 hex digits>_`.
 ///
-/// iceoryx2 puts segments of all roots next to each other into `/dev/shm`. With the root in their name, those that
-/// begin with it belong to this space and to no other, so that they may be removed.
-fn full_prefix(root: &Path, prefix: &str) -> String {
-    let hash = root
-        .as_os_str()
-        .as_bytes()
-        .iter()
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
-        });
-    format!("{prefix}_{hash:016x}_")
+/// iceoryx2 puts segments of all roots next to each other into `/dev/shm`: this tells people and programs whose they are.
+pub(super) fn family(root: &Path, prefix: &str) -> String {
+    format!("{prefix}_{:016x}_", hash(root))
 }
 
-fn configure(root: &Path, prefix: &str) -> Result<Config, OpenError> {
+pub(super) fn hash(root: &Path) -> u64 {
+    let bytes = root.as_os_str().as_bytes();
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
+
+pub(super) fn configure(root: &Path, prefix: &str) -> Result<Config, OpenError> {
     let bytes = root.as_os_str().as_bytes();
     let path = iceoryx2::prelude::Path::new(bytes)
         .ok()
@@ -171,36 +142,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_full_prefix_is_the_same_in_every_language() {
+    fn the_family_is_the_same_in_every_language() {
+        assert_eq!(family(Path::new("a"), "coloc"), "coloc_af63dc4c8601ec8c_");
         assert_eq!(
-            full_prefix(Path::new("a"), "coloc"),
-            "coloc_af63dc4c8601ec8c_"
-        );
-        assert_eq!(
-            full_prefix(Path::new("foobar"), "coloc"),
+            family(Path::new("foobar"), "coloc"),
             "coloc_85944171f73967e8_"
         );
     }
 
     #[test]
     fn unfit_places_are_refused() {
-        let directory = tempfile::tempdir().unwrap();
-        let long = directory.path().join("x".repeat(LONGEST_ROOT));
-        assert!(matches!(
-            Place::prepare(directory.path(), "a/b"),
-            Err(OpenError::BadPrefix { .. })
-        ));
-        assert!(matches!(
-            Place::prepare(directory.path(), ""),
-            Err(OpenError::BadPrefix { .. })
-        ));
-        assert!(matches!(
-            Place::prepare(Path::new("here"), "t"),
-            Err(OpenError::BadRoot { .. })
-        ));
-        assert!(matches!(
-            Place::prepare(&long, "t"),
-            Err(OpenError::BadRoot { .. })
-        ));
+        let long = Path::new("/").join("x".repeat(LONGEST_ROOT));
+        let bad_prefix = |prefix| {
+            matches!(
+                check(Path::new("/a"), prefix),
+                Err(OpenError::BadPrefix { .. })
+            )
+        };
+        assert!(bad_prefix("a/b") && bad_prefix("") && bad_prefix("12345678901234567"));
+        for root in [Path::new("here"), &long] {
+            assert!(matches!(check(root, "t"), Err(OpenError::BadRoot { .. })));
+        }
+        assert!(check(Path::new("/a"), "t").is_ok());
     }
 }

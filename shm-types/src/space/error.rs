@@ -39,19 +39,27 @@ pub enum OpenError {
         /// What it said.
         source: std::io::Error,
     },
-    /// The root directory belongs to somebody else, whose memory this process could not read.
+    /// Somebody else keeps the directory or file to himself.
     #[error(
-        "shared-memory root {} belongs to user {owner}, this process runs as user {own}: \
-         run everything on the robot as the same user, or choose another root",
-        .root.display()
+        "{} is locked by {}, for longer than anybody of coloc needs: end that, then start again",
+        .path.display(), holders(.processes)
     )]
-    WrongUser {
+    Locked {
+        /// What is locked.
+        path: PathBuf,
+        /// Who has it, as far as the kernel says so.
+        processes: Vec<u32>,
+    },
+    /// Files of a space were deleted below its root while somebody is in it.
+    #[error(
+        "what was in {} was deleted while programs use it ({}): end them, then start again",
+        .root.display(), holders(.processes)
+    )]
+    Emptied {
         /// The root directory.
         root: PathBuf,
-        /// Its owner's user number.
-        owner: u32,
-        /// The effective user number of this process.
-        own: u32,
+        /// Who is inside, as far as the kernel says so.
+        processes: Vec<u32>,
     },
     /// The root directory is used for something else, which cleaning up would destroy.
     #[error(
@@ -101,10 +109,70 @@ pub enum OpenError {
         /// Who came first, if it said so.
         pid: Option<u32>,
     },
+    /// Another robot has the number.
+    #[error(
+        "robot `{robot}` has the number {id}, which is already that of `{other}`, run by {}: \
+         stop that, or give this robot another number",
+        process(*.pid)
+    )]
+    SameNumber {
+        /// The robot's name.
+        robot: String,
+        /// Its number.
+        id: u16,
+        /// The name of the robot that came first.
+        other: String,
+        /// Its process, if it said so.
+        pid: Option<u32>,
+    },
+}
+
+fn holders(processes: &[u32]) -> String {
+    if processes.is_empty() {
+        return "some process".into();
+    }
+    let numbers: Vec<_> = processes.iter().map(ToString::to_string).collect();
+    format!("process {}", numbers.join(", "))
 }
 
 fn process(pid: Option<u32>) -> String {
     pid.map_or_else(|| "another process".into(), |pid| format!("process {pid}"))
+}
+
+/// The place of a space was deleted or exchanged while it was used: nobody who comes now meets those who are inside.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{} was deleted or exchanged while coloc used it: programs that start from now on do not meet those that run, \
+     so all of them must be started again",
+    .0.display()
+)]
+pub struct Lost(pub PathBuf);
+
+/// What a person should know about how a space was entered, though it works.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Remark {
+    /// The directory was open to others.
+    #[error("{} was open to others (mode {mode:04o}) and is closed now (0700)", .root.display())]
+    Closed {
+        /// The root directory.
+        root: PathBuf,
+        /// What its mode was.
+        mode: u32,
+    },
+    /// Processes that were killed had left something.
+    #[error("removed {files} files in /dev/shm, and what was in {}: processes that were killed had left it", .root.display())]
+    Swept {
+        /// The root directory.
+        root: PathBuf,
+        /// Files in `/dev/shm`, of all spaces in which nobody is.
+        files: usize,
+    },
+    /// Somebody who does not take part in the locks may be alive inside.
+    #[error("what is in {} stays, because programs of iceoryx2 may be alive in it", .root.display())]
+    Kept {
+        /// The root directory.
+        root: PathBuf,
+    },
 }
 
 /// A port could not be opened: the program cannot go on.

@@ -2,8 +2,11 @@
 mod claim;
 mod config;
 mod error;
+mod key;
+mod lock;
 mod port;
 mod residence;
+mod segments;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,9 +14,10 @@ use std::sync::Arc;
 use iceoryx2::prelude::{LogLevel, NodeBuilder, SignalHandlingMode, ipc, set_log_level};
 
 pub use claim::Claim;
-pub use error::{OpenError, PortError, ReceiveError, SendError};
+pub use error::{Lost, OpenError, PortError, ReceiveError, Remark, SendError};
 pub use port::{Publisher, Subscriber};
 
+use crate::private::PrivateDirectory;
 use crate::{Message, RobotName, places};
 use config::Place;
 use residence::Residence;
@@ -46,8 +50,7 @@ impl Space {
     /// Each [`OpenError`] says what to do about it.
     pub fn open(root: &Path, prefix: &str, name: &str) -> Result<Self, OpenError> {
         set_log_level(LogLevel::Error);
-        let place = Place::prepare(root, prefix)?;
-        let residence = Residence::enter(place)?;
+        let residence = Residence::enter(root, prefix)?;
         let node = create_node(residence.place(), name)?;
         Ok(Self {
             tenancy: Arc::new(Tenancy { node, residence }),
@@ -80,26 +83,53 @@ impl Space {
         Subscriber::open(self, robot)
     }
 
-    /// Makes this process the only one that may act for `robot`, until the claim is dropped or the process ends.
+    /// Makes this process the only one that may act for `robot`, and for any robot with the number `id`, until the claim
+    /// is dropped or the process ends.
     ///
     /// # Errors
-    /// [`OpenError::AlreadyClaimed`] with the process that came first.
-    pub fn claim_robot(&self, robot: &RobotName) -> Result<Claim, OpenError> {
-        Claim::take(self, robot)
+    /// [`OpenError::AlreadyClaimed`] or [`OpenError::SameNumber`], with the process that came first.
+    pub fn claim_robot(&self, robot: &RobotName, id: u16) -> Result<Claim, OpenError> {
+        Claim::take(self, robot, id)
     }
 
-    /// The prefix under which iceoryx2 knows this space, as programs in other languages must state it.
+    /// Whether the place is still there: anybody who may can delete a directory, and the system does so at a logout.
+    /// A few system calls; worth them once a second.
+    ///
+    /// # Errors
+    /// What was deleted or exchanged. Those who are connected stay so; nobody else can join.
+    pub fn check(&self) -> Result<(), Lost> {
+        self.tenancy.residence.check()
+    }
+
+    /// What a person should know about how the space was entered.
+    #[must_use]
+    pub fn remarks(&self) -> &[Remark] {
+        self.tenancy.residence.remarks()
+    }
+
+    /// How every file in `/dev/shm` begins that ever was of this root and prefix.
     #[must_use]
     pub fn full_prefix(&self) -> &str {
-        self.tenancy.residence.place().prefix()
+        self.place().family()
+    }
+
+    /// The prefix under which iceoryx2 knows this space, as programs in other languages must state it: the full prefix,
+    /// the content of the file `key` in the root, and `_`. It changes when everybody has left.
+    #[must_use]
+    pub fn middleware_prefix(&self) -> &str {
+        self.place().prefix()
+    }
+
+    pub(crate) fn place(&self) -> &Place {
+        self.tenancy.residence.place()
     }
 
     pub(crate) fn node(&self) -> &Node {
         &self.tenancy.node
     }
 
-    pub(crate) fn root(&self) -> &Path {
-        self.tenancy.residence.place().root()
+    fn directory(&self) -> &PrivateDirectory {
+        self.tenancy.residence.directory()
     }
 }
 
