@@ -4,6 +4,7 @@
 
 use std::error::Error;
 use std::os::fd::AsFd;
+use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -154,11 +155,11 @@ fn a_receiver_that_sleeps_loses_the_newest_and_holds_nobody_up() -> Fallible {
 #[test]
 fn the_dead_are_buried_by_whoever_sends() -> Fallible {
     let directory = tempfile::tempdir()?;
+    let mut bus = Bus::open(&spec(directory.path()), 0, Filter::All)?;
     let grave = directory.path().join("killed");
     drop(UnixDatagram::bind(&grave)?);
     let notes = directory.path().join("notes.txt");
     std::fs::write(&notes, "not a socket")?;
-    let mut bus = Bus::open(&spec(directory.path()), 0, Filter::All)?;
     let mut sender = Sender::open(&spec(directory.path()))?;
     sender.send(&frame(1, &[]))?;
     assert!(!grave.exists() && notes.exists());
@@ -253,4 +254,26 @@ fn a_path_too_long_for_a_socket_is_refused() {
         .unwrap_err()
         .to_string();
     assert!(refusal.contains("can't open local:"), "{refusal}");
+}
+
+#[test]
+fn a_directory_that_was_open_to_others_is_closed_and_one_for_other_things_refused() -> Fallible {
+    let directory = tempfile::tempdir()?;
+    let place = directory.path().join("bus");
+    std::fs::create_dir(&place)?;
+    let mode = |mode| std::fs::set_permissions(&place, std::fs::Permissions::from_mode(mode));
+    mode(0o777)?;
+    drop(Bus::open(&spec(&place), 0, Filter::All)?);
+    assert_eq!(place.metadata()?.permissions().mode() & 0o777, 0o700);
+    mode(0o777)?;
+    std::fs::write(place.join("thesis.tex"), "years")?;
+    for refusal in [
+        Bus::open(&spec(&place), 0, Filter::All)
+            .err()
+            .map(|it| it.to_string()),
+        Sender::open(&spec(&place)).err().map(|it| it.to_string()),
+    ] {
+        assert!(refusal.ok_or("not refused")?.contains("thesis.tex"));
+    }
+    Ok(())
 }

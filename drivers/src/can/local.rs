@@ -8,11 +8,15 @@
 //! the sender lose what comes on top, whatever the buffer sizes say. Because of the filter only wanted frames count:
 //! two a tick leave a daemon five ticks of slack. Cumulative encoder counters lose nothing even beyond.
 
-use std::io;
-use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
-use std::path::{Path, PathBuf};
+use std::ffi::{CStr, CString};
+use std::io::{self, Write};
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
+use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use coloc_shm_types::private::{NotPrivate, PrivateDirectory, unguessable};
+use rustix::fs::{FileType, Mode, OFlags, Stat};
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, bind, socket_with};
 
@@ -22,29 +26,58 @@ use super::socket_bus::Endpoint;
 use super::socketcan::ON;
 use super::sys;
 
-/// A participant that listens: its socket's address and filter, prepared once.
+/// A participant that listens: its socket's place and filter, prepared once.
 #[derive(Debug)]
 pub(super) struct Participant {
-    path: PathBuf,
-    address: SocketAddrUnix,
+    directory: CString,
+    /// One name below it.
+    name: String,
+    path: CString,
+    /// Whose all of it is.
+    user: u32,
     program: Option<Vec<libc::sock_filter>>,
 }
+
+/// Longest path of a socket, with the zero behind it.
+const LONGEST_PATH: usize = 108;
 
 /// Tells the participants of one process apart.
 static PARTICIPANTS: AtomicU32 = AtomicU32::new(0);
 
 impl Participant {
-    /// Takes a name of its own in `directory`, which is made if it is not there.
+    /// Takes a name of its own in `directory`, which is made if it is not there. Containers may share the directory, so
+    /// the process's number is not enough.
     pub(super) fn new(directory: &Path, filter: &Filter) -> io::Result<Self> {
-        std::fs::create_dir_all(directory)?;
-        let number = PARTICIPANTS.fetch_add(1, Ordering::Relaxed);
-        let path = directory.join(format!("{}-{number}", std::process::id()));
-        let address = SocketAddrUnix::new(&path)?;
+        let directory = PrivateDirectory::make(directory, may_be_ours)?;
+        let (process, number) = (
+            std::process::id(),
+            PARTICIPANTS.fetch_add(1, Ordering::Relaxed),
+        );
+        let name = format!("{process}-{number}-{:08x}", unguessable()? >> 32);
+        let path = directory.path().join(&name);
+        // Whoever sends there needs a path that fits.
+        SocketAddrUnix::new(&path)?;
         Ok(Self {
-            path,
-            address,
+            directory: CString::new(directory.path().as_os_str().as_bytes())?,
+            path: CString::new(path.as_os_str().as_bytes())?,
+            name,
+            user: own_user(),
             program: filter.bpf_program(),
         })
+    }
+
+    /// Others made what is not ours or lets others in; one of ours that was made anew is closed. No allocation.
+    fn open_directory(&self) -> Result<OwnedFd, Errno> {
+        let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+        let directory = rustix::fs::open(self.directory.as_c_str(), flags, Mode::empty())?;
+        let found = rustix::fs::fstat(&directory)?;
+        if found.st_uid != self.user {
+            return Err(Errno::NOENT);
+        }
+        if found.st_mode & 0o077 != 0 {
+            rustix::fs::fchmod(&directory, Mode::RWXU)?;
+        }
+        Ok(directory)
     }
 }
 
@@ -56,17 +89,17 @@ impl Endpoint for Participant {
             sys::attach_filter(fd, program)?;
         }
         sys::set_option(fd, libc::SOL_SOCKET, libc::SO_TIMESTAMPNS, &[ON])?;
-        // Left behind by a process that had our number, or by our own socket before it was lost.
-        let _ = rustix::fs::unlink(&self.path);
-        bind(fd, &self.address)?;
+        let directory = self.open_directory()?;
+        // Left by our own socket before it was lost.
+        let _ = rustix::fs::unlinkat(&directory, self.name.as_str(), rustix::fs::AtFlags::empty());
+        bind(fd, &address_below(&directory, &self.name)?)?;
         Ok(socket)
     }
 
     fn state(&self, _: BorrowedFd<'_>) -> BusState {
-        if rustix::fs::stat(&self.path).is_ok() {
-            BusState::Up
-        } else {
-            BusState::Gone
+        match rustix::fs::lstat(self.path.as_c_str()) {
+            Ok(found) if found.st_uid == self.user && is_socket(&found) => BusState::Up,
+            _ => BusState::Gone,
         }
     }
 }
@@ -74,8 +107,51 @@ impl Endpoint for Participant {
 impl Drop for Participant {
     fn drop(&mut self) {
         // It may be gone already, with the directory; there is nobody left to tell.
-        let _ = rustix::fs::unlink(&self.path);
+        let _ = rustix::fs::unlink(self.path.as_c_str());
     }
+}
+
+/// Directories that somebody uses for something else are not closed.
+fn may_be_ours(name: &std::ffi::OsStr) -> bool {
+    let bytes = name.as_bytes();
+    bytes
+        .iter()
+        .all(|byte| byte.is_ascii_hexdigit() || *byte == b'-')
+}
+
+/// The sockets of those who listen; none if there is no directory, or not ours alone.
+///
+/// What a stranger left there before it was closed is not spoken to.
+pub(super) fn listeners(directory: &Path) -> Result<Vec<std::path::PathBuf>, NotPrivate> {
+    let directory = PrivateDirectory::open(directory, may_be_ours)?;
+    let mut paths: Vec<_> = directory
+        .entries()?
+        .into_iter()
+        .map(|name| directory.path().join(name))
+        .collect();
+    // A file of another kind refuses connections like a dead socket does, but is not ours to bury.
+    let own = own_user();
+    paths.retain(|path| rustix::fs::lstat(path).is_ok_and(|it| it.st_uid == own && is_socket(&it)));
+    paths.sort_unstable();
+    Ok(paths)
+}
+
+fn own_user() -> u32 {
+    rustix::process::geteuid().as_raw()
+}
+
+fn is_socket(found: &Stat) -> bool {
+    FileType::from_raw_mode(found.st_mode) == FileType::Socket
+}
+
+/// So that a directory that is exchanged just now is not bound in. No allocation.
+fn address_below(directory: &OwnedFd, name: &str) -> Result<SocketAddrUnix, Errno> {
+    let mut path = [0; LONGEST_PATH];
+    let number = directory.as_raw_fd();
+    let mut rest = path.as_mut_slice();
+    write!(rest, "/proc/self/fd/{number}/{name}\0").map_err(|_| Errno::NAMETOOLONG)?;
+    let path = CStr::from_bytes_until_nul(&path).map_err(|_| Errno::NAMETOOLONG)?;
+    SocketAddrUnix::new(path)
 }
 
 pub(super) fn datagram_socket() -> Result<OwnedFd, Errno> {

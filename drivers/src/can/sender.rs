@@ -1,7 +1,7 @@
 //! Sending frames: what simulators and tests do; the daemon only listens.
 
+use std::io::ErrorKind;
 use std::os::fd::OwnedFd;
-use std::os::unix::fs::FileTypeExt;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use rustix::net::{SendFlags, SocketAddrUnix, send, sendto};
 
 use super::bus::OpenError;
 use super::frame::Frame;
-use super::local::datagram_socket;
+use super::local::{datagram_socket, listeners};
 use super::socketcan::sending_socket;
 use super::spec::BusSpec;
 
@@ -49,6 +49,12 @@ impl Sender {
                 sending_socket(interface).map_err(|error| OpenError::interface(spec, error))?,
             ),
             BusSpec::Local { directory } => {
+                match listeners(directory) {
+                    Err(refusal) if refusal.kind() != ErrorKind::NotFound => {
+                        return Err(OpenError::system(spec, refusal));
+                    }
+                    _ => {}
+                }
                 let socket = datagram_socket().map_err(|error| OpenError::system(spec, error))?;
                 Target::Local(Peers {
                     directory: directory.clone(),
@@ -131,16 +137,14 @@ impl Peers {
 
     fn scan(&mut self) {
         self.scanned = Some(Instant::now());
-        let entries = std::fs::read_dir(&self.directory)
-            .into_iter()
-            .flatten()
-            .flatten();
-        // A file of another kind refuses connections like a dead socket does, but is not ours to bury.
-        let sockets = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_socket()));
-        let paths = sockets.map(|entry| entry.path());
+        // A bus that is not there yet is waited for.
+        let paths = listeners(&self.directory).unwrap_or_default();
         self.known = paths
-            .filter_map(|path| Some((path.clone(), SocketAddrUnix::new(&path).ok()?)))
+            .into_iter()
+            .filter_map(|path| {
+                let address = SocketAddrUnix::new(&path).ok()?;
+                Some((path, address))
+            })
             .collect();
-        self.known.sort_unstable_by(|(a, _), (b, _)| a.cmp(b));
     }
 }

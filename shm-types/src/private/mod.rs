@@ -10,6 +10,8 @@ mod error;
 mod file;
 mod walk;
 
+use std::io::Read;
+
 pub use directory::PrivateDirectory;
 pub use error::NotPrivate;
 pub use file::OwnFile;
@@ -17,4 +19,14 @@ pub use file::OwnFile;
 /// Whose files are ours: those of the effective user.
 pub(crate) fn own_user() -> u32 {
     rustix::process::geteuid().as_raw()
+}
+
+/// A number that nobody can guess, for names that nobody shall take first.
+///
+/// # Errors
+/// If the kernel gives none.
+pub fn unguessable() -> std::io::Result<u64> {
+    let mut bytes = [0; 8];
+    std::fs::File::open("/dev/urandom")?.read_exact(&mut bytes)?;
+    Ok(u64::from_ne_bytes(bytes))
 }

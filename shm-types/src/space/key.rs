@@ -3,10 +3,10 @@
 //! Anybody may make files in `/dev/shm`. Nobody can guess these names, so nobody can take them first; and who enters a
 //! root directory that was exchanged never meets the files of those who still live in the old one.
 use std::fmt;
-use std::io::{Read, Write};
+use std::io::Write;
 
 use super::error::OpenError;
-use crate::private::{NotPrivate, PrivateDirectory};
+use crate::private::{NotPrivate, PrivateDirectory, unguessable};
 
 /// Below the root: the number, for whoever enters later.
 pub(super) const FILE: &str = "key";
@@ -37,15 +37,11 @@ impl Key {
 
     /// For who is alone in the space.
     pub(super) fn draw(directory: &PrivateDirectory) -> Result<Self, OpenError> {
-        let mut bytes = [0; 8];
-        std::fs::File::open("/dev/urandom")
-            .and_then(|mut source| source.read_exact(&mut bytes))
-            .map_err(|source| OpenError::System {
-                action: "draw a number from",
-                path: "/dev/urandom".into(),
-                source,
-            })?;
-        let key = Self(u64::from_ne_bytes(bytes));
+        let key = Self(unguessable().map_err(|source| OpenError::System {
+            action: "draw a number from",
+            path: "/dev/urandom".into(),
+            source,
+        })?);
         let file = directory.file(FILE)?;
         file.remove()?;
         file.create_new()?

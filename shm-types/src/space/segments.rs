@@ -9,7 +9,7 @@ use std::io::Write;
 use std::os::fd::AsFd;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::error::OpenError;
 use super::key::{self, Key};
@@ -21,6 +21,9 @@ pub(super) const SHARED_MEMORY: &str = "/dev/shm";
 const LOCK: &str = ".lock";
 const HEX: usize = 16;
 const LONGEST_PREFIX: usize = 16;
+/// As long as it takes somebody to start again.
+const YOUNG: Duration = Duration::from_secs(10);
+
 /// Longest root in a lock file (bytes).
 const LIMIT: u64 = 4096;
 
@@ -103,20 +106,29 @@ pub(super) fn is_in_place(file: impl AsFd) -> bool {
     rustix::fs::fstat(file).is_ok_and(|found| found.st_nlink > 0)
 }
 
-/// Removes what spaces have left in which nobody is any more: those of `root` with the key `own`, for whoever is alone in
-/// there, and those whose root has gone or begun anew. How many files it was.
+/// Removes what spaces have left in which nobody is any more: that of `root` with the key `own`, for whoever is alone in
+/// there, and those whose root has gone or begun anew; but what is young and of another root only concerns those who use
+/// that. How many files it was.
 pub(super) fn sweep(root: &Path, own: Option<Key>) -> std::io::Result<usize> {
     let names = list()?;
     let spaces: BTreeSet<_> = names.iter().filter_map(|name| space_of(name)).collect();
     let hash = format!("{:016x}", super::config::hash(root));
     let mut removed = 0;
     for space in spaces {
-        let is_own = root_and_key(space).is_some_and(|(of, key)| of == hash && Some(key) == own);
-        if is_own || is_abandoned(space) {
+        let of = root_and_key(space);
+        let is_same_root = of.is_some_and(|(of, _)| of == hash);
+        let is_own = is_same_root && of.map(|(_, key)| key) == own;
+        if is_own || (is_same_root || is_old(space)) && is_abandoned(space) {
             removed += remove(space, &names)?;
         }
     }
     Ok(removed)
+}
+
+fn is_old(space: &str) -> bool {
+    let lock = path(&format!("{space}{LOCK}")).symlink_metadata();
+    let age = lock.and_then(|it| it.modified()).map(|it| it.elapsed());
+    age.is_ok_and(|age| age.is_ok_and(|age| age > YOUNG))
 }
 
 /// Whoever enters a root that still has the key cleans up there.

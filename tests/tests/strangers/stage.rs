@@ -1,0 +1,179 @@
+//! A directory like /tmp, and who acts in it.
+use std::fs::{self, Permissions};
+use std::io::{BufRead, BufReader};
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use coloc_shm_types::{Estimate, RobotName, Space};
+use rustix::process::{Pid, Signal, kill_process};
+use tempfile::TempDir;
+
+pub(crate) const ACT: &str = "COLOC_STRANGER_ACT";
+pub(crate) const PLACES: &str = "COLOC_STRANGER_PLACES";
+pub(crate) const READY: &str = "ready";
+
+const STRANGER: u32 = 65534;
+const PREFIX: &str = "strangers";
+const PATIENCE: Duration = Duration::from_secs(30);
+
+pub(crate) fn chmod(path: &Path, mode: u32) {
+    fs::set_permissions(path, Permissions::from_mode(mode)).unwrap();
+}
+
+/// Everybody may put something there, and only who did may take it away.
+pub(crate) struct Stage {
+    sticky: TempDir,
+    /// This binary, where everybody may run it.
+    program: PathBuf,
+}
+
+impl Stage {
+    pub(crate) fn new() -> Option<Self> {
+        if !rustix::process::geteuid().is_root() {
+            eprintln!(
+                "SKIPPED: what another user of the machine can do, which only the superuser can try"
+            );
+            return None;
+        }
+        let sticky = tempfile::tempdir().unwrap();
+        chmod(sticky.path(), 0o1777);
+        let program = sticky.path().join("strangers");
+        fs::copy(std::env::current_exe().unwrap(), &program).unwrap();
+        chmod(&program, 0o755);
+        Some(Self { sticky, program })
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.sticky.path().join(name)
+    }
+
+    /// A directory that everybody may enter, for a robot. Its root and bus have `mode`, or are not there if that is 0.
+    pub(crate) fn site(&self, mode: u32) -> PathBuf {
+        let site = tempfile::tempdir_in(self.sticky.path()).unwrap().keep();
+        chmod(&site, 0o755);
+        for directory in ["shm", "bus"].iter().filter(|_| mode != 0) {
+            fs::create_dir(site.join(directory)).unwrap();
+            chmod(&site.join(directory), mode);
+        }
+        site
+    }
+
+    fn command(&self, act: &str, places: &[&Path]) -> Command {
+        let places: Vec<_> = places.iter().map(|place| place.to_str().unwrap()).collect();
+        let mut command = Command::new(&self.program);
+        command
+            .args(["--ignored", "--exact", "the_stranger", "--nocapture"])
+            .env(ACT, act)
+            .env(PLACES, places.join("\n"))
+            .current_dir("/")
+            .uid(STRANGER)
+            .gid(STRANGER);
+        command
+    }
+
+    /// What the stranger managed to do.
+    pub(crate) fn stranger(&self, act: &str, places: &[&Path]) -> String {
+        let output = self.command(act, places).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(
+            output.status.success() && said.contains("1 passed"),
+            "{output:?}"
+        );
+        let done = said.lines().filter_map(|line| line.split_once("did: "));
+        done.map(|(_, what)| what).collect::<Vec<_>>().join("\n")
+    }
+
+    /// A stranger who holds on to something until it is dropped.
+    pub(crate) fn stranger_stays(&self, act: &str, places: &[&Path]) -> Staying {
+        let mut command = self.command(act, places);
+        let mut child = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        assert!(
+            lines.any(|line| line.unwrap().ends_with(READY)),
+            "it ended early"
+        );
+        Staying(child)
+    }
+}
+
+pub(crate) struct Staying(Child);
+
+impl Staying {
+    pub(crate) fn id(&self) -> u32 {
+        self.0.id()
+    }
+}
+
+impl Drop for Staying {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = (self.0.kill(), self.0.wait());
+    }
+}
+
+/// A robot's daemon, ours.
+pub(crate) struct Daemon {
+    child: Child,
+    root: PathBuf,
+}
+
+impl Daemon {
+    pub(crate) fn start(site: &Path, umask: &str) -> Self {
+        let at = site.display();
+        let config = site.join("robot.toml");
+        let text = format!(
+            "[robot]\nname = \"robot1\"\nid = 1\n\
+             [shm]\nroot = \"{at}/shm\"\nprefix = \"{PREFIX}\"\n\
+             [odometry]\nbuses = [\"local:{at}/bus\"]\nmax_speed_mps = 5.0\n\
+             [odometry.wheels]\ntrack_m = 0.3\n\
+             left = {{ message = \"WheelLeft\", signal = \"Ticks\", metres_per_tick = 1e-5 }}\n\
+             right = {{ message = \"WheelRight\", signal = \"Ticks\", metres_per_tick = 1e-5 }}\n\
+             [realtime]\nscheduler = \"other\"\nlock_memory = false\n"
+        );
+        fs::write(&config, text).unwrap();
+        let child = Command::new("sh")
+            .args(["-c", "umask $1; exec \"$2\" run \"$3\"", "sh", umask])
+            .arg(env!("CARGO_BIN_EXE_colocd-under-test"))
+            .arg(&config)
+            .spawn()
+            .unwrap();
+        Self {
+            child,
+            root: site.join("shm"),
+        }
+    }
+
+    /// An estimate of a tick that was not there before.
+    pub(crate) fn listen(&self) {
+        let space = Space::open(&self.root, PREFIX, "test").unwrap();
+        let robot = RobotName::new("robot1").unwrap();
+        let estimates = space.subscriber::<Estimate>(&robot).unwrap();
+        let deadline = Instant::now() + PATIENCE;
+        let mut heard = 0;
+        while heard < 2 {
+            assert!(Instant::now() < deadline, "no estimates");
+            heard += u32::from(estimates.receive().unwrap().is_some());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    pub(crate) fn terminate(mut self) {
+        let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();
+        kill_process(pid, Signal::TERM).unwrap();
+        assert!(self.child.wait().unwrap().success());
+    }
+}
+
+impl Drop for Daemon {
+    fn drop(&mut self) {
+        // It has ended already, unless a test has failed.
+        let _ = (self.child.kill(), self.child.wait());
+    }
+}
