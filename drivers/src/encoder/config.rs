@@ -103,7 +103,7 @@ pub struct WheelConfig {
     /// For `cumulative_ticks` that do not use every count their bits have: how many different counts there are, 251 where 0
     /// follows 250.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 2), example = 251)]
+    #[schemars(range(min = 2, max = 1e15), example = 251)]
     pub modulus: Option<u64>,
     /// It counts backwards when the robot drives forwards.
     #[serde(default)]
