@@ -55,11 +55,12 @@ pub(crate) fn held_by(pid: u32) -> Vec<u64> {
 }
 
 impl Entry {
-    /// Of a robot that has run: such a file stays until the space is empty.
-    pub(crate) fn is_claim(&self) -> bool {
+    /// One for each robot or service that there ever was, whoever comes: it may stay until the space is empty.
+    pub(crate) fn is_of_a_name(&self) -> bool {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
-        let parent = self.path.parent();
-        name.contains(".claim_") || parent.is_some_and(|parent| parent.ends_with("claims"))
+        let of_a_service = [".service", ".dynamic"].map(|end| name.ends_with(end));
+        let of_a_robot = name.contains(".claim_") || self.path.iter().any(|part| part == "claims");
+        of_a_robot || of_a_service.contains(&true)
     }
 }
 

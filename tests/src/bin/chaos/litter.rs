@@ -30,10 +30,9 @@ impl Litter {
             fault!("taken from the living: {}", gone.path.display());
         }
         self.most = self.most.max(files.len());
-        // The file of a claim stays until the space is empty: one for each robot.
         let others = files
             .into_iter()
-            .filter(|entry| !self.kept.contains(entry) && !entry.is_claim());
+            .filter(|entry| !self.kept.contains(entry) && !entry.is_of_a_name());
         let age = |entry: &Entry| self.others.get(entry).map_or(0, |rounds| rounds + 1);
         self.others = others.map(|entry| (entry.clone(), age(&entry))).collect();
         let old: Vec<Entry> = self
