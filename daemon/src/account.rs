@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use coloc_estimator::{Estimate, Report, Source, Span, Stamp, TickOutputs, Verdict};
+use coloc_estimator::{Estimate, OdometryState, Report, Source, Span, Stamp, TickOutputs, Verdict};
 use coloc_shm_types::{BusState, CanCounters, Header, Health, Input, Reject, Status};
 
 use crate::clock::Reading;
@@ -26,6 +26,8 @@ pub struct Account {
     next_belief_ns: i64,
     belief_period_ns: Option<i64>,
     records: bool,
+    /// Lines of the recording that found no room since it was last told so.
+    unrecorded: u64,
 }
 
 const REPORT_PERIOD_NS: i64 = 1_000_000_000;
@@ -55,15 +57,26 @@ impl Account {
                 .resume
                 .then(|| nanos(1.0 / config.telemetry.state_hz)),
             records: !config.telemetry.record.as_os_str().is_empty(),
+            unrecorded: 0,
         }
     }
 
     /// Hands lines on, if there is a recording.
     pub fn record(&mut self, lines: impl IntoIterator<Item = Record>) {
         if self.records {
-            lines
-                .into_iter()
-                .for_each(|line| self.tell(Event::Recorded(line)));
+            lines.into_iter().for_each(|line| self.record_line(line));
+        }
+    }
+
+    /// Where lines are missing, the recording says so before it goes on.
+    fn record_line(&mut self, line: Record) {
+        let tell = |line| self.link.tell(Event::Recorded(line)).is_ok();
+        let lines = self.unrecorded;
+        if (lines == 0 || tell(Record::Lost { lines })) && tell(line) {
+            self.unrecorded = 0;
+        } else {
+            self.unrecorded += 1;
+            self.status.lost_events += 1;
         }
     }
 
@@ -133,13 +146,24 @@ impl Account {
             });
         }
         if self.belief_is_due(now.monotonic_ns) {
-            let Estimate { stamp, belief, .. } = outputs.estimate;
-            self.tell(Event::Belief {
-                stamp,
-                realtime_ns: now.realtime_ns,
-                belief,
-            });
+            self.tell_belief(&outputs.estimate, now);
         }
+    }
+
+    /// The last belief, due or not: who is started again goes on from there.
+    pub fn last(&mut self, estimate: &Estimate, now: &Reading) {
+        if self.belief_period_ns.is_some() {
+            self.tell_belief(estimate, now);
+        }
+    }
+
+    fn tell_belief(&mut self, estimate: &Estimate, now: &Reading) {
+        let measured = estimate.odometry != OdometryState::Stale;
+        self.tell(Event::Belief {
+            monotonic_ns: now.monotonic_ns,
+            belief: estimate.belief,
+            velocity: measured.then_some(estimate.velocity),
+        });
     }
 
     fn verdict(&mut self, report: &Report) {

@@ -32,8 +32,14 @@ impl Estimate {
     }
 
     /// What a tick at `stamp` would say without new inputs; it changes nothing.
+    #[must_use]
+    pub fn at(&self, stamp: Stamp) -> coloc_estimator::Estimate {
+        self.estimator.extrapolated(stamp)
+    }
+
+    /// Does what a tick at `stamp` would do without new inputs.
     pub fn rehearse(&self, stamp: Stamp) {
-        black_box(self.estimator.extrapolated(stamp));
+        black_box(self.at(stamp));
     }
 
     /// The clock was stepped: what was `old` is now `new`.

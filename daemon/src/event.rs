@@ -8,7 +8,7 @@
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use coloc_estimator::{Belief, Stamp};
+use coloc_estimator::Belief;
 use coloc_shm_types::{BusState, Health, Input, Reject};
 use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
@@ -65,12 +65,17 @@ pub enum Event {
     },
     /// What the robot believes, for the state file.
     Belief {
-        /// When, by the configured clock.
-        stamp: Stamp,
-        /// When, by `CLOCK_REALTIME` \[ns\].
-        realtime_ns: i64,
+        /// When, by `CLOCK_MONOTONIC` \[ns\].
+        monotonic_ns: i64,
         /// What.
         belief: Belief,
+        /// `[v_x, v_y, ω]`, if there is odometry \[m/s, m/s, rad/s\].
+        velocity: Option<[f64; 3]>,
+    },
+    /// Events that found no room in the ring; telemetry's own, from the account.
+    Lost {
+        /// How many.
+        events: u64,
     },
     /// A line of the recording.
     Recorded(Record),

@@ -13,16 +13,20 @@
 
 pub mod account;
 mod args;
+mod aside;
 pub mod clock;
 pub mod collect;
 pub mod config;
+pub mod end;
 pub mod estimate;
 pub mod event;
 pub mod health;
 pub mod ledger;
+mod log;
 pub mod publish;
 pub mod realtime;
 pub mod record;
+mod retry;
 pub mod run;
 pub mod saved;
 pub mod start;
@@ -31,18 +35,22 @@ pub mod tick;
 pub mod wait;
 
 use std::ffi::OsString;
+use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::mpsc::channel;
+use std::thread::Builder;
+use std::time::Duration;
 
 use clap::Parser;
 use coloc_shm_types::OpenError;
 
 use args::{Args, Command};
 use config::{Config, summary::Summary};
+use end::{EndError, Status};
 use start::StartError;
 
-/// The whole program, from its arguments (the first is the program's name) to its exit status:
-/// 0 done, 1 failed, 2 not understood (arguments or configuration).
+/// The whole program, from its arguments (the first is the program's name) to its exit status ([`end::Status`]).
 pub fn main_from_args<I, T>(args: I) -> ExitCode
 where
     I: IntoIterator<Item = T>,
@@ -51,44 +59,59 @@ where
     match Args::try_parse_from(args) {
         Ok(Args {
             command: Command::Check { config },
-        }) => check(&config),
+        }) => finish(check(&config)),
         Ok(Args {
             command: Command::Run { config },
-        }) => run(&config),
-        Err(error) => {
-            let _ = error.print(); // Nobody is left to tell if standard error is closed.
-            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
-        }
+        }) => finish(run(&config)),
+        Err(answer) => explain(&answer),
     }
 }
 
-fn check(path: &Path) -> ExitCode {
-    finish(
-        Config::load(path)
-            .map_err(StartError::from)
-            .and_then(|config| {
-                config.shm_root().map_err(OpenError::from)?;
-                println!("{}", Summary(&config));
-                Ok(())
-            }),
-    )
+fn check(path: &Path) -> Result<(), EndError> {
+    let config = Config::load(path).map_err(StartError::from)?;
+    let place = config.shm_root().map_err(OpenError::from);
+    place.map_err(StartError::from)?;
+    let mut output = io::stdout();
+    writeln!(output, "{}", Summary(&config))
+        .and_then(|()| output.flush())
+        .map_err(EndError::Output)
 }
 
-fn run(path: &Path) -> ExitCode {
-    finish(
-        Config::load(path)
-            .map_err(StartError::from)
-            .and_then(|config| run::run(&config)),
-    )
+fn run(path: &Path) -> Result<(), EndError> {
+    let config = Config::load(path).map_err(StartError::from)?;
+    run::run(&config)
 }
 
-fn finish(result: Result<(), StartError>) -> ExitCode {
+/// Help that was asked for, or what was wrong with the arguments.
+fn explain(answer: &clap::Error) -> ExitCode {
+    match answer.print().and_then(|()| io::stdout().flush()) {
+        Err(problem) if !answer.use_stderr() => finish(Err(EndError::Output(problem))),
+        // If standard error is closed, nobody is left to tell.
+        _ if answer.use_stderr() => ExitCode::from(Status::NotUnderstood as u8),
+        _ => ExitCode::SUCCESS,
+    }
+}
+
+fn finish(result: Result<(), EndError>) -> ExitCode {
     let Err(problem) = result else {
         return ExitCode::SUCCESS;
     };
-    eprintln!("colocd: {problem}");
-    match problem {
-        StartError::Config(_) => ExitCode::from(2),
-        _ => ExitCode::FAILURE,
+    last_words(format!("colocd: {problem}\n"));
+    ExitCode::from(problem.status() as u8)
+}
+
+/// How long whoever reads standard error may take.
+const LAST_WORDS: Duration = Duration::from_millis(100);
+
+/// On a thread of its own: a pipe that nobody reads must not keep the process.
+fn last_words(words: String) {
+    let (said, heard) = channel::<()>();
+    let say = move || {
+        let _said = said;
+        // If this fails there is nowhere left to say so.
+        let _ = io::stderr().write_all(words.as_bytes());
+    };
+    if Builder::new().spawn(say).is_ok() {
+        let _ = heard.recv_timeout(LAST_WORDS);
     }
 }

@@ -7,8 +7,8 @@
 //! begin ( [rebase] tick (odometry | sighting | neighbour | fix)* estimate )*
 //! ```
 //!
-//! The real-time thread only puts [`Record`]s into the ring; a tick says how many lines belong to it, so that a
-//! reader notices what a full ring has lost.
+//! The real-time thread only puts [`Record`]s into the ring. Where a full ring or a slow disk has lost lines there is a line
+//! `lost`, and a reader goes on with the next whole tick; a tick says how many lines belong to it.
 
 mod read;
 mod write;
@@ -18,7 +18,7 @@ use coloc_estimator::{
 };
 use serde::{Deserialize, Serialize};
 
-pub use read::{RecordedTick, Recording, RecordingError};
+pub use read::{Gaps, RecordedTick, Recording, RecordingError};
 pub use write::Recorder;
 
 /// A line of a recording. Poses `[x, y, φ]` \[m, m, rad\], covariances row-major, stamps \[ns\].
@@ -45,9 +45,14 @@ pub enum Record {
         /// … and is called from now on.
         new_ns: i64,
     },
+    /// Lines are missing here.
+    Lost {
+        /// How many.
+        lines: u64,
+    },
     /// A tick; its inputs and its estimate follow.
     Tick {
-        /// Counted from 0 without gaps.
+        /// Counted from 0; where one is missing, it was lost.
         tick: u64,
         /// The tick's own stamp.
         stamp_ns: i64,

@@ -1,133 +1,133 @@
-//! The life of the process: start, two threads, signals, end.
+//! The life of the process: start, threads, signals, end.
+//!
+//! The main thread only waits: for a signal, or for the end of the real-time thread. It never opens, writes or locks
+//! anything that can stall, so a signal is answered at any moment, also during start-up. Who does not come back in time at
+//! the end is left behind; the kernel takes back what it held, and the next start removes what it left.
+
+mod signals;
+mod thread;
 
 use std::os::fd::OwnedFd;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::{Builder, JoinHandle};
+use std::sync::mpsc::{Sender, channel};
+use std::thread::Builder;
+use std::time::{Duration, Instant};
 
-use coloc_shm_types::Space;
+use coloc_shm_types::{Claim, Space};
 use rustix::event::{EventfdFlags, eventfd};
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::iterator::{Handle, Signals};
 use tracing::{error, info, warn};
 
 use crate::clock::{KernelTime, TimeSource};
 use crate::config::{Config, Trigger};
+use crate::end::EndError;
 use crate::event::Link;
+use crate::log::Log;
 use crate::realtime;
-use crate::record::Recorder;
+use crate::saved::Unusable;
 use crate::start::StartError;
-use crate::telemetry::{Telemetry, open_log};
+use crate::telemetry::{Telemetry, Writers};
 use crate::tick::{Outcome, Robot};
 use crate::wait::{Wait, Wake};
+use signals::{Call, Calls};
+use thread::{Ending, Watched};
 
 /// Beyond what is touched in advance: start-up is deeper than any tick.
 const SPARE_STACK: usize = 2 << 20;
 
-/// Localizes until SIGINT or SIGTERM.
+/// When those who have not ended are left behind, from the moment when the end was asked for: the process is gone within a
+/// second.
+const TICKS_END: Duration = Duration::from_millis(550);
+const TELEMETRY_ENDS: Duration = Duration::from_millis(800);
+const LOG_ENDS: Duration = Duration::from_millis(100);
+
+/// Localizes until a signal asks it to end.
 ///
 /// # Errors
-/// Why it did not start. Once it runs, nothing ends it but a signal or the loss of its clock.
-pub fn run(config: &Config) -> Result<(), StartError> {
-    open_log(&config.telemetry).map_err(system("telemetry.log_file cannot be opened"))?;
-    let recorder = Recorder::create(&config.telemetry.record)
-        .map_err(system("telemetry.record cannot be made"))?;
-    // Before any thread, so that no signal finds its default action.
-    let mut signals =
-        Signals::new([SIGINT, SIGTERM]).map_err(system("signals cannot be handled"))?;
-    let stop = eventfd(0, EventfdFlags::CLOEXEC)?;
-    let link = Arc::new(Link::new());
-    let ticking = Ticking::start(config, &link, &stop, signals.handle())?;
-    let telemetry = Telemetering::start(config, &link, recorder);
-    if let Some(signal) = signals.forever().next() {
-        info!(signal, "ending");
+/// Why it did not start, or what ended it otherwise.
+pub fn run(config: &Config) -> Result<(), EndError> {
+    // Before any thread, so that no signal finds its default action; and before anything that may stall.
+    let mut calls = Calls::listen(config).map_err(system("signals cannot be handled"))?;
+    let log = Log::open(&config.telemetry).map_err(system("no thread"))?;
+    let result = live(config, &log, &mut calls);
+    if let Err(problem) = &result
+        && log.is_file()
+    {
+        error!("{problem}");
     }
+    log.finish(LOG_ENDS);
+    result
+}
+
+fn live(config: &Config, log: &Log, calls: &mut Calls) -> Result<(), EndError> {
+    let stop = eventfd(0, EventfdFlags::CLOEXEC).map_err(StartError::from)?;
+    let link = Arc::new(Link::new());
+    let telemetry = Telemetering::start(config, &link)?;
+    let ticking = start_ticking(config, &link, &stop, calls)?;
+    wait_for_the_end(log, calls);
+    let since = Instant::now();
     // The counter of a new eventfd has room for one.
     let _ = rustix::io::write(&stop, &1_u64.to_ne_bytes());
-    ticking.join();
-    telemetry.map(Telemetering::join)
+    let ending = ticking.join_until(since + TICKS_END);
+    telemetry.join_until(since + TELEMETRY_ENDS);
+    judge(ending)
 }
 
-/// The real-time thread.
-struct Ticking(JoinHandle<()>);
-
-impl Ticking {
-    fn start(
-        config: &Config,
-        link: &Arc<Link>,
-        stop: &OwnedFd,
-        signals: Handle,
-    ) -> Result<Self, StartError> {
-        let (started, outcome) = channel();
-        let (config, link) = (config.clone(), Arc::clone(link));
-        let stop = stop
-            .try_clone()
-            .map_err(system("a descriptor cannot be duplicated"))?;
-        let stack = config.realtime.prefault_stack_kib * 1024 + SPARE_STACK;
-        let body = move || {
-            // However this thread ends, the main thread must not wait for a signal that nobody sends.
-            let _end = EndOfTicks(signals);
-            tick_until_stopped(&config, link, stop, &started);
-        };
-        let thread = Builder::new()
-            .name("colocd-tick".into())
-            .stack_size(stack)
-            .spawn(body)
-            .map_err(system("no thread"))?;
-        match outcome.recv() {
-            Ok(Ok(())) => Ok(Self(thread)),
-            Ok(Err(problem)) => {
-                let _ = thread.join();
-                Err(problem)
+/// Until a signal asks for it, or the real-time thread has ended.
+fn wait_for_the_end(log: &Log, calls: &mut Calls) {
+    while let Some(call) = calls.next() {
+        match call {
+            Call::Hangup => log.reopen(),
+            Call::End(signal) => {
+                info!(signal, "ending");
+                return;
             }
-            Err(_) => Err(system("the real-time thread ended while it started")(
-                std::io::ErrorKind::Other.into(),
-            )),
-        }
-    }
-
-    fn join(self) {
-        if self.0.join().is_err() {
-            error!(
-                "the real-time thread panicked: this is a defect of colocd, please report it with this log"
-            );
         }
     }
 }
 
-struct EndOfTicks(Handle);
-
-impl Drop for EndOfTicks {
-    fn drop(&mut self) {
-        self.0.close();
+fn judge(ending: Ending<Result<(), EndError>>) -> Result<(), EndError> {
+    match ending {
+        Ending::Returned(result) => result,
+        Ending::Panicked => Err(EndError::RealTime(
+            "it panicked, which is a defect of colocd; please report it with the log".into(),
+        )),
+        Ending::Stuck => {
+            warn!(
+                "the real-time thread does not come back; what it leaves in shared memory is removed by the next start"
+            );
+            Ok(())
+        }
     }
+}
+
+fn start_ticking(
+    config: &Config,
+    link: &Arc<Link>,
+    stop: &OwnedFd,
+    calls: &Calls,
+) -> Result<Watched<Result<(), EndError>>, StartError> {
+    let (config, link) = (config.clone(), Arc::clone(link));
+    let stop = stop
+        .try_clone()
+        .map_err(system("a descriptor cannot be duplicated"))?;
+    let builder = Builder::new()
+        .name("colocd-tick".into())
+        .stack_size(config.realtime.prefault_stack_kib * 1024 + SPARE_STACK);
+    let body = move || tick_until_stopped(&config, link, stop);
+    Watched::start(builder, body, calls.closer()).map_err(system("no thread"))
 }
 
 /// Everything about the ports stays on the thread that uses them, so start-up happens here too.
-fn tick_until_stopped(
-    config: &Config,
-    link: Arc<Link>,
-    stop: OwnedFd,
-    started: &Sender<Result<(), StartError>>,
-) {
-    match start(config, link, stop) {
-        Ok((robot, wait, _space)) => {
-            // The main thread waits for this; if it is gone, so is the process.
-            let _ = started.send(Ok(()));
-            if let Err(problem) = ticks(robot, wait) {
-                error!("the tick's clock failed: {problem}");
-            }
-        }
-        Err(problem) => {
-            let _ = started.send(Err(problem));
-        }
-    }
+fn tick_until_stopped(config: &Config, link: Arc<Link>, stop: OwnedFd) -> Result<(), EndError> {
+    let (robot, wait, _claim_and_space) = start(config, link, stop)?;
+    ticks(robot, wait).map_err(|problem| EndError::RealTime(format!("its clock failed, {problem}")))
 }
 
-type Started = (Robot, Wait, (coloc_shm_types::Claim, Space));
+type Started = (Robot, Wait, (Claim, Space));
 
 fn start(config: &Config, link: Arc<Link>, stop: OwnedFd) -> Result<Started, StartError> {
     let space = config.open_space(&format!("colocd {}", config.robot.name))?;
+    (space.remarks().iter()).for_each(|remark| warn!("{remark}"));
     let claim = space.claim_robot(&config.robot.name, config.robot.id)?;
     let robot = Robot::open(config, &space, Box::new(KernelTime), link)?;
     report(config, &robot);
@@ -154,10 +154,10 @@ fn start(config: &Config, link: Arc<Link>, stop: OwnedFd) -> Result<Started, Sta
 fn report(config: &Config, robot: &Robot) {
     match robot.resumed() {
         Some(Ok(age_s)) => info!(age_s, "going on from the saved belief"),
-        Some(Err(problem)) => info!(
-            "starting from [initial]: {}: {problem}",
-            config.state_file().display()
-        ),
+        Some(Err(Unusable::Missing)) => info!("starting from [initial]: no belief was saved yet"),
+        Some(Err(problem)) => {
+            warn!("starting from [initial], not from the saved belief: {problem}");
+        }
         None => {}
     }
     let trigger = match config.tick.trigger {
@@ -170,6 +170,7 @@ fn report(config: &Config, robot: &Robot) {
 /// From here on this thread neither allocates nor locks nor logs.
 fn ticks(mut robot: Robot, mut wait: Wait) -> Result<(), rustix::io::Errno> {
     while turn(&mut robot, &mut wait)?.is_some() {}
+    robot.leave();
     Ok(())
 }
 
@@ -191,38 +192,27 @@ pub fn turn(robot: &mut Robot, wait: &mut Wait) -> Result<Option<Outcome>, rusti
 
 /// The telemetry thread.
 struct Telemetering {
-    thread: JoinHandle<()>,
+    thread: Watched<()>,
     stop: Sender<()>,
 }
 
 impl Telemetering {
-    fn start(config: &Config, link: &Arc<Link>, recorder: Recorder) -> Result<Self, StartError> {
+    fn start(config: &Config, link: &Arc<Link>) -> Result<Self, StartError> {
         let (stop, stopped) = channel();
+        let writers = Writers::start(config).map_err(system("no thread"))?;
         let (config, link) = (config.clone(), Arc::clone(link));
-        let body = move || telemetry(&config, link, recorder, &stopped);
-        let thread = Builder::new()
-            .name("colocd-log".into())
-            .spawn(body)
-            .map_err(system("no thread"))?;
+        let body = move || Telemetry::new(&config, link).writing(writers).run(&stopped);
+        let builder = Builder::new().name("colocd-log".into());
+        let thread = Watched::start(builder, body, || ()).map_err(system("no thread"))?;
         Ok(Self { thread, stop })
     }
 
-    fn join(self) {
+    /// The robot's estimates have ended in good order: how this thread does is no reason to fail.
+    fn join_until(self, deadline: Instant) {
         drop(self.stop);
-        // A panic there was printed by itself; the ticks have ended in good order.
-        let _ = self.thread.join();
-    }
-}
-
-/// Without a status the robot still knows where it is, so a failure here is logged and survived.
-fn telemetry(config: &Config, link: Arc<Link>, recorder: Recorder, stop: &Receiver<()>) {
-    let open = || -> Result<_, StartError> {
-        let space = config.open_space(&format!("colocd {} status", config.robot.name))?;
-        Ok((Telemetry::open(config, &space, link)?, space))
-    };
-    match open() {
-        Ok((telemetry, _space)) => telemetry.recording(recorder).run(stop),
-        Err(problem) => error!("no status will be published, and nothing recorded: {problem}"),
+        if self.thread.join_until(deadline) == Ending::Stuck {
+            warn!("the telemetry thread does not come back: the last status may be missing");
+        }
     }
 }
 

@@ -1,27 +1,49 @@
-//! The last belief on disk, so that a daemon that was killed can go on from it.
+//! The last belief on disk, so that a daemon that was killed, or a computer that lost its power, can go on from it.
 //!
-//! Telemetry writes it a few times a second, into a new file that then takes the old one's name: whoever reads sees
-//! the one or the other, never a half.
+//! Each time the file is written anew, brought to the disk, and given its name: whoever reads sees the old one or the
+//! new one, never a half, also after a power cut. That is done on a thread of its own, `telemetry.state_hz` times a
+//! second at most, and less often where the disk is slower.
+//!
+//! # Going on
+//!
+//! The robot moved on while nobody looked. A belief of age t is carried on as the estimator does when odometry stops
+//! ([`coloc_estimator::OdometrySettings`], with T = `motion.reference_period_s`):
+//!
+//! * for h = min(t, `motion.hold_s`) by the last velocity, with noise Q · T/h · (1 + `hold_growth` · h/2T),
+//! * for the rest r = t − h with velocity zero and noise `outage_variance` · T/r.
+//!
+//! The velocity counts as measured when the belief was saved. Where there was none, h = 0.
+
+mod clocks;
+mod saver;
 
 use std::fmt;
-use std::io::Write;
-use std::path::Path;
+use std::io::ErrorKind;
+use std::path::PathBuf;
 
-use coloc_estimator::{Belief, Covariance3, Pose};
+use coloc_estimator::{Belief, Covariance3, Motion, Pose, propagate};
+use coloc_shm_types::{OpenError, check_split};
 use serde::{Deserialize, Serialize};
 
-use crate::config::{Config, Motion};
+use crate::collect::wheels::ToMotion;
+use crate::config::{self, Config};
+
+pub use clocks::When;
+pub use saver::Saver;
 
 /// A belief as it is written.
-#[derive(Copy, Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Saved {
     /// Whose.
     pub robot: u16,
-    /// When, by `CLOCK_REALTIME`: the only clock that outlives a reboot \[ns\].
-    pub realtime_ns: i64,
+    /// When.
+    pub when: When,
     /// `[x, y, φ]`
     pub pose: [f64; 3],
+    /// `[v_x, v_y, ω]`, if there was odometry.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[f64; 3]>,
     /// P, row-major.
     pub total: [f64; 9],
     /// `P_i`, row-major.
@@ -33,10 +55,15 @@ pub struct Saved {
 pub enum Unusable {
     /// None was saved yet.
     Missing,
-    /// It cannot be read.
-    Unreadable(std::io::Error),
+    /// It cannot be read, or others could have written it.
+    Unreadable(OpenError),
     /// Not what this program writes.
-    Malformed(String),
+    Malformed {
+        /// Where it is.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// Of another robot.
     OtherRobot(u16),
     /// From the future, or too long ago \[s\].
@@ -47,8 +74,10 @@ impl fmt::Display for Unusable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing => f.write_str("none was saved yet"),
-            Self::Unreadable(error) => write!(f, "it cannot be read: {error}"),
-            Self::Malformed(problem) => write!(f, "it is not a saved belief: {problem}"),
+            Self::Unreadable(problem) => problem.fmt(f),
+            Self::Malformed { path, problem } => {
+                write!(f, "{} is not a saved belief: {problem}", path.display())
+            }
             Self::OtherRobot(id) => write!(f, "it is robot {id}'s"),
             Self::Age(age_s) => write!(
                 f,
@@ -61,151 +90,256 @@ impl fmt::Display for Unusable {
 impl Saved {
     /// What is to be written about `belief`.
     #[must_use]
-    pub fn new(robot: u16, realtime_ns: i64, belief: &Belief) -> Self {
+    pub fn new(robot: u16, when: When, belief: &Belief, velocity: Option<[f64; 3]>) -> Self {
         let Pose { x, y, phi } = belief.pose;
         Self {
             robot,
-            realtime_ns,
+            when,
             pose: [x, y, phi],
+            velocity,
             total: belief.total.to_row_major(),
             independent: belief.independent.to_row_major(),
         }
     }
 
-    /// Replaces the file at `path`.
-    ///
-    /// # Errors
-    /// What the file system says; the old file is then still whole.
-    pub fn write(&self, path: &Path) -> std::io::Result<()> {
-        let text = toml::to_string(self).map_err(std::io::Error::other)?;
-        let new = path.with_extension("new");
-        std::fs::File::create(&new)?.write_all(text.as_bytes())?;
-        std::fs::rename(&new, path)
-    }
-
-    /// The belief to start with at `realtime_ns`: the saved one, grown by what an outage of that length would have
-    /// added to it.
+    /// The belief to start with at `now`, and how old the saved one is \[s\].
     ///
     /// # Errors
     /// Why there is none.
-    pub fn resume(config: &Config, realtime_ns: i64) -> Result<(Belief, f64), Unusable> {
-        let text =
-            std::fs::read_to_string(config.state_file()).map_err(|error| match error.kind() {
-                std::io::ErrorKind::NotFound => Unusable::Missing,
-                _ => Unusable::Unreadable(error),
-            })?;
-        let saved: Self =
-            toml::from_str(&text).map_err(|error| Unusable::Malformed(error.message().into()))?;
+    pub fn resume(config: &Config, now: &When) -> Result<(Belief, f64), Unusable> {
+        let (path, text) = read(config)?;
+        let saved: Self = toml::from_str(&text).map_err(|error| Unusable::Malformed {
+            path: path.clone(),
+            problem: error.message().into(),
+        })?;
         if saved.robot != config.robot.id {
             return Err(Unusable::OtherRobot(saved.robot));
         }
-        #[allow(clippy::cast_precision_loss)] // Exact for 104 days.
-        let age_s = realtime_ns.saturating_sub(saved.realtime_ns) as f64 / 1e9;
+        let belief = saved
+            .belief()
+            .map_err(|problem| Unusable::Malformed { path, problem })?;
+        let age_s = now.since(&saved.when);
         if !(0.0..=config.initial.resume_max_age_s).contains(&age_s) {
             return Err(Unusable::Age(age_s));
         }
-        Ok((saved.inflated(&config.motion, age_s)?, age_s))
+        Ok((carried_on(config, &belief, saved.velocity, age_s), age_s))
     }
 
-    /// White velocity noise of variance q per period T, over a time t, moves a robot of unknown heading by q T t.
-    fn inflated(&self, motion: &Motion, age_s: f64) -> Result<Belief, Unusable> {
-        let [forward, sideways, turning] = motion.outage_variance;
-        let across = forward.max(sideways);
-        let growth =
-            [across, across, turning].map(|variance| variance * motion.reference_period_s * age_s);
+    fn belief(&self) -> Result<Belief, String> {
         let [x, y, phi] = self.pose;
-        let pose = Pose::new(x, y, phi);
-        if !pose.is_finite() {
-            return Err(Unusable::Malformed("the pose is not finite".into()));
+        let numbers = self.pose.iter().chain(self.velocity.iter().flatten());
+        if !numbers.into_iter().all(|number| number.is_finite()) {
+            return Err("the pose or the velocity is not finite".into());
         }
+        if let Err(reason) = check_split(&self.total, &self.independent) {
+            return Err(format!("its covariances cannot be: {reason}"));
+        }
+        let covariance = |rows| Covariance3::from_row_major(rows).map_err(|it| it.to_string());
         Ok(Belief {
-            pose,
-            total: grown(self.total, growth)?,
-            independent: grown(self.independent, growth)?,
+            pose: Pose::new(x, y, phi),
+            total: covariance(self.total)?,
+            independent: covariance(self.independent)?,
         })
     }
 }
 
-fn grown(mut rows: [f64; 9], growth: [f64; 3]) -> Result<Covariance3, Unusable> {
-    for (variance, growth) in rows.iter_mut().step_by(4).zip(growth) {
-        *variance += growth;
+/// Far more than a belief takes (bytes).
+const LIMIT: u64 = 64 << 10;
+
+fn read(config: &Config) -> Result<(PathBuf, String), Unusable> {
+    let read = || -> Result<_, OpenError> {
+        let file = config.state()?;
+        Ok((file.path().to_owned(), file.read(LIMIT)?))
+    };
+    match read() {
+        Ok((path, text)) => Ok((path, text.ok_or(Unusable::Missing)?)),
+        Err(OpenError::NotPrivate(problem)) if problem.kind() == ErrorKind::NotFound => {
+            Err(Unusable::Missing)
+        }
+        Err(problem) => Err(Unusable::Unreadable(problem)),
     }
-    Covariance3::from_row_major(rows)
-        .map_err(|problem| Unusable::Malformed(format!("a covariance is {problem:?}")))
+}
+
+/// The equation above.
+fn carried_on(config: &Config, belief: &Belief, velocity: Option<[f64; 3]>, age_s: f64) -> Belief {
+    let config::Motion {
+        reference_period_s,
+        hold_s,
+        hold_growth,
+        outage_variance,
+        ..
+    } = config.motion;
+    let held_s = velocity.map_or(0.0, |_| age_s.min(hold_s));
+    let moved = |belief: &Belief, motion: &Motion, for_s: f64, growth: f64| {
+        let white = reference_period_s / for_s;
+        if for_s > 0.0 {
+            propagate(belief, &motion.with_noise_scaled(white * growth), for_s)
+        } else {
+            *belief
+        }
+    };
+    let motion = ToMotion::new(config).motion(velocity.unwrap_or_default());
+    let growth = 1.0 + hold_growth * held_s / (2.0 * reference_period_s);
+    let held = moved(belief, &motion, held_s, growth);
+    moved(
+        &held,
+        &Motion::standstill(outage_variance),
+        age_s - held_s,
+        1.0,
+    )
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::path::Path;
 
-    const SECOND: i64 = 1_000_000_000;
+    use coloc_estimator::{Estimator, OdometrySample, Slot, Span, Stamp, TickInputs, step};
+
+    use super::*;
+    use crate::estimate::settings;
 
     fn config(directory: &Path) -> Config {
         let text = format!(
-            "[robot]\nname = \"a\"\nid = 3\n[initial]\nresume = true\n[shm]\nroot = \"{}/shm\"\n",
+            "[robot]\nname = \"a\"\nid = 3\n[initial]\nresume = true\n[telemetry]\nstate_file = \"{}/belief\"\n",
             directory.display()
         );
         Config::parse(&text, Path::new("a.toml")).unwrap()
     }
 
-    fn saved(robot: u16) -> Saved {
+    fn at(seconds: f64) -> When {
+        When {
+            boot_id: "this".into(),
+            boottime_ns: Span::from_nanos(config::nanos(seconds)).as_nanos(),
+            realtime_ns: 0,
+        }
+    }
+
+    fn believed() -> Belief {
         let p = Covariance3::diagonal([0.01, 0.04, 0.0025]).unwrap();
-        let belief = Belief {
+        Belief {
             pose: Pose::new(1.0, -2.0, 3.0),
             total: p,
             independent: Covariance3::ZERO,
+        }
+    }
+
+    fn saved(velocity: Option<[f64; 3]>) -> Saved {
+        Saved::new(3, at(100.0), &believed(), velocity)
+    }
+
+    /// What a daemon that was not killed would believe `age_s` after its last sample of odometry.
+    fn without_a_gap(config: &Config, velocity: Option<[f64; 3]>, age_s: f64) -> Belief {
+        let instant = Span::from_nanos(1);
+        let (begin, last) = (Stamp::default(), Stamp::default() + instant);
+        let samples = velocity.map(|velocity| OdometrySample {
+            start: begin,
+            stamp: last,
+            motion: ToMotion::new(config).motion(velocity),
+        });
+        let mut estimator = Estimator::new(
+            settings(config),
+            begin,
+            believed(),
+            vec![Slot::default(); 4],
+        );
+        let inputs = TickInputs {
+            stamp: last,
+            odometry: samples.as_slice(),
+            ..TickInputs::default()
         };
-        Saved::new(robot, 100 * SECOND, &belief)
+        step(&mut estimator, &inputs);
+        let age = Span::from_nanos(config::nanos(age_s));
+        estimator.extrapolated(last + age).belief
     }
 
     #[test]
-    fn what_was_saved_comes_back_grown_by_the_outage() {
+    fn a_gap_is_an_outage_of_that_length() {
         let directory = tempfile::tempdir().unwrap();
         let config = config(directory.path());
-        saved(3).write(&config.state_file()).unwrap();
-        let (belief, age_s) = Saved::resume(&config, 102 * SECOND).unwrap();
-        assert_eq!(
-            (belief.pose, age_s.to_bits()),
-            (Pose::new(1.0, -2.0, 3.0), 2.0_f64.to_bits())
-        );
-        let [forward, ..] = config.motion.outage_variance;
-        let expected = 0.01 + forward * 0.02 * 2.0;
-        assert!((belief.total.to_row_major()[0] - expected).abs() < 1e-12);
-        assert!((belief.independent.to_row_major()[0] - (expected - 0.01)).abs() < 1e-12);
+        for velocity in [None, Some([0.0; 3]), Some([0.8, 0.0, -0.3])] {
+            for age_s in [0.0, 0.05, 0.2, 0.7, 30.0] {
+                saved(velocity).write(&config).unwrap();
+                let (resumed, age) = Saved::resume(&config, &at(100.0 + age_s)).unwrap();
+                let expected = without_a_gap(&config, velocity, age_s);
+                let numbers = |belief: &Belief| {
+                    let pose: [f64; 3] = belief.pose.to_vector().into();
+                    let covariances =
+                        [belief.total, belief.independent].map(|it| it.to_row_major());
+                    [pose.as_slice(), covariances.as_flattened()].concat()
+                };
+                let same = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-6 * b.abs() + 1e-7;
+                let (resumed, expected) = (numbers(&resumed), numbers(&expected));
+                assert!(
+                    (age - age_s).abs() < 1e-9 && resumed.iter().zip(&expected).all(same),
+                    "{velocity:?} {age_s} s: {resumed:?} instead of {expected:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_moving_robot_is_found_further_on() {
+        let directory = tempfile::tempdir().unwrap();
+        let config = config(directory.path());
+        saved(Some([1.0, 0.0, 0.0])).write(&config).unwrap();
+        let (belief, _) = Saved::resume(&config, &at(100.1)).unwrap();
+        let way_m = (belief.pose.x - 1.0).hypot(belief.pose.y + 2.0);
+        assert!((way_m - 0.1).abs() < 1e-3, "{way_m} m in 0.1 s at 1 m/s");
+    }
+
+    fn refusal(change: impl FnOnce(&mut Saved), now_s: f64) -> String {
+        let directory = tempfile::tempdir().unwrap();
+        let config = config(directory.path());
+        let mut saved = saved(None);
+        change(&mut saved);
+        saved.write(&config).unwrap();
+        Saved::resume(&config, &at(now_s)).unwrap_err().to_string()
     }
 
     #[test]
     fn what_cannot_be_trusted_is_not_used() {
+        let refused = |change: fn(&mut Saved), reason: &str| {
+            let said = refusal(change, 101.0);
+            assert!(said.contains(reason), "{said} instead of {reason}");
+        };
+        refused(|saved| saved.robot = 4, "robot 4's");
+        refused(|saved| saved.pose[0] = f64::NAN, "not finite");
+        refused(
+            |saved| saved.velocity = Some([f64::INFINITY; 3]),
+            "not finite",
+        );
+        refused(|saved| saved.total = [-1.0; 9], "covariances");
+        refused(|saved| saved.total[1] = 0.5, "covariances");
+        refused(|saved| saved.independent[0] = 0.02, "covariances");
+        for now_s in [99.0, 161.0] {
+            assert!(refusal(|_| (), now_s).contains("s old"));
+        }
+    }
+
+    #[test]
+    fn what_is_no_belief_says_so() {
         let directory = tempfile::tempdir().unwrap();
         let config = config(directory.path());
-        assert!(matches!(Saved::resume(&config, 0), Err(Unusable::Missing)));
-        saved(4).write(&config.state_file()).unwrap();
-        assert!(matches!(
-            Saved::resume(&config, 101 * SECOND),
-            Err(Unusable::OtherRobot(4))
-        ));
-        saved(3).write(&config.state_file()).unwrap();
-        assert!(matches!(
-            Saved::resume(&config, 99 * SECOND),
-            Err(Unusable::Age(_))
-        ));
-        assert!(matches!(
-            Saved::resume(&config, 161 * SECOND),
-            Err(Unusable::Age(_))
-        ));
-        let broken = Saved {
-            total: [-1.0; 9],
-            ..saved(3)
-        };
-        broken.write(&config.state_file()).unwrap();
-        assert!(matches!(
-            Saved::resume(&config, 101 * SECOND),
-            Err(Unusable::Malformed(_))
-        ));
-        std::fs::write(config.state_file(), "half a fi").unwrap();
-        assert!(matches!(
-            Saved::resume(&config, 101 * SECOND),
-            Err(Unusable::Malformed(_))
-        ));
+        let resume = || Saved::resume(&config, &at(101.0));
+        assert!(matches!(resume(), Err(Unusable::Missing)));
+        std::fs::write(directory.path().join("belief"), "half a fi").unwrap();
+        assert!(matches!(resume(), Err(Unusable::Malformed { .. })));
+    }
+
+    #[test]
+    fn what_others_could_have_put_there_is_not_used() {
+        use std::os::unix::fs::PermissionsExt;
+        let directory = tempfile::tempdir().unwrap();
+        let config = config(directory.path());
+        let resume = || Saved::resume(&config, &at(101.0));
+        let elsewhere = directory.path().join("elsewhere");
+        saved(None).write(&config).unwrap();
+        std::fs::hard_link(directory.path().join("belief"), &elsewhere).unwrap();
+        assert!(matches!(resume(), Err(Unusable::Unreadable(_))));
+        std::fs::remove_file(&elsewhere).unwrap();
+        assert!(resume().is_ok());
+        let open = std::fs::Permissions::from_mode(0o666);
+        std::fs::set_permissions(directory.path().join("belief"), open).unwrap();
+        assert!(matches!(resume(), Err(Unusable::Unreadable(_))));
     }
 }

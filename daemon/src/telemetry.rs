@@ -1,176 +1,194 @@
-//! The second, ordinary thread: logs, status, state file, watchdog. It may be slow, block and allocate.
+//! The second, ordinary thread: lines of the log, status, watchdog; and what goes to disk, by threads that may stall.
+//!
+//! The robot does without it: what fails here is said and tried again. After a panic, a defect, it begins anew.
 
-mod log;
+mod lines;
+mod status;
 mod throttle;
+mod watchdog;
 
-use std::path::PathBuf;
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use coloc_shm_types::{Publisher, Space, Status};
-use tracing::{error, info, warn};
+use coloc_estimator::Belief;
+use tracing::error;
 
 use crate::config::Config;
 use crate::event::{Event, Link};
 use crate::ledger::Ledger;
 use crate::record::Recorder;
-use crate::saved::Saved;
+use crate::retry::Retry;
+use crate::saved::{Saved, Saver};
+use status::StatusPort;
 use throttle::Throttle;
-
-pub use log::open_log;
+use watchdog::Watchdog;
 
 /// How often the ring is emptied.
 const PERIOD: Duration = Duration::from_millis(50);
+
+/// How long disks may take for what is left at the end.
+const LAST_WRITES: Duration = Duration::from_millis(100);
 
 /// The thread's state.
 pub struct Telemetry {
     link: Arc<Link>,
     robot: u16,
-    status: Publisher<Status>,
-    sequence: u64,
+    status: StatusPort,
     /// Latencies of all ticks since the start.
     total: Ledger,
-    rejects: Throttle,
-    state_file: PathBuf,
-    state_file_works: bool,
-    recorder: Option<Recorder>,
+    lines: Throttle,
+    lost_events: u64,
+    writers: Writers,
     watchdog: Watchdog,
+    defects: Retry,
 }
 
-/// Notices when the ticks stop.
-struct Watchdog {
-    patience: Duration,
-    last_beat: u64,
-    since: Instant,
-    barked: bool,
+/// Those who write what is to be kept, each on a thread of its own.
+#[derive(Debug, Default)]
+pub struct Writers {
+    saver: Option<Saver>,
+    recorder: Option<Recorder>,
 }
 
-impl Telemetry {
-    /// Opens the status port. To be called on the thread that [`Self::run`]s.
+impl Writers {
+    /// What `config` asks for.
     ///
     /// # Errors
-    /// If the port cannot be opened.
-    pub fn open(
-        config: &Config,
-        space: &Space,
-        link: Arc<Link>,
-    ) -> Result<Self, coloc_shm_types::PortError> {
-        let patience = Duration::from_secs_f64(
-            f64::from(config.telemetry.watchdog_ticks) / config.tick.rate_hz,
-        );
+    /// If there is no thread to be had.
+    pub fn start(config: &Config) -> io::Result<Self> {
+        let saver = config.initial.resume.then(|| Saver::start(config));
+        let record = &config.telemetry.record;
+        let recorder = (!record.as_os_str().is_empty()).then(|| Recorder::start(record));
         Ok(Self {
-            link,
-            robot: config.robot.id,
-            status: space.publisher(&config.robot.name)?,
-            sequence: 0,
-            total: Ledger::default(),
-            rejects: Throttle::default(),
-            state_file: config.state_file(),
-            state_file_works: true,
-            recorder: None,
-            watchdog: Watchdog {
-                patience: patience.max(2 * PERIOD),
-                last_beat: 0,
-                since: Instant::now(),
-                barked: false,
-            },
+            saver: saver.transpose()?,
+            recorder: recorder.transpose()?,
         })
     }
 
-    /// Writes the recording as well.
+    fn finish(&mut self) {
+        let deadline = Instant::now() + LAST_WRITES;
+        let left = || deadline.saturating_duration_since(Instant::now());
+        self.saver.iter().for_each(|saver| saver.finish(left()));
+        self.recorder.iter_mut().for_each(|it| it.finish(left()));
+    }
+}
+
+impl Telemetry {
+    /// Opens nothing yet: the status port is opened, and opened again, as needed. To be called on the thread that
+    /// [`Self::run`]s.
     #[must_use]
-    pub fn recording(self, recorder: Recorder) -> Self {
+    pub fn new(config: &Config, link: Arc<Link>) -> Self {
+        let patience = Duration::from_secs_f64(
+            f64::from(config.telemetry.watchdog_ticks) / config.tick.rate_hz,
+        );
         Self {
-            recorder: Some(recorder),
-            ..self
+            link,
+            robot: config.robot.id,
+            status: StatusPort::new(config),
+            total: Ledger::default(),
+            lines: Throttle::default(),
+            lost_events: 0,
+            writers: Writers::default(),
+            watchdog: Watchdog::new(patience.max(2 * PERIOD)),
+            defects: Retry::default(),
         }
+    }
+
+    /// Has beliefs and the recording written as well.
+    #[must_use]
+    pub fn writing(self, writers: Writers) -> Self {
+        Self { writers, ..self }
     }
 
     /// Works until the other end of `stop` is dropped, and once more after that.
     pub fn run(mut self, stop: &Receiver<()>) {
-        loop {
-            let ended = !matches!(stop.recv_timeout(PERIOD), Err(RecvTimeoutError::Timeout));
-            self.drain();
-            if ended {
-                return self.rejects.flush();
+        while catch_unwind(AssertUnwindSafe(|| self.work(stop))).is_err() {
+            if has_ended(stop, self.begin_anew()) {
+                break;
             }
+        }
+        self.finish();
+    }
+
+    fn work(&mut self, stop: &Receiver<()>) {
+        while !has_ended(stop, PERIOD) {
+            self.drain();
             self.watchdog.look(self.link.last_beat());
         }
+        self.drain();
+    }
+
+    /// After a panic, in some doubt about the port and without the ledger that was at hand; how long to wait before that.
+    fn begin_anew(&mut self) -> Duration {
+        let pause = self.defects.failed();
+        error!(
+            pause_s = pause.as_secs(),
+            "telemetry begins anew after a defect of colocd; please report it with this log"
+        );
+        self.status.close();
+        self.link.give_back(Box::default());
+        pause
+    }
+
+    fn finish(mut self) {
+        self.lines.flush().for_each(lines::write);
+        self.writers.finish();
     }
 
     fn drain(&mut self) {
         while let Some(event) = self.link.next_event() {
             self.handle(event);
         }
-        self.rejects.tick();
-        self.recorder.iter_mut().for_each(Recorder::flush);
+        self.lines.due(Instant::now()).for_each(lines::write);
+        self.writers.recorder.iter_mut().for_each(Recorder::hand_on);
     }
 
     fn handle(&mut self, event: Event) {
         match event {
             Event::Account(ledger) => self.publish(ledger),
-            Event::Rejected { input, reason } => self.rejects.note(input, reason),
             Event::Recorded(line) => self
+                .writers
                 .recorder
                 .iter_mut()
-                .for_each(|recorder| recorder.write(&line)),
+                .for_each(|it| it.take(line)),
             Event::Belief {
-                realtime_ns,
+                monotonic_ns,
                 belief,
-                ..
-            } => self.save(&Saved::new(self.robot, realtime_ns, &belief)),
-            other => log::log(&other),
+                velocity,
+            } => self.save(monotonic_ns, &belief, velocity),
+            other => self.lines.note(other),
         }
+    }
+
+    fn save(&mut self, monotonic_ns: i64, belief: &Belief, velocity: Option<[f64; 3]>) {
+        let robot = self.robot;
+        let saved = |saver: &Saver| Saved::new(robot, saver.when(monotonic_ns), belief, velocity);
+        self.writers
+            .saver
+            .iter()
+            .for_each(|saver| saver.offer(saved(saver)));
     }
 
     fn publish(&mut self, mut ledger: Box<Ledger>) {
         self.total.add(&ledger);
-        let mut status = ledger.status;
-        status.header.sequence = self.sequence;
-        status.latency = self.total.percentiles();
-        self.sequence += 1;
-        if let Err(problem) = self.status.send(status) {
-            warn!("status: {problem}");
+        let lost = ledger.status.lost_events;
+        if lost > self.lost_events {
+            let events = lost - self.lost_events;
+            self.lines.note(Event::Lost { events });
         }
+        self.lost_events = lost;
+        let mut status = ledger.status;
+        status.latency = self.total.percentiles();
+        self.status.send(status);
         ledger.clear();
         self.link.give_back(ledger);
     }
-
-    fn save(&mut self, belief: &Saved) {
-        match belief.write(&self.state_file) {
-            Ok(()) if !self.state_file_works => {
-                info!("the belief is saved to {} again", self.state_file.display());
-            }
-            Err(problem) if self.state_file_works => {
-                warn!(
-                    "the belief cannot be saved to {}: {problem}; set telemetry.state_file",
-                    self.state_file.display()
-                );
-            }
-            _ => return,
-        }
-        self.state_file_works = !self.state_file_works;
-    }
 }
 
-impl Watchdog {
-    fn look(&mut self, beat: u64) {
-        if beat != self.last_beat {
-            if self.barked {
-                info!(
-                    silent_ms = self.since.elapsed().as_millis(),
-                    "the tick is back"
-                );
-            }
-            (self.last_beat, self.since, self.barked) = (beat, Instant::now(), false);
-        } else if self.since.elapsed() > self.patience && !self.barked {
-            error!(
-                tick = beat,
-                silent_ms = self.since.elapsed().as_millis(),
-                "no tick: the real-time thread does not run"
-            );
-            self.barked = true;
-        }
-    }
+/// Whether the other end of `stop` was dropped within `pause`.
+fn has_ended(stop: &Receiver<()>, pause: Duration) -> bool {
+    stop.recv_timeout(pause) != Err(RecvTimeoutError::Timeout)
 }

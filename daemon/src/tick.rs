@@ -16,7 +16,7 @@ use crate::estimate::{Estimate, initial};
 use crate::event::{Event, Link};
 use crate::publish::{Circumstances, Publish, Stages};
 use crate::record::{self, Record};
-use crate::saved::{Saved, Unusable};
+use crate::saved::{Saved, Unusable, When};
 use crate::start::StartError;
 use crate::wait::Wake;
 
@@ -64,7 +64,7 @@ impl Robot {
         let resumed = config
             .initial
             .resume
-            .then(|| Saved::resume(config, now.realtime_ns));
+            .then(|| Saved::resume(config, &When::now()));
         let belief = match &resumed {
             Some(Ok((belief, _))) => *belief,
             _ => initial(config),
@@ -138,6 +138,13 @@ impl Robot {
         }
         self.tick(wake, watch, &moment);
         Outcome::Ticked
+    }
+
+    /// There will be no more ticks: where the robot is now is worth saving.
+    pub fn leave(&mut self) {
+        let moment = self.moment();
+        let estimate = self.estimate.at(moment.stamp);
+        self.account.last(&estimate, &moment.reading);
     }
 
     fn tick(&mut self, wake: Wake, mut watch: Stopwatch, moment: &Moment) {

@@ -127,7 +127,7 @@ fn the_same_robot_is_not_run_twice() {
     let mut first = site.start();
     site.listen().until("the first", |_| true);
     let (code, said) = site.try_run();
-    assert_eq!(code, Some(1));
+    assert_eq!(code, Some(5));
     assert!(
         said.contains("robot1") && said.contains(&first.pid().to_string()),
         "{said}"

@@ -48,4 +48,4 @@ pub use space::{
     Claim, Lost, OpenError, PortError, Publisher, ReceiveError, Remark, SendError, Space,
     Subscriber,
 };
-pub use validate::Limits;
+pub use validate::{Limits, check_split};

@@ -2,7 +2,7 @@
 //!
 //! `validate` has no memory: whether a message came before is asked of [`Replay`](crate::Replay) afterwards, so that
 //! a message that failed leaves no trace.
-use crate::matrix::all_finite;
+use crate::matrix::{Matrix, all_finite};
 use crate::{Header, Reject};
 
 /// What may be: the moment, the span of the history, the team.
@@ -65,4 +65,13 @@ impl Limits<'_> {
             _ => Ok(()),
         }
     }
+}
+
+/// That P and `P_i`, row by row, are covariances, and that `P − P_i` is one: what every belief has to be.
+///
+/// # Errors
+/// The first that fails.
+pub fn check_split(total: &[f64; 9], independent: &[f64; 9]) -> Result<(), Reject> {
+    let [total, independent] = [total, independent].map(|rows| Matrix::<3>::from_row_major(*rows));
+    Matrix::check_split(&total, &independent)
 }

@@ -216,6 +216,17 @@ fn removing_follows_no_link() {
     assert!(precious.join("thesis.tex").exists());
 }
 
+/// The superuser could replace a device, for instance by saving to `/dev/null`.
+#[test]
+fn what_is_no_file_is_not_replaced() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("socket");
+    let _socket = std::os::unix::net::UnixListener::bind(&path).unwrap();
+    let refusal = OwnFile::named(&path).unwrap().replace(b"text").unwrap_err();
+    assert!(matches!(refusal, NotPrivate::NotAFile { .. }), "{refusal}");
+    assert!(!path.metadata().unwrap().is_file());
+}
+
 #[test]
 fn a_file_is_replaced_whole_and_read_back() {
     let temporary = tempfile::tempdir().unwrap();

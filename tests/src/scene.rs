@@ -76,10 +76,7 @@ impl Scene {
         thread::scope(|threads| {
             let (running, stopped) = channel();
             threads.spawn(move || {
-                let space = Space::open(&config.shm.root, &config.shm.prefix, "telemetry").unwrap();
-                Telemetry::open(&config, &space, link)
-                    .unwrap()
-                    .run(&stopped);
+                Telemetry::new(&config, link).run(&stopped);
             });
             let result = body(self);
             drop(running);

@@ -5,7 +5,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use coloc_daemon::config::Config;
-use coloc_daemon::record::Recording;
+use coloc_daemon::record::{Gaps, Recording};
 use coloc_drivers::can::BusSpec;
 use coloc_shm_types::{Estimate, RobotName, Space, Subscriber};
 use coloc_sim::World;
@@ -124,7 +124,11 @@ impl Team {
     }
 
     pub(crate) fn recordings(&self) -> Vec<Recording> {
-        let read = |robot| Recording::read(&self.file(robot, "jsonl")).unwrap();
+        let read = |robot| {
+            let recording = Recording::read(&self.file(robot, "jsonl")).unwrap();
+            assert_eq!(recording.gaps, Gaps::default(), "robot {robot}");
+            recording
+        };
         (0..ROBOTS).map(read).collect()
     }
 }

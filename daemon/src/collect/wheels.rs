@@ -34,7 +34,7 @@ pub struct Wheels {
 
 /// A velocity and its noise, in the words of the drive.
 #[derive(Copy, Clone, Debug)]
-struct ToMotion {
+pub(crate) struct ToMotion {
     noise: OdometryNoise,
     holonomic: bool,
 }
@@ -60,9 +60,6 @@ impl Wheels {
                 .flat_map(|decoder| decoder.wanted_ids(number));
             Bus::open(spec, number, Filter::ids(ids))
         });
-        let holonomic = odometry
-            .and_then(|odometry| odometry.body.as_ref())
-            .is_some_and(|body| body.sideways.is_some());
         let buses = buses.collect::<Result<Vec<_>, _>>()?;
         for (bus, spec) in buses.iter().zip(specs) {
             if let Some(report) = bus.log().filter(|report| !report.is_clean()) {
@@ -72,10 +69,7 @@ impl Wheels {
         Ok(Self {
             inbox: List::with_capacity(can::FRAMES_PER_CALL * buses.len()),
             buses,
-            to_motion: ToMotion {
-                noise: noise(&config.motion),
-                holonomic,
-            },
+            to_motion: ToMotion::new(config),
             decoder,
             samples: List::with_capacity(SAMPLES),
             newest_ns: [0; 2],
@@ -193,6 +187,14 @@ fn drain(buses: &mut [Bus], inbox: &mut List<(usize, can::Received)>) {
 }
 
 impl ToMotion {
+    pub(crate) fn new(config: &Config) -> Self {
+        let body = config.odometry.iter().find_map(|it| it.body.as_ref());
+        Self {
+            noise: noise(&config.motion),
+            holonomic: body.is_some_and(|body| body.sideways.is_some()),
+        }
+    }
+
     fn sample(self, odometry: &WheelOdometry, steps: Span) -> OdometrySample {
         OdometrySample {
             start: Stamp::from_nanos(odometry.start_ns) + steps,
@@ -201,7 +203,8 @@ impl ToMotion {
         }
     }
 
-    fn motion(self, velocity: [f64; 3]) -> Motion {
+    /// `[v_x, v_y, ω]` with the noise of such a velocity.
+    pub(crate) fn motion(self, velocity: [f64; 3]) -> Motion {
         let [v, _, omega] = velocity;
         if self.holonomic {
             self.noise.holonomic(velocity)

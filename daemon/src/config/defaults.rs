@@ -122,7 +122,7 @@ impl Default for Telemetry {
             log: LogLevel::Info,
             log_file: PathBuf::new(),
             state_file: PathBuf::new(),
-            state_hz: 5.0,
+            state_hz: 1.0,
             record: PathBuf::new(),
             watchdog_ticks: 10,
         }

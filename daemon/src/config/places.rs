@@ -1,7 +1,5 @@
 //! Where shared memory and state are: as configured, or in their default places.
 
-use std::path::PathBuf;
-
 use coloc_shm_types::places::{self, NoPlace, SharedMemoryRoot};
 use coloc_shm_types::private::{OwnFile, PrivateDirectory};
 use coloc_shm_types::{OpenError, Space};
@@ -42,20 +40,6 @@ impl Config {
             return Ok(directory.file(&format!("{}.belief.toml", self.robot.name))?);
         }
         Ok(OwnFile::named(configured)?)
-    }
-
-    /// Where the last belief is saved.
-    #[must_use]
-    pub fn state_file(&self) -> PathBuf {
-        if !self.telemetry.state_file.as_os_str().is_empty() {
-            return self.telemetry.state_file.clone();
-        }
-        let root = self
-            .shm_root()
-            .map_or_else(|_| self.shm.root.clone(), |root| root.path);
-        let mut beside = root.into_os_string();
-        beside.push(format!(".{}.belief.toml", self.robot.name));
-        beside.into()
     }
 }
 

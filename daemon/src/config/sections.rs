@@ -317,12 +317,13 @@ pub struct Telemetry {
     pub log: LogLevel,
     /// Where logs go; empty: standard error.
     pub log_file: PathBuf,
-    /// Where the last belief is saved if `initial.resume`; beside `shm.root`, with the robot's name, if empty.
+    /// Where the last belief is saved if `initial.resume`; empty: `<robot.name>.belief.toml` in the place for state.
     pub state_file: PathBuf,
-    /// How often it is saved \[Hz\].
+    /// How often it is saved, each time to the disk itself \[Hz\].
     #[schemars(range(min = 0.1, max = 100))]
     pub state_hz: f64,
-    /// Where everything goes that the estimator is given and answers, tick by tick, as lines of JSON; empty: nowhere.
+    /// Where everything goes that the estimator is given and answers, tick by tick, as lines of JSON; empty: nowhere. If
+    /// the file is there, `.1` and so on behind its name.
     pub record: PathBuf,
     /// The watchdog speaks up when no tick was seen for so many periods.
     #[schemars(range(min = 2, max = 1_000_000))]

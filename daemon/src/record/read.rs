@@ -1,4 +1,4 @@
-//! Recordings as they are read: ticks with their inputs, complete or refused.
+//! Recordings as they are read: whole ticks with their inputs. What is missing between them is passed over and counted.
 
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -19,13 +19,26 @@ pub struct Recording {
     pub stamp: Stamp,
     /// What it believed then.
     pub initial: Belief,
-    /// All ticks since, without a gap.
+    /// All whole ticks since.
     pub ticks: Vec<RecordedTick>,
+    /// What is missing.
+    pub gaps: Gaps,
+}
+
+/// What a recording has lost.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Gaps {
+    /// Ticks that are not there, or not whole.
+    pub ticks: u64,
+    /// Lines that the daemon could not write, or that cannot be read.
+    pub lines: u64,
 }
 
 /// A tick's inputs, and the estimate that was published.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordedTick {
+    /// Counted from 0, lost ones included.
+    pub tick: u64,
     /// The clock was stepped before it: what was the first is now the second.
     pub rebase: Option<(Stamp, Stamp)>,
     /// The tick's own stamp.
@@ -55,12 +68,17 @@ pub struct RecordingError {
 enum Problem {
     #[error("cannot be read: {0}")]
     Unreadable(#[from] io::Error),
-    #[error("not a line of a recording: {0}")]
-    Malformed(#[from] serde_json::Error),
-    #[error("{0}")]
-    Covariance(#[from] NotACovariance),
-    #[error("{0} is missing here: the recording has lost lines (is the disk too slow?)")]
-    Missing(&'static str),
+    #[error("this is not the beginning of a recording")]
+    NoBeginning,
+}
+
+/// A tick of which something is missing or wrong.
+struct Broken;
+
+impl From<NotACovariance> for Broken {
+    fn from(_: NotACovariance) -> Self {
+        Self
+    }
 }
 
 impl RecordedTick {
@@ -76,7 +94,21 @@ impl RecordedTick {
         }
     }
 
-    fn take(&mut self, record: Record) -> Result<(), Problem> {
+    fn estimate(&mut self, record: Record) -> Result<(), Broken> {
+        let Record::Estimate {
+            pose,
+            total,
+            independent,
+            ..
+        } = record
+        else {
+            return Err(Broken);
+        };
+        self.belief = belief(pose, total, independent)?;
+        Ok(())
+    }
+
+    fn take(&mut self, record: Record) -> Result<(), Broken> {
         match record {
             Record::Odometry { .. } => self.odometry.push(odometry(record)?),
             Record::Sighting {
@@ -118,13 +150,13 @@ impl RecordedTick {
                 position,
                 covariance: Covariance2::from_row_major(covariance)?,
             }),
-            _ => return Err(Problem::Missing("an input")),
+            _ => return Err(Broken),
         }
         Ok(())
     }
 }
 
-fn odometry(record: Record) -> Result<OdometrySample, Problem> {
+fn odometry(record: Record) -> Result<OdometrySample, Broken> {
     let Record::Odometry {
         start_ns,
         stamp_ns,
@@ -133,7 +165,7 @@ fn odometry(record: Record) -> Result<OdometrySample, Problem> {
         noise,
     } = record
     else {
-        return Err(Problem::Missing("an odometry sample"));
+        return Err(Broken);
     };
     let [vv, _, vw, _, _, _, wv, _, ww] = noise;
     let motion = if holonomic {
@@ -159,7 +191,11 @@ fn pose([x, y, phi]: [f64; 3]) -> Pose {
     Pose { x, y, phi }
 }
 
-fn belief(mean: [f64; 3], total: [f64; 9], independent: [f64; 9]) -> Result<Belief, Problem> {
+fn belief(
+    mean: [f64; 3],
+    total: [f64; 9],
+    independent: [f64; 9],
+) -> Result<Belief, NotACovariance> {
     Ok(Belief {
         pose: pose(mean),
         total: Covariance3::from_row_major(total)?,
@@ -168,16 +204,17 @@ fn belief(mean: [f64; 3], total: [f64; 9], independent: [f64; 9]) -> Result<Beli
 }
 
 impl Recording {
-    /// Reads a whole recording.
+    /// Reads a recording.
     ///
     /// # Errors
-    /// The first line that is wrong or missing.
+    /// If it cannot be read, or does not begin as one.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
-        let mut lines = Lines {
-            reader: std::fs::File::open(path).ok().map(BufReader::new),
-            line: 0,
+        let mut lines = Lines::default();
+        let mut read = || {
+            lines.reader = Some(BufReader::new(std::fs::File::open(path)?));
+            lines.recording()
         };
-        lines.recording().map_err(|problem| RecordingError {
+        read().map_err(|problem| RecordingError {
             path: path.into(),
             line: lines.line,
             problem,
@@ -185,24 +222,34 @@ impl Recording {
     }
 }
 
-struct Lines<R> {
-    /// None if the file could not be opened.
-    reader: Option<R>,
+/// The lines of a recording, those that are none being passed over and counted.
+#[derive(Default)]
+struct Lines {
+    reader: Option<BufReader<std::fs::File>>,
     line: usize,
+    /// Read already, and not used.
+    next: Option<Record>,
+    lost: u64,
 }
 
-impl<R: BufRead> Lines<R> {
-    fn next(&mut self) -> Result<Option<Record>, Problem> {
-        let reader = self
-            .reader
-            .as_mut()
-            .ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))?;
-        let mut text = String::new();
-        self.line += 1;
-        if reader.read_line(&mut text)? == 0 {
-            return Ok(None);
+impl Lines {
+    fn next(&mut self) -> Result<Option<Record>, io::Error> {
+        if let Some(record) = self.next.take() {
+            return Ok(Some(record));
         }
-        Ok(Some(serde_json::from_str(&text)?))
+        let mut text = Vec::new();
+        while let Some(reader) = &mut self.reader
+            && reader.read_until(b'\n', &mut text)? > 0
+        {
+            self.line += 1;
+            match serde_json::from_slice(&text) {
+                Ok(Record::Lost { lines }) => self.lost += lines,
+                Ok(record) => return Ok(Some(record)),
+                Err(_) => self.lost += u64::from(text != b"\n"),
+            }
+            text.clear();
+        }
+        Ok(None)
     }
 
     fn recording(&mut self) -> Result<Recording, Problem> {
@@ -214,26 +261,35 @@ impl<R: BufRead> Lines<R> {
             independent,
         }) = self.next()?
         else {
-            return Err(Problem::Missing("the beginning"));
+            return Err(Problem::NoBeginning);
         };
+        let initial = belief(pose, total, independent).map_err(|_| Problem::NoBeginning)?;
         let mut recording = Recording {
             robot,
             stamp: Stamp::from_nanos(stamp_ns),
-            initial: belief(pose, total, independent)?,
+            initial,
             ticks: Vec::new(),
+            gaps: Gaps::default(),
         };
         while let Some(record) = self.next()? {
-            let tick = self.tick(record, recording.ticks.len() as u64)?;
-            recording.ticks.push(tick);
+            recording.ticks.extend(self.tick(record)?.ok());
         }
+        recording.gaps = Gaps {
+            ticks: missing(&recording.ticks),
+            lines: self.lost,
+        };
         Ok(recording)
     }
 
-    fn tick(&mut self, mut record: Record, number: u64) -> Result<RecordedTick, Problem> {
+    /// The tick that begins with `record`.
+    fn tick(&mut self, mut record: Record) -> Result<Result<RecordedTick, Broken>, io::Error> {
         let mut recorded = RecordedTick::default();
         while let Record::Rebase { old_ns, new_ns } = record {
             recorded.rebase = Some((Stamp::from_nanos(old_ns), Stamp::from_nanos(new_ns)));
-            record = self.next()?.ok_or(Problem::Missing("a tick"))?;
+            let Some(next) = self.next()? else {
+                return Ok(Err(Broken));
+            };
+            record = next;
         }
         let Record::Tick {
             tick,
@@ -241,31 +297,44 @@ impl<R: BufRead> Lines<R> {
             inputs,
         } = record
         else {
-            return Err(Problem::Missing("a tick"));
+            return Ok(Err(Broken));
         };
-        if tick != number {
-            return Err(Problem::Missing("the tick before"));
-        }
-        recorded.stamp = Stamp::from_nanos(stamp_ns);
+        (recorded.tick, recorded.stamp) = (tick, Stamp::from_nanos(stamp_ns));
         for _ in 0..inputs {
-            recorded.take(self.next()?.ok_or(Problem::Missing("an input"))?)?;
+            if let Err(broken) = self.of_tick()?.and_then(|record| recorded.take(record)) {
+                return Ok(Err(broken));
+            }
         }
-        let Some(Record::Estimate {
-            pose,
-            total,
-            independent,
-            ..
-        }) = self.next()?
-        else {
-            return Err(Problem::Missing("the estimate"));
-        };
-        recorded.belief = belief(pose, total, independent)?;
-        Ok(recorded)
+        let estimate = self.of_tick()?;
+        Ok(estimate
+            .and_then(|estimate| recorded.estimate(estimate))
+            .map(|()| recorded))
     }
+
+    /// The next line, unless another tick begins with it.
+    fn of_tick(&mut self) -> Result<Result<Record, Broken>, io::Error> {
+        let record = self.next()?;
+        Ok(match record {
+            Some(begin @ (Record::Tick { .. } | Record::Rebase { .. })) => {
+                self.next = Some(begin);
+                Err(Broken)
+            }
+            Some(record) => Ok(record),
+            None => Err(Broken),
+        })
+    }
+}
+
+/// How many of the ticks up to the last whole one are not there.
+fn missing(ticks: &[RecordedTick]) -> u64 {
+    let expected = ticks.last().map_or(0, |last| last.tick + 1);
+    expected.saturating_sub(ticks.len() as u64)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use coloc_estimator::{Estimate, OdometryNoise};
 
     use super::super::{Recorder, of_inputs};
@@ -280,6 +349,7 @@ mod tests {
         let stamp = Stamp::from_nanos(i64::MAX / 3);
         let third = Pose::new(1.0 / 3.0, -2e-17, 0.1 + 0.2);
         let tick = RecordedTick {
+            tick: 0,
             stamp,
             odometry: vec![OdometrySample {
                 start: Stamp::from_nanos(1),
@@ -315,6 +385,7 @@ mod tests {
             ..tick.odometry[0]
         };
         let second = RecordedTick {
+            tick: 1,
             odometry: vec![holonomic],
             rebase: Some((stamp, Stamp::from_nanos(5))),
             ..tick.clone()
@@ -324,6 +395,7 @@ mod tests {
             stamp,
             initial: Belief::independent(third, cov(2.0)),
             ticks: vec![tick, second],
+            gaps: Gaps::default(),
         }
     }
 
@@ -333,12 +405,12 @@ mod tests {
             recording.stamp.as_nanos(),
             &recording.initial,
         )];
-        for (tick, number) in recording.ticks.iter().zip(0..) {
+        for tick in &recording.ticks {
             records.extend(tick.rebase.map(|(old, new)| Record::Rebase {
                 old_ns: old.as_nanos(),
                 new_ns: new.as_nanos(),
             }));
-            records.extend(of_inputs(number, &tick.inputs()));
+            records.extend(of_inputs(tick.tick, &tick.inputs()));
             records.push(Record::from(&Estimate {
                 stamp: tick.stamp,
                 belief: tick.belief,
@@ -351,11 +423,11 @@ mod tests {
     fn read(records: &[Record]) -> Result<Recording, RecordingError> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.jsonl");
-        let mut recorder = Recorder::create(&path).unwrap();
+        let mut recorder = Recorder::start(&path).unwrap();
         for record in records {
-            recorder.write(record);
+            recorder.take(*record);
         }
-        recorder.flush();
+        recorder.finish(Duration::from_secs(20));
         Recording::read(&path)
     }
 
@@ -365,20 +437,86 @@ mod tests {
         assert_eq!(read(&records(&recording)).unwrap(), recording);
     }
 
-    #[test]
-    fn any_lost_line_is_noticed() {
-        let whole = records(&recorded());
-        for lost in (0..whole.len()).filter(|&lost| !matches!(whole[lost], Record::Rebase { .. })) {
-            let mut part = whole.clone();
-            part.remove(lost);
-            let error = read(&part).unwrap_err().to_string();
-            assert!(error.contains("missing"), "line {lost}: {error}");
+    /// Ticks 0 to 3, and the number of the tick that each line belongs to.
+    fn four_ticks() -> (Vec<Record>, Vec<u64>) {
+        let mut recording = recorded();
+        for tick in 2..4 {
+            let before = recording.ticks[1].clone();
+            recording.ticks.push(RecordedTick { tick, ..before });
         }
+        let lines = records(&recording);
+        let mut ticks = vec![0; lines.len()];
+        let mut current = 0;
+        for (line, tick) in lines.iter().zip(&mut ticks).rev() {
+            if let Record::Estimate { .. } = line {
+                current += 1;
+            }
+            *tick = 4 - current;
+        }
+        (lines, ticks)
+    }
+
+    #[test]
+    fn a_lost_line_costs_its_tick_and_no_other() {
+        let (whole, ticks) = four_ticks();
+        for lost in (1..whole.len()).filter(|&line| !matches!(whole[line], Record::Rebase { .. })) {
+            let mut part = whole.clone();
+            part[lost] = Record::Lost { lines: 1 };
+            let recording = read(&part).unwrap();
+            let left: Vec<u64> = recording.ticks.iter().map(|tick| tick.tick).collect();
+            let expected: Vec<u64> = (0..4).filter(|&tick| tick != ticks[lost]).collect();
+            assert_eq!(left, expected, "line {lost}");
+            let unseen = u64::from(ticks[lost] != 3); // Nobody knows how many there would have been.
+            assert_eq!(
+                recording.gaps,
+                Gaps {
+                    ticks: unseen,
+                    lines: 1
+                },
+                "line {lost}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_line_that_was_cut_off_is_passed_over() {
+        let (whole, _) = four_ticks();
+        let text: Vec<String> = whole
+            .iter()
+            .map(|it| serde_json::to_string(it).unwrap())
+            .collect();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jsonl");
+        let torn = text
+            .join("\n")
+            .replacen("\"record\":\"fix\"", "\"reco\n", 1);
+        std::fs::write(&path, &torn[..torn.len() - 5]).unwrap();
+        let recording = Recording::read(&path).unwrap();
+        let left: Vec<u64> = recording.ticks.iter().map(|tick| tick.tick).collect();
+        assert_eq!(left, [1, 2]);
+        assert_eq!(recording.gaps, Gaps { ticks: 1, lines: 3 });
+    }
+
+    #[test]
+    fn what_is_no_recording_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jsonl");
+        std::fs::write(&path, "hello\n").unwrap();
+        let error = Recording::read(&path).unwrap_err().to_string();
+        assert!(
+            error.contains("not the beginning of a recording"),
+            "{error}"
+        );
     }
 
     #[test]
     fn a_file_that_is_not_there_is_named() {
         let error = Recording::read(Path::new("/nonexistent/a.jsonl")).unwrap_err();
         assert!(error.to_string().contains("/nonexistent/a.jsonl"));
+        let directory = Recording::read(Path::new("/")).unwrap_err().to_string();
+        assert!(
+            directory.contains("directory"),
+            "the real reason: {directory}"
+        );
     }
 }

@@ -1,72 +1,204 @@
-//! Rejected inputs in the log: the first of a kind at once, then a sum every few seconds. A flood stays a few lines.
+//! Lines that repeat: the first of a kind at once, then a sum every few seconds. A flood stays a few lines.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use coloc_shm_types::{Input, Reject};
-use tracing::warn;
+use crate::event::Event;
 
 const PERIOD: Duration = Duration::from_secs(5);
 
-/// What has been rejected and not been logged, by input and reason.
+/// What was noted and not said yet, by its kind.
 #[derive(Debug, Default)]
 pub(super) struct Throttle {
-    kinds: [[Kind; Reject::COUNT]; Input::COUNT],
+    kinds: BTreeMap<Kind, Entry>,
 }
 
-#[derive(Copy, Clone, Debug, Default)]
-struct Kind {
-    logged: Option<Instant>,
-    unsaid: u64,
+/// What is to be said: so many of a kind, added up to one.
+pub(super) type Sum = (u64, Event);
+
+/// Which event, and what of it makes it another kind.
+type Kind = [u8; 4];
+
+#[derive(Debug, Default)]
+struct Entry {
+    said: Option<Instant>,
+    unsaid: Option<Sum>,
 }
 
 impl Throttle {
     /// One more.
-    pub(super) fn note(&mut self, input: Input, reason: Reject) {
-        self.kinds[input as usize][reason as usize].unsaid += 1;
+    pub(super) fn note(&mut self, event: Event) {
+        let unsaid = &mut self.kinds.entry(kind(&event)).or_default().unsaid;
+        *unsaid = Some(match unsaid.take() {
+            Some((count, before)) => (count + 1, added(before, event)),
+            None => (1, event),
+        });
     }
 
-    /// Says what is due.
-    pub(super) fn tick(&mut self) {
-        self.say(|kind| kind.logged.is_none_or(|logged| logged.elapsed() >= PERIOD));
+    /// What is to be said at `now`.
+    pub(super) fn due(&mut self, now: Instant) -> impl Iterator<Item = Sum> {
+        self.kinds
+            .values_mut()
+            .filter(move |entry| entry.is_due(now))
+            .filter_map(move |entry| entry.say(now))
     }
 
-    /// Says everything that was not said yet.
-    pub(super) fn flush(&mut self) {
-        self.say(|_| true);
+    /// All that was not said yet.
+    pub(super) fn flush(&mut self) -> impl Iterator<Item = Sum> {
+        self.kinds
+            .values_mut()
+            .filter_map(|entry| entry.unsaid.take())
+    }
+}
+
+impl Entry {
+    fn is_due(&self, now: Instant) -> bool {
+        self.said
+            .is_none_or(|said| now.saturating_duration_since(said) >= PERIOD)
     }
 
-    fn say(&mut self, due: impl Fn(&Kind) -> bool) {
-        for input in Input::ALL {
-            for reason in Reject::ALL {
-                let kind = &mut self.kinds[input as usize][reason as usize];
-                if kind.unsaid > 0 && due(kind) {
-                    warn!(count = kind.unsaid, "{input} rejected: {reason}");
-                    *kind = Kind {
-                        logged: Some(Instant::now()),
-                        unsaid: 0,
-                    };
-                }
+    fn say(&mut self, now: Instant) -> Option<Sum> {
+        let sum = self.unsaid.take()?;
+        self.said = Some(now);
+        Some(sum)
+    }
+}
+
+fn kind(event: &Event) -> Kind {
+    match *event {
+        Event::Rejected { input, reason } => [0, input as u8, reason as u8, 0],
+        Event::Health {
+            input, from, to, ..
+        } => [1, input as u8, from as u8, to as u8],
+        Event::Bus { from, to } => [2, from as u8, to as u8, 0],
+        Event::Missed { .. } => [3, 0, 0, 0],
+        Event::ClockStepped { shift_ns } => [4, u8::from(shift_ns == 0), 0, 0],
+        Event::NoRoom { .. } => [5, 0, 0, 0],
+        Event::Lost { .. } => [6, 0, 0, 0],
+        Event::Belief { .. } | Event::Recorded(_) | Event::Account(_) => [7, 0, 0, 0],
+    }
+}
+
+/// Two of a kind as one.
+fn added(before: Event, event: Event) -> Event {
+    match (before, event) {
+        (
+            Event::Missed {
+                deadlines: a,
+                lateness_ns: b,
+            },
+            Event::Missed {
+                deadlines,
+                lateness_ns,
+            },
+        ) => Event::Missed {
+            deadlines: a.saturating_add(deadlines),
+            lateness_ns: b.max(lateness_ns),
+        },
+        (Event::ClockStepped { shift_ns: a }, Event::ClockStepped { shift_ns }) => {
+            Event::ClockStepped {
+                shift_ns: a.saturating_add(shift_ns),
             }
         }
+        (
+            Event::NoRoom {
+                overflowed: a,
+                folded_early: b,
+            },
+            Event::NoRoom {
+                overflowed,
+                folded_early,
+            },
+        ) => Event::NoRoom {
+            overflowed: a.saturating_add(overflowed),
+            folded_early: b.saturating_add(folded_early),
+        },
+        (Event::Lost { events: a }, Event::Lost { events }) => Event::Lost {
+            events: a.saturating_add(events),
+        },
+        (_, newer) => newer,
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use coloc_shm_types::{BusState, Health, Input, Reject};
+
     use super::*;
 
+    /// How often each event is said, and with which count, if it comes at 50 Hz for eleven seconds.
+    fn said(event: impl Fn() -> Event) -> Vec<(u64, String)> {
+        let (mut throttle, start) = (Throttle::default(), Instant::now());
+        let mut said = Vec::new();
+        for tick in 0..550 {
+            throttle.note(event());
+            said.extend(throttle.due(start + Duration::from_millis(20) * tick));
+        }
+        said.extend(throttle.flush());
+        let text = |(count, event)| (count, format!("{event:?}"));
+        said.into_iter().map(text).collect()
+    }
+
     #[test]
-    fn the_first_is_said_at_once_and_the_others_later_as_a_sum() {
-        let mut throttle = Throttle::default();
-        throttle.note(Input::Position, Reject::Gated);
-        throttle.tick();
-        let kind =
-            |throttle: &Throttle| throttle.kinds[Input::Position as usize][Reject::Gated as usize];
-        assert_eq!(kind(&throttle).unsaid, 0);
-        (0..100).for_each(|_| throttle.note(Input::Position, Reject::Gated));
-        throttle.tick();
-        assert_eq!(kind(&throttle).unsaid, 100);
-        throttle.flush();
-        assert_eq!(kind(&throttle).unsaid, 0);
+    fn every_kind_of_line_is_said_at_once_and_then_as_a_sum() {
+        let events: [fn() -> Event; 7] = [
+            || Event::Rejected {
+                input: Input::Position,
+                reason: Reject::Gated,
+            },
+            || Event::Health {
+                input: Input::Position,
+                from: Health::Ok,
+                to: Health::Stale,
+                tick: 7,
+            },
+            || Event::Bus {
+                from: BusState::Active,
+                to: BusState::Off,
+            },
+            || Event::Missed {
+                deadlines: 1,
+                lateness_ns: 5,
+            },
+            || Event::ClockStepped { shift_ns: 1 },
+            || Event::NoRoom {
+                overflowed: 1,
+                folded_early: 0,
+            },
+            || Event::Lost { events: 1 },
+        ];
+        for event in events {
+            let counts: Vec<u64> = said(event).iter().map(|(count, _)| *count).collect();
+            assert_eq!(counts, [1, 250, 250, 49], "{:?}", event());
+        }
+    }
+
+    #[test]
+    fn what_is_counted_is_added_up() {
+        let no_room = said(|| Event::NoRoom {
+            overflowed: 2,
+            folded_early: 1,
+        });
+        assert_eq!(
+            no_room[1].1,
+            "NoRoom { overflowed: 500, folded_early: 250 }"
+        );
+        let missed = said(|| Event::Missed {
+            deadlines: 3,
+            lateness_ns: 9,
+        });
+        assert_eq!(missed[1].1, "Missed { deadlines: 750, lateness_ns: 9 }");
+    }
+
+    #[test]
+    fn another_kind_does_not_wait() {
+        let (mut throttle, now) = (Throttle::default(), Instant::now());
+        for reason in Reject::ALL {
+            throttle.note(Event::Rejected {
+                input: Input::Position,
+                reason,
+            });
+            assert_eq!(throttle.due(now).count(), 1, "{reason}");
+        }
     }
 }

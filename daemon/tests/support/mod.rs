@@ -28,9 +28,16 @@ pub(crate) struct Site {
 
 /// Wheels that hardly err: a mean over uncertain headings would be shorter than the way.
 impl Site {
+    /// In `lines`, `{at}` is the site's directory.
     pub(crate) fn new(robot: &str, lines: &str) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let at = directory.path().display();
+        let lines = lines.replace("{at}", &at.to_string());
+        let state = format!("[telemetry]\nstate_file = \"{at}/belief.toml\"\n");
+        let lines = match lines.split_once("[telemetry]\n") {
+            Some((before, after)) => format!("{before}{state}{after}"),
+            None => format!("{lines}\n{state}"),
+        };
         let config = format!(
             "{lines}\n[robot]\nname = \"{robot}\"\nid = 1\n\
              [shm]\nroot = \"{at}/shm\"\nprefix = \"test\"\n\
@@ -54,6 +61,10 @@ impl Site {
         }
     }
 
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
     pub(crate) fn config(&self) -> &str {
         &self.config
     }
@@ -71,10 +82,12 @@ impl Site {
     }
 
     pub(crate) fn start(&self) -> Daemon {
-        let child = Daemon::command(&["run", self.config_path().to_str().unwrap()])
-            .spawn()
-            .unwrap();
-        Daemon(child)
+        Daemon::spawn(&mut self.run_command())
+    }
+
+    /// What [`Self::start`] starts.
+    pub(crate) fn run_command(&self) -> Command {
+        Daemon::command(&["run", self.config_path().to_str().unwrap()])
     }
 
     /// Runs a daemon that is expected to end by itself: its exit code and what it said.
@@ -102,7 +115,7 @@ impl Site {
     pub(crate) fn saved_until(&self, what: &str, condition: impl Fn(&Saved) -> bool) {
         let config = Config::load(&self.config_path()).unwrap();
         let read = || -> Option<Saved> {
-            toml::from_str(&std::fs::read_to_string(config.state_file()).ok()?).ok()
+            toml::from_str(&std::fs::read_to_string(config.state().ok()?.path()).ok()?).ok()
         };
         wait_for(what, || {
             read()
@@ -195,6 +208,15 @@ impl Daemon {
         command
     }
 
+    pub(crate) fn spawn(command: &mut Command) -> Self {
+        Self(command.spawn().unwrap())
+    }
+
+    /// What it says there, if it was started so.
+    pub(crate) fn standard_error(&mut self) -> std::process::ChildStderr {
+        self.0.stderr.take().unwrap()
+    }
+
     pub(crate) fn pid(&self) -> u32 {
         self.0.id()
     }
@@ -216,12 +238,13 @@ impl Daemon {
         assert_eq!(self.wait(), None);
     }
 
-    fn signal(&self, signal: Signal) {
+    pub(crate) fn signal(&self, signal: Signal) {
         let pid = Pid::from_raw(i32::try_from(self.0.id()).unwrap()).unwrap();
         kill_process(pid, signal).unwrap();
     }
 
-    fn wait(&mut self) -> Option<i32> {
+    /// For its end: the exit status, `None` if a signal killed it.
+    pub(crate) fn wait(&mut self) -> Option<i32> {
         wait_for("the end of the daemon", || {
             self.0.try_wait().unwrap().ok_or(())
         })

@@ -134,6 +134,7 @@ impl OwnFile {
     /// # Errors
     /// What the system says; the old file is then still whole.
     pub fn replace(&self, content: &[u8]) -> Result<(), NotPrivate> {
+        self.check_replaceable()?;
         let new = self.beside(".new")?;
         // Left by a process that was killed meanwhile.
         new.remove()?;
@@ -144,6 +145,18 @@ impl OwnFile {
         rustix::fs::renameat(&self.directory, &new.name, &self.directory, &self.name)
             .map_err(self.failed("replace"))?;
         self.sync_directory()
+    }
+
+    /// A device or a directory is not ours to take away: the superuser could.
+    fn check_replaceable(&self) -> Result<(), NotPrivate> {
+        let found = rustix::fs::statat(&self.directory, &self.name, AtFlags::SYMLINK_NOFOLLOW);
+        match found.map(|found| FileType::from_raw_mode(found.st_mode)) {
+            Ok(FileType::RegularFile | FileType::Symlink) | Err(Errno::NOENT) => Ok(()),
+            Ok(_) => Err(NotPrivate::NotAFile {
+                path: self.path.clone(),
+            }),
+            Err(error) => Err(self.failed("look at")(error)),
+        }
     }
 
     /// Removes it if it is there.

@@ -44,12 +44,13 @@ impl Space {
     /// Takes part in the space at `root` and `prefix`, under `name` (shown by iceoryx2's tools).
     ///
     /// The directory is made if it does not exist, and belongs to the space alone. What killed processes have left in
-    /// it is removed if nobody else is alive. Installs no signal handlers, and silences iceoryx2 below errors.
+    /// it is removed if nobody else is alive. Installs no signal handlers, and silences iceoryx2.
     ///
     /// # Errors
     /// Each [`OpenError`] says what to do about it.
     pub fn open(root: &Path, prefix: &str, name: &str) -> Result<Self, OpenError> {
-        set_log_level(LogLevel::Error);
+        // Its errors come back as values; printing them would wait for whoever reads standard error, also within a tick.
+        set_log_level(LogLevel::Fatal);
         let residence = Residence::enter(root, prefix)?;
         let node = create_node(residence.place(), name)?;
         Ok(Self {

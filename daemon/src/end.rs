@@ -1,0 +1,50 @@
+//! How a daemon ends, and what its exit status says to whoever started it.
+//!
+//! `docs/operation.md` has the same table for people.
+
+use coloc_shm_types::OpenError;
+
+use crate::start::StartError;
+
+/// Why it ended, if not because it was asked to.
+#[derive(Debug, thiserror::Error)]
+pub enum EndError {
+    /// It did not start.
+    #[error("{0}")]
+    Start(#[from] StartError),
+    /// The real-time thread cannot go on.
+    #[error("the real-time thread has ended, so there are no more estimates: {0}")]
+    RealTime(String),
+    /// A result could not be written.
+    #[error("standard output cannot be written: {0}")]
+    Output(std::io::Error),
+}
+
+/// Numbers that scripts and supervisors rely on.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Status {
+    /// It could not start; another attempt may succeed.
+    Failed = 1,
+    /// The arguments or the configuration were not understood; another attempt will not succeed.
+    NotUnderstood = 2,
+    /// The real-time thread ended.
+    RealTimeEnded = 3,
+    /// Another process acts for this robot.
+    AlreadyRun = 5,
+}
+
+impl EndError {
+    /// What it is for whoever started it.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        match self {
+            Self::Start(StartError::Config(_)) => Status::NotUnderstood,
+            Self::Start(StartError::Space(
+                OpenError::AlreadyClaimed { .. } | OpenError::SameNumber { .. },
+            )) => Status::AlreadyRun,
+            Self::Start(_) | Self::Output(_) => Status::Failed,
+            Self::RealTime(_) => Status::RealTimeEnded,
+        }
+    }
+}
