@@ -21,6 +21,9 @@ pub struct Promise {
     pub kept: bool,
 }
 
+/// Robots of that recording.
+const TEAM: usize = 5;
+
 /// A method's figures of R5 and R1: `[x m, y m, heading rad]`.
 struct Reference {
     method: Kind,
@@ -96,7 +99,7 @@ const fn naive(mean: [f64; 3], rms: [f64; 3], rms_r1: [f64; 3]) -> Reference {
 /// Time means are held against their reference with 20 runs or more: with fewer they are smaller by nature.
 ///
 /// # Errors
-/// What makes no sense in an evaluation.
+/// What makes no sense in an evaluation, or another team.
 pub fn promises(
     world: &EvalWorld,
     runs: u16,
@@ -113,6 +116,7 @@ pub fn promises(
         };
         evaluate(&config, progress)
     };
+    check_team(EvalConfig::new(world.clone()).robots())?;
     let referred = REFERENCES.map(|reference| reference.method);
     let methods: Vec<Kind> = referred.into_iter().chain([Kind::Coloc]).collect();
     let paper = run("paper", &methods)?;
@@ -125,6 +129,13 @@ pub fn promises(
         found.push(one_receiver(&run(scenario, &[Kind::Coloc])?));
     }
     Ok(found)
+}
+
+/// Promises about robots that are not there would be kept.
+fn check_team(robots: usize) -> Result<(), EvalError> {
+    (robots == TEAM)
+        .then_some(())
+        .ok_or(EvalError::OtherTeam(robots))
 }
 
 /// The robots of a method that was evaluated, the last being R5.
@@ -268,5 +279,18 @@ fn one_receiver(report: &EvalReport) -> Promise {
         bar: "≤ 12 cm",
         found: format!("{:.1} cm, {:.1} cm", 100.0 * x, 100.0 * y),
         kept: x.max(y) <= 0.12,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_team_is_refused() {
+        assert_eq!(check_team(5), Ok(()));
+        for robots in [0, 1, 4, 6] {
+            assert_eq!(check_team(robots), Err(EvalError::OtherTeam(robots)));
+        }
     }
 }

@@ -53,6 +53,9 @@ pub enum EvalError {
     /// A robot whose true pose is never known.
     #[error("nobody ever knows where robot {0} is: its truth is missing")]
     NoTruth(usize),
+    /// What is promised is promised of the first recording of MR.CLAM.
+    #[error("the promises are about the five robots of MR.CLAM's first recording; here are {0}")]
+    OtherTeam(usize),
     /// A robot that is to have a satellite receiver is not there.
     #[error("the scenario gives robot {robot} a satellite receiver, but there are {robots} robots")]
     NoSuchRobot {
@@ -113,7 +116,7 @@ impl EvalConfig {
         }
     }
 
-    pub(super) fn robots(&self) -> usize {
+    pub(crate) fn robots(&self) -> usize {
         match &self.world {
             EvalWorld::Recorded(world) => world.robots(),
             EvalWorld::Synthetic(_) => self.scenario.synthetic_robots,

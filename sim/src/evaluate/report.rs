@@ -67,7 +67,7 @@ pub struct RobotReport {
     pub nees: f64,
     /// Share of samples above the 95 % quantile, nominal 0.05.
     pub nees_outside: f64,
-    /// Share of steps at which the NEES averaged over runs is below, and above, its band.
+    /// Share of steps at which the NEES averaged over runs is below, and above, its band; no number where the truth is never known.
     pub nees_outside_band: [f64; 2],
     /// Share of samples within 3σ.
     pub inside_3_sigma: [f64; 3],
@@ -242,7 +242,7 @@ fn outside_band(robot: &RobotGather, [low, high]: [f64; 2]) -> [f64; 2] {
         .map(|step| step.nees / step.count)
         .collect();
     let share = |outside: &dyn Fn(f64) -> bool| {
-        known.iter().filter(|nees| outside(**nees)).count() as f64 / known.len().max(1) as f64
+        known.iter().filter(|nees| outside(**nees)).count() as f64 / known.len() as f64
     };
     [share(&|nees| nees < low), share(&|nees| nees > high)]
 }

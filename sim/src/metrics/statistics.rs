@@ -38,11 +38,11 @@ fn expanded(v: f64) -> f64 {
         + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * v.powi(3))
 }
 
-/// Mean and standard deviation (over n) of `values`.
+/// Mean and standard deviation (over n) of `values`; of no value they are no numbers.
 #[must_use]
 #[allow(clippy::cast_precision_loss)] // Counts are far below 2^53.
 pub fn mean_and_deviation(values: &[f64]) -> [f64; 2] {
-    let n = values.len().max(1) as f64;
+    let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     let variance = values
         .iter()
@@ -80,8 +80,9 @@ mod tests {
     }
 
     #[test]
-    fn mean_and_deviation_of_a_pair() {
+    fn mean_and_deviation_of_a_pair_and_of_nothing() {
         let [mean, deviation] = mean_and_deviation(&[1.0, 3.0]);
         assert!((mean - 2.0).abs() < 1e-12 && (deviation - 1.0).abs() < 1e-12);
+        assert!(mean_and_deviation(&[]).iter().all(|figure| figure.is_nan()));
     }
 }
