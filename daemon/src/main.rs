@@ -1,4 +1,4 @@
-//! The `colocd` program; all of it is in the library, so that other binaries can be `colocd` too.
+//! `colocd`, as a program of this package.
 
 use std::process::ExitCode;
 

@@ -203,7 +203,7 @@ pub(crate) struct Daemon(Child);
 
 impl Daemon {
     pub(crate) fn command(arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_colocd"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_colocd-in-daemon-tests"));
         command.args(arguments);
         command
     }
