@@ -1,5 +1,7 @@
-//! Feeds a robot the same satellite fix ten times a second: `feed_fixes <root> <prefix> <robot> <x> <y>`.
-use std::{error::Error, path::Path, thread::sleep, time::Duration, time::SystemTime};
+//! Feeds a robot the same satellite fix ten times a second: `feed_fixes <robot> <x> <y> [<root> <prefix>]`.
+use std::io::{Write, stderr};
+use std::{error::Error, path::Path, process::ExitCode};
+use std::{thread::sleep, time::Duration, time::SystemTime};
 
 use coloc_shm_types::{Header, Position, RobotName, Space};
 
@@ -10,15 +12,33 @@ fn now_ns() -> Result<i64, Box<dyn Error>> {
         .try_into()?)
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> ExitCode {
+    let Err(error) = run() else {
+        return ExitCode::SUCCESS;
+    };
+    // Nobody is left to tell if standard error is closed.
+    let _ = stderr().write_all(format!("feed_fixes: {error}\n").as_bytes());
+    ExitCode::FAILURE
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [root, prefix, robot, x, y] = arguments.as_slice() else {
+    let ([robot, x, y] | [robot, x, y, _, _]) = arguments.as_slice() else {
         return Err(
-            "usage: feed_fixes <root> <prefix> <robot> <x in m> <y in m>; clock `realtime`".into(),
+            "usage: feed_fixes <robot> <x in m> <y in m> [<root> <prefix>], of a robot \
+                    with the clock `realtime`: where its configuration names them in [shm]"
+                .into(),
         );
     };
-    let position = [x.parse()?, y.parse()?];
-    let space = Space::open(Path::new(root), prefix, "feed_fixes")?;
+    let metres = |text: &String| {
+        let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
+        number.ok_or_else(|| format!("`{text}` is no number of metres"))
+    };
+    let position = [metres(x)?, metres(y)?];
+    let space = match arguments.as_slice() {
+        [_, _, _, root, prefix] => Space::open(Path::new(root), prefix, "feed_fixes")?,
+        _ => Space::open_default("feed_fixes")?,
+    };
     let fixes = space.publisher::<Position>(&RobotName::new(robot)?)?;
     let session_ns = now_ns()?;
     for sequence in 0.. {

@@ -12,7 +12,9 @@
 //! of RMS with that of the first SETTINGS, run by run, ± twice the standard error.
 
 use std::error::Error;
+use std::io::{Write, stderr, stdout};
 use std::path::Path;
+use std::process::ExitCode;
 use std::sync::Arc;
 
 use coloc_estimator::noise::OdometryNoise;
@@ -23,16 +25,28 @@ use coloc_sim::method::{FilterSettings, Kind};
 use coloc_sim::mrclam::Recording;
 use coloc_sim::{Scenario, SyntheticConfig};
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> ExitCode {
+    let Err(error) = run() else {
+        return ExitCode::SUCCESS;
+    };
+    // Nobody is left to tell if standard error is closed.
+    let _ = stderr().write_all(format!("compare_settings: {error}\n").as_bytes());
+    ExitCode::FAILURE
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [world, runs, scenarios, settings @ ..] = arguments.as_slice() else {
-        return Err("WORLD RUNS SCENARIO[,…]|all SETTINGS …".into());
+        return Err("usage: WORLD RUNS SCENARIO[,…]|all SETTINGS …".into());
     };
     let mut config = EvalConfig::new(parse_world(world)?);
-    config.runs = runs.parse()?;
+    config.runs = runs
+        .parse()
+        .map_err(|_| format!("`{runs}` is no number of runs, 1 to 65535"))?;
     config.methods = vec![Kind::Coloc];
     for scenario in parse_scenarios(scenarios)? {
-        println!("{world}, {}: {}", scenario.name, scenario.description);
+        let (name, description) = (scenario.name, scenario.description);
+        writeln!(stdout(), "{world}, {name}: {description}")?;
         config.scenario = scenario;
         compare(&config, settings)?;
     }
@@ -60,7 +74,11 @@ fn compare(config: &EvalConfig, settings: &[String]) -> Result<(), Box<dyn Error
         let mut config = config.clone();
         apply(settings, &mut config)?;
         let report = evaluate(&config, &|_| ())?;
-        println!("  {settings:32} {}", line(&report, first.as_ref()));
+        writeln!(
+            stdout(),
+            "  {settings:32} {}",
+            line(&report, first.as_ref())
+        )?;
         first.get_or_insert(report);
     }
     Ok(())
@@ -71,7 +89,9 @@ fn apply(settings: &str, config: &mut EvalConfig) -> Result<(), Box<dyn Error>> 
     let mut odometry = OdometryNoise::paper();
     for setting in settings.split(',') {
         let (key, value) = setting.split_once('=').unwrap_or((setting, "nan"));
-        let value: f64 = value.parse()?;
+        let value: f64 = value
+            .parse()
+            .map_err(|_| format!("`{value}` is no number, for {key}"))?;
         match key {
             "default" => {}
             "paper" => fusion = FusionSettings::paper(),
@@ -156,13 +176,12 @@ fn difference(report: &EvalReport, first: &EvalReport) -> String {
         runs.iter()
             .map(|run| std::array::from_fn(|i| (run[i] - middle[i]).powi(2))),
     );
-    let error = |i: usize| (spread[i] / f64::from(report.runs.max(2) - 1)).sqrt();
-    let percent = |i: usize| {
-        format!(
-            "{:+.1} ± {:.1} %",
-            100.0 * middle[i].exp_m1(),
-            200.0 * error(i)
-        )
+    // One run says nothing about the spread of runs.
+    let degrees = f64::from(report.runs) - 1.0;
+    let error = |i: usize| match (spread[i] / degrees).sqrt() {
+        error if error.is_finite() => format!("{:.1}", 200.0 * error),
+        _ => "–".into(),
     };
+    let percent = |i: usize| format!("{:+.1} ± {} %", 100.0 * middle[i].exp_m1(), error(i));
     [0, 1, 2].map(percent).join(", ")
 }

@@ -1,8 +1,9 @@
 //! What the tests of the whole share: a rig that drives a real robot tick by tick, the faults that it is
-//! put through, and a scene in which it gets all that a robot can get.
+//! put through, a scene in which it gets all that a robot can get; and what programs say.
 #![allow(clippy::unwrap_used, clippy::missing_panics_doc)] // What fails here fails the test.
 
 pub mod faults;
+pub mod output;
 pub mod rig;
 pub mod scene;
 pub mod surroundings;

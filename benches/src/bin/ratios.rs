@@ -2,12 +2,15 @@
 //!
 //! Ratios are of medians of one run, so that they hold where nanoseconds do not.
 
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 use std::error::Error;
 use std::fmt::Write;
 use std::fs::{read_to_string, write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use coloc_tests::output::{end, print_line};
 use serde_json::Value;
 
 const README: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
@@ -36,18 +39,12 @@ const ROWS: [(&str, &str, &[&str]); 15] = [
 const NEIGHBOURS: [u16; 5] = [0, 1, 4, 16, 64];
 
 fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("ratios: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    end("ratios", run().map(|()| ExitCode::SUCCESS))
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
     let table = table(&criterion_directory())?;
-    print!("{table}");
+    print_line(table.trim_end());
     let readme = read_to_string(README)?;
     let (before, rest) = readme
         .split_once(BEGIN)

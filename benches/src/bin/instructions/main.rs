@@ -10,6 +10,8 @@
 //! A function is run a few times and many times, each in a process of its own; the difference divided by the
 //! difference of the counts is what one call costs, start-up and warm-up left out.
 
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 mod case;
 mod figures;
 
@@ -18,6 +20,7 @@ use std::error::Error;
 use std::process::{Command, ExitCode};
 
 use case::Case;
+use coloc_tests::output::{end, print_line};
 use figures::Figures;
 
 /// Growth beyond this fails `--check`.
@@ -35,14 +38,8 @@ fn main() -> ExitCode {
         ["--write"] => write().map(|()| true),
         _ => Err("usage: instructions [--check | --write]".into()),
     };
-    match result {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("instructions: {error}");
-            ExitCode::from(2)
-        }
-    }
+    let status = result.map(|held| ExitCode::from(u8::from(!held)));
+    end("instructions", status)
 }
 
 /// The measured process: `iterations` calls of one function.
@@ -80,27 +77,27 @@ fn collected(case: Case, iterations: u64) -> Result<u64, Box<dyn Error>> {
 fn compare() -> Result<bool, Box<dyn Error>> {
     let committed = Figures::read()?;
     let measured = measure()?;
-    println!(
+    print_line(&format!(
         "{:<28} {:>12} {:>12} {:>8}",
         "function", "committed", "now", "change"
-    );
+    ));
     let mut within = true;
     for (name, now) in measured.iter() {
         let change = committed.get(name).map(|before| relative(before, now));
         let grown = change.is_none_or(|change| change > TOLERANCE);
         within &= !grown;
-        println!(
+        print_line(&format!(
             "{name:<28} {:>12} {now:>12} {:>8}{}",
             committed
                 .get(name)
                 .map_or("none".into(), |count| count.to_string()),
             change.map_or(String::new(), |change| format!("{:+.1} %", 100.0 * change)),
             if grown { "  <- grew" } else { "" },
-        );
+        ));
     }
     if !within {
-        println!(
-            "A function takes more instructions than committed. On purpose? Then: instructions --write, and say why in the commit."
+        print_line(
+            "A function takes more instructions than committed. On purpose? Then: instructions --write, and say why in the commit.",
         );
     }
     Ok(within)
@@ -116,6 +113,6 @@ fn write() -> Result<(), Box<dyn Error>> {
     figures.write()?;
     figures
         .iter()
-        .for_each(|(name, count)| println!("{name}\t{count}"));
+        .for_each(|(name, count)| print_line(&format!("{name}\t{count}")));
     Ok(())
 }

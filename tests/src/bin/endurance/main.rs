@@ -7,11 +7,13 @@
     clippy::unwrap_used,
     reason = "what fails here fails the run, and the panic says where"
 )]
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod footprint;
 mod watch;
 mod way;
 
+use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::{Parser, value_parser};
@@ -19,6 +21,7 @@ use coloc_counting::{Calls, calls_during};
 use coloc_daemon::clock::TimeSource;
 use coloc_daemon::wait::Wake;
 use coloc_shm_types::Input;
+use coloc_tests::output::{end, print_line};
 use coloc_tests::rig::{Clock, PERIOD_NS};
 use coloc_tests::scene::{Scene, WARM_UP};
 use coloc_tests::surroundings::{Heard, config};
@@ -43,7 +46,7 @@ const TICKS_PER_MESSAGE: u64 = 5;
 /// By which resident memory may grow after the first look \[KiB\].
 const TOLERANCE_KIB: u64 = 64;
 
-fn main() {
+fn main() -> ExitCode {
     let Args { ticks } = Args::parse();
     let warm_up = (ticks / POINTS).min(LONGEST_WARM_UP);
     let mut life = Life::new();
@@ -54,7 +57,8 @@ fn main() {
             life.look(scene);
         }
     });
-    println!("{ticks} ticks: nothing grew, nothing was lost");
+    print_line(&format!("{ticks} ticks: nothing grew, nothing was lost"));
+    end("endurance", Ok(ExitCode::SUCCESS))
 }
 
 /// What the run knows beside the scene.
@@ -69,7 +73,7 @@ struct Life {
 
 impl Life {
     fn new() -> Self {
-        println!(
+        print_line(&format!(
             "{:>10} {:>7} {:>7} {:>10} {:>11} {:>5} {:>10} {:>8} {:>8}",
             "ticks",
             "hours",
@@ -80,7 +84,7 @@ impl Life {
             "accepted",
             "off m",
             "σ m"
-        );
+        ));
         Self {
             clock: Clock::default(),
             begun: Instant::now(),
@@ -141,7 +145,7 @@ impl Life {
         let _ = Footprint::now(&scene.config.shm.root); // What looking takes is taken now.
         let now = Footprint::now(&scene.config.shm.root);
         let status = scene.robot.account().status;
-        println!(
+        print_line(&format!(
             "{:>10} {:>7.2} {:>7.1} {:>10} {:>11} {:>5} {:>10} {:>8.4} {:>8.4}",
             self.ticks,
             self.time_s() / 3600.0,
@@ -152,7 +156,7 @@ impl Life {
             status.accepted.iter().sum::<u64>(),
             self.watch.error_m,
             self.watch.sigma_m,
-        );
+        ));
         self.watch.begin_again();
         let first = *self.first.get_or_insert(now);
         assert!(
