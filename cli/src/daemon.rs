@@ -6,7 +6,9 @@ use std::process::ExitCode;
 
 use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 
-/// Set by the demo to its own process number: a daemon that finds it there ends with that process.
+use crate::output::complain;
+
+/// Set by a command to its own process number: a process that finds it there ends with that one.
 pub(crate) const PARENT_VARIABLE: &str = "COLOC_DEMO_PID";
 
 const NAME: &str = "colocd";
@@ -26,7 +28,7 @@ pub(crate) fn arguments(args: impl Iterator<Item = OsString>) -> Option<Vec<OsSt
 /// The whole daemon.
 pub(crate) fn run(args: Vec<OsString>) -> ExitCode {
     if let Err(reason) = end_with_parent() {
-        eprintln!("colocd: {reason}");
+        complain(&format!("colocd: {reason}"));
         return ExitCode::FAILURE;
     }
     coloc_daemon::main_from_args(args)
@@ -42,19 +44,20 @@ pub(crate) fn check(config: &Path) -> ExitCode {
     coloc_daemon::main_from_args([OsStr::new(NAME), OsStr::new("check"), config.as_os_str()])
 }
 
-/// Has the kernel end this process when the demo that started it is gone, even if that was killed.
-fn end_with_parent() -> Result<(), String> {
+/// Has the kernel end this process when the command that started it is gone, even if that was killed.
+pub(crate) fn end_with_parent() -> Result<(), String> {
     let Some(parent) = std::env::var_os(PARENT_VARIABLE) else {
         return Ok(());
     };
-    set_parent_process_death_signal(Some(Signal::TERM))
-        .map_err(|error| format!("cannot follow the demo's end: {error}"))?;
+    set_parent_process_death_signal(Some(Signal::TERM)).map_err(|error| {
+        format!("cannot follow the end of the command that started it: {error}")
+    })?;
     // It may have ended before the line above; then nobody will send the signal.
     let now = getppid().map(|pid| pid.as_raw_nonzero().to_string());
     if now.as_deref().map(OsStr::new) == Some(&parent) {
         return Ok(());
     }
-    Err("the demo that started this daemon has ended".into())
+    Err("the command that started this process has ended".into())
 }
 
 #[cfg(test)]

@@ -6,18 +6,25 @@
 //!   memory; nothing in this crate estimates anything.
 //! * **Leave nothing behind.** Every process, file and interface that a command makes ends with it, however it ends.
 //! * **Say it once, say what to do.** A command fails with one line on standard error and a non-zero status.
+//! * **Lose no result.** What was asked for is tried before anything is computed, and written as far as it can be, whatever
+//!   became of the other outputs.
 //!
-//! The program is `colocd` as well: called by that name, or with `colocd` as its first argument, it is the daemon. So one
-//! build brings everything that the demo starts.
+//! The program is `colocd` as well: called by that name, or with `colocd` as its first argument, it is the daemon. So it
+//! brings everything that the demo starts. What flies is the other program of this package, `colocd`: the daemon alone.
+
+#![warn(clippy::print_stdout, clippy::print_stderr)] // They panic: see `output`.
 
 mod args;
 mod comparison;
 mod daemon;
 mod demo;
 mod eval;
+mod home;
 mod latency;
 mod output;
 mod pictures;
+mod result_file;
+mod status;
 
 use std::process::ExitCode;
 
@@ -27,13 +34,14 @@ fn main() -> ExitCode {
     if let Some(args) = daemon::arguments(std::env::args_os()) {
         return daemon::run(args);
     }
-    match parse(std::env::args_os()) {
+    let status = match parse(std::env::args_os()) {
         Ok(Command::Demo(args)) => demo::command(&args),
         Ok(Command::Eval(args)) => eval::command(&args),
         Ok(Command::Latency(args)) => latency::command(&args),
         Ok(Command::LatencyReader(args)) => latency::reader(&args),
-        Ok(Command::Check { config }) => daemon::check(&config),
-        Ok(Command::Colocd { args }) => daemon::run_with(args),
+        Ok(Command::Check { config }) => return daemon::check(&config),
+        Ok(Command::Colocd { args }) => return daemon::run_with(args),
         Err(answer) => answer,
-    }
+    };
+    output::settle(status).into()
 }

@@ -44,15 +44,9 @@ fn every_frame_is_accounted_for_whatever_the_trigger_and_the_wait() {
             .collect();
         assert_eq!(waits, ["poll", "sleep"]);
         for pass in passes {
-            let (all, lost) = (&pass["frame_due_to_estimate"], &pass["frames_lost"]);
-            assert_eq!(
-                count(all) + lost.as_u64().unwrap(),
-                RATE_HZ * SECONDS,
-                "{pass}"
-            );
-            assert!(count(&pass["frame_in_kernel_to_estimate"]) <= count(all));
+            assert_accounted(pass);
             let floor = count(&pass["floor_frame_read"]);
-            assert!((1..=RATE_HZ * SECONDS / 2).contains(&floor), "{pass}");
+            assert!(floor > 0, "{pass}");
             let ratio = &pass["ratio_to_floors"]["p50"];
             assert_eq!(ratio.is_null(), trigger == "timer", "{pass}");
         }
@@ -71,21 +65,67 @@ fn every_frame_is_accounted_for_whatever_the_trigger_and_the_wait() {
     }
 }
 
+/// Every frame that was sent is read, alone or with a newer one, or never estimated, or was before the measured time.
+fn assert_accounted(pass: &Value) {
+    let frames = |what: &str| pass["frames"][what].as_u64().unwrap();
+    let read = frames("newest") + frames("with_newer");
+    assert_eq!(read, count(&pass["frame_due_to_estimate"]), "{pass}");
+    assert_eq!(
+        frames("newest"),
+        count(&pass["frame_in_kernel_to_estimate"]),
+        "{pass}"
+    );
+    assert_eq!(
+        read + frames("never_estimated"),
+        RATE_HZ * SECONDS,
+        "{pass}"
+    );
+    assert_eq!(
+        RATE_HZ * SECONDS + frames("warm_up"),
+        frames("sent"),
+        "{pass}"
+    );
+    let floors = pass["floors_sent"].as_u64().unwrap();
+    assert_eq!(floors, RATE_HZ * SECONDS / 2, "{pass}");
+    assert!(count(&pass["floor_frame_read"]) <= floors, "{pass}");
+}
+
+#[test]
+fn too_few_frames_have_no_percentiles() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = folder.path().join("latency.json");
+    let output = latency(
+        "--can local --rate 2 --seconds 1 --wait sleep",
+        &[("--json", &json)],
+    );
+    assert!(output.status.success(), "{output:?}");
+    let report: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let pass = &report["passes"][0];
+    for durations in [
+        "frame_due_to_estimate",
+        "frame_in_kernel_to_estimate",
+        "floor_frame_read",
+    ] {
+        assert!(pass[durations]["p99_ns"].is_null(), "{pass}");
+    }
+    assert!(pass["ratio_to_floors"]["p99"].is_null(), "{pass}");
+    let table = String::from_utf8(output.stdout).unwrap();
+    let row = table
+        .lines()
+        .find(|line| line.starts_with("floor: frame read"))
+        .unwrap();
+    assert!(row.contains('–') && !row.contains("0.00"), "{row}");
+}
+
 #[test]
 fn the_figures_agree_with_one_another() {
     let (_, report) = found("--wait sleep --neighbours 0");
     let pass = &report["passes"][0];
-    let ns = |durations: &Value, name: &str| durations[name].as_u64().unwrap();
+    let ns = |durations: &Value, name: &str| durations[name].as_u64();
     let whole = &pass["frame_due_to_estimate"];
-    let order = [
-        "p50_ns",
-        "p90_ns",
-        "p99_ns",
-        "p99_9_ns",
-        "p99_99_ns",
-        "max_ns",
-    ];
-    assert!(order.map(|name| ns(whole, name)).is_sorted(), "{whole}");
+    let order = ["p50_ns", "p90_ns", "p99_ns", "max_ns"].map(|name| ns(whole, name).unwrap());
+    assert!(order.is_sorted(), "{whole}");
+    assert_eq!(ns(whole, "p99_9_ns"), None, "of 200 frames");
     for (name, stage) in pass["stages"].as_object().unwrap() {
         assert!(ns(stage, "p50_ns") <= ns(whole, "max_ns"), "{name}: {pass}");
     }

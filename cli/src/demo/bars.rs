@@ -8,30 +8,52 @@ use super::summary::RobotSummary;
 #[derive(Debug, Serialize)]
 pub(crate) struct Bar {
     /// What is promised of every robot.
-    pub(crate) promise: &'static str,
+    pub(crate) promise: String,
     /// Who broke it, and with what.
     pub(crate) broken_by: Vec<String>,
 }
 
-impl RobotSummary {
-    fn mean_error_too_large(&self) -> Option<String> {
-        const BARS: [f64; 3] = [0.10, 0.10, 0.1];
-        let error = self.accuracy?.mean_abs_error;
+/// What can be expected of each robot of a team, whatever the seed of the world.
+///
+/// Of 20 to 80 worlds of each size and of 6, 10, 30 and 120 s the worst came to this (errors: root mean square): robots that see
+/// nobody for a while, in teams of two to four, 0.17 m and 0.21 rad, 96 % inside; one alone, to which fixes say next to
+/// nothing about its heading at 0.1 m/s, 0.05 m and 0.24 rad, 93 % inside; in larger teams 0.09 m and 0.05 rad, 99 % inside.
+struct Expectation {
+    /// Time means of |x|, |y|, |φ| are below \[m, m, rad\].
+    error: [f64; 3],
+    /// Smallest share of the time inside ±3σ.
+    inside: f64,
+}
+
+impl Expectation {
+    fn of_team(robots: usize) -> Self {
+        let (error, inside) = match robots {
+            0..=1 => ([0.10, 0.10, 0.30], 0.90),
+            2..=4 => ([0.20, 0.20, 0.25], 0.95),
+            _ => ([0.10, 0.10, 0.10], 0.99),
+        };
+        Self { error, inside }
+    }
+
+    fn too_far_off(&self, robot: &RobotSummary) -> Option<String> {
+        let error = robot.accuracy?.mean_abs_error;
         let [x, y, phi] = error;
         (0..3)
-            .any(|i| error[i].is_nan() || error[i] >= BARS[i])
+            .any(|i| error[i].is_nan() || error[i] >= self.error[i])
             .then(|| format!("{x:.3} m, {y:.3} m, {phi:.3} rad"))
     }
 
-    fn too_often_outside(&self) -> Option<String> {
-        let inside = self.accuracy?.inside_3_sigma;
+    fn too_often_outside(&self, robot: &RobotSummary) -> Option<String> {
+        let inside = robot.accuracy?.inside_3_sigma;
         let [x, y, phi] = inside.map(|share| 100.0 * share);
         inside
             .iter()
-            .any(|share| share.is_nan() || *share < 0.99)
+            .any(|share| share.is_nan() || *share < self.inside)
             .then(|| format!("{x:.1} %, {y:.1} %, {phi:.1} %"))
     }
+}
 
+impl RobotSummary {
     fn too_late(&self) -> Option<String> {
         let count = self.deadlines_missed_by_more_than_a_period;
         (count > 0).then(|| format!("{count} (is the machine busy?)"))
@@ -44,23 +66,9 @@ impl RobotSummary {
 
 /// Holds every robot against every promise.
 pub(crate) fn bars(robots: &[RobotSummary]) -> Vec<Bar> {
-    type Check = fn(&RobotSummary) -> Option<String>;
-    let promises: [(&'static str, Check); 4] = [
-        (
-            "mean error below 0.10 m, 0.10 m, 0.1 rad",
-            RobotSummary::mean_error_too_large,
-        ),
-        (
-            "inside 3σ for 99 % of the time",
-            RobotSummary::too_often_outside,
-        ),
-        (
-            "no deadline missed by more than a period",
-            RobotSummary::too_late,
-        ),
-        ("up at the end", RobotSummary::absent),
-    ];
-    let hold = |(promise, check): (&'static str, Check)| {
+    let expected = Expectation::of_team(robots.len());
+    let [x, y, phi] = expected.error;
+    let hold = |promise: String, check: &dyn Fn(&RobotSummary) -> Option<String>| {
         let broken = robots
             .iter()
             .filter_map(|robot| check(robot).map(|how| format!("{}: {how}", robot.name)));
@@ -69,25 +77,30 @@ pub(crate) fn bars(robots: &[RobotSummary]) -> Vec<Bar> {
             broken_by: broken.collect(),
         }
     };
-    promises.map(hold).into()
+    vec![
+        hold(
+            format!("mean error below {x:.2} m, {y:.2} m, {phi:.2} rad"),
+            &|robot| expected.too_far_off(robot),
+        ),
+        hold(
+            format!("inside 3σ for {:.0} % of the time", 100.0 * expected.inside),
+            &|robot| expected.too_often_outside(robot),
+        ),
+        hold(
+            "no deadline missed by more than a period".into(),
+            &RobotSummary::too_late,
+        ),
+        hold("up at the end".into(), &RobotSummary::absent),
+    ]
 }
 
 impl Bar {
-    /// As a person reads it.
-    pub(crate) fn line(&self) -> String {
+    /// As a person reads it: `word` says what came of it.
+    pub(crate) fn line(&self, word: &str) -> String {
         let broken = self.broken_by.join("; ");
         let colon = if broken.is_empty() { "" } else { ": " };
-        format!(
-            "{}  {}{colon}{broken}",
-            word(self.broken_by.is_empty()),
-            self.promise
-        )
+        format!("{word}  {}{colon}{broken}", self.promise)
     }
-}
-
-/// The verdict on a line.
-pub(crate) fn word(good: bool) -> &'static str {
-    if good { "PASS" } else { "FAIL" }
 }
 
 #[cfg(test)]
@@ -109,12 +122,38 @@ mod tests {
         }
     }
 
-    fn broken(robot: RobotSummary) -> Vec<&'static str> {
-        bars(&[robot])
+    /// Of a team of five.
+    fn broken(robot: RobotSummary) -> Vec<String> {
+        let others = (0..4).map(|_| good());
+        bars(&others.chain([robot]).collect::<Vec<_>>())
             .into_iter()
             .filter(|bar| !bar.broken_by.is_empty())
             .map(|bar| bar.promise)
             .collect()
+    }
+
+    fn good() -> RobotSummary {
+        robot(0.01, 1.0)
+    }
+
+    #[test]
+    fn a_robot_alone_and_a_small_team_are_judged_by_what_they_can_do() {
+        let turned = |phi: f64| {
+            let mut robot = robot(0.05, 0.96);
+            robot.accuracy.as_mut().unwrap().mean_abs_error[2] = phi;
+            robot
+        };
+        let broken = |robots: &[RobotSummary]| {
+            bars(robots)
+                .iter()
+                .filter(|bar| !bar.broken_by.is_empty())
+                .count()
+        };
+        assert_eq!(broken(&[turned(0.28)]), 0);
+        assert_eq!(broken(&[turned(0.31)]), 1, "and no better");
+        assert_eq!(broken(&[turned(0.28), good()]), 1);
+        assert_eq!(broken(&[turned(0.22), good()]), 0);
+        assert_eq!(broken(&[turned(0.22), good(), good(), good(), good()]), 2);
     }
 
     #[test]

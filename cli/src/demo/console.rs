@@ -2,7 +2,9 @@
 
 use std::io::{IsTerminal, Write, stderr, stdout};
 
-use rustix::termios::tcgetwinsize;
+use rustix::termios::{Winsize, tcgetwinsize};
+
+use crate::output::print;
 
 /// Standard output, or standard error where standard output carries JSON.
 pub(crate) struct Console {
@@ -55,23 +57,32 @@ impl Console {
 
     /// Columns of the terminal; as many as anyone has if it does not say.
     fn width(&self) -> usize {
+        self.size().map_or(0, |size| usize::from(size.ws_col))
+    }
+
+    /// Rows of the terminal, if it says.
+    pub(crate) fn rows(&self) -> Option<usize> {
+        let rows = usize::from(self.size()?.ws_row);
+        (rows > 0).then_some(rows)
+    }
+
+    fn size(&self) -> Option<Winsize> {
         let size = if self.to_stderr {
             tcgetwinsize(stderr())
         } else {
             tcgetwinsize(stdout())
         };
-        size.map_or(0, |size| usize::from(size.ws_col))
+        size.ok()
     }
 
     /// A closed pipe is no reason to stop: the summary is written to a file as well.
     fn write(&self, text: &str) {
-        let _ = if self.to_stderr {
-            stderr().write_all(text.as_bytes())
+        if self.to_stderr {
+            // Nobody is left to tell.
+            let _ = stderr().write_all(text.as_bytes());
         } else {
-            stdout()
-                .write_all(text.as_bytes())
-                .and_then(|()| stdout().flush())
-        };
+            print(text);
+        }
     }
 }
 

@@ -29,9 +29,13 @@ impl FeedThread {
         let (stage, root, buses) = (Arc::clone(stage), root.to_owned(), buses.to_vec());
         let theirs = Arc::clone(&signals);
         let run = move || Feed::run(stage, &root, &buses, &theirs, &opened);
+        let thread = std::thread::Builder::new()
+            .name("coloc-feed".into())
+            .spawn(run)
+            .map_err(|error| DemoError::Thread(error.to_string()))?;
         let mut feed = Self {
             signals,
-            thread: Some(std::thread::spawn(run)),
+            thread: Some(thread),
         };
         if is_open.recv().is_err() {
             // It ended before it was open.

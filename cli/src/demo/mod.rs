@@ -12,6 +12,7 @@ mod console;
 mod feed;
 mod feed_thread;
 mod fleet;
+mod interrupt;
 mod out;
 mod process;
 mod record;
@@ -24,27 +25,34 @@ mod watch;
 mod world;
 
 use std::fmt::Display;
-use std::path::Path;
-use std::process::ExitCode;
 
 use crate::args::DemoArgs;
-use crate::pictures::PictureError;
+use crate::home::Kind;
+use crate::output::complain;
+use crate::result_file::WriteError;
+use crate::status::Status;
 use console::Console;
 
 /// Begins the name of every file of the demo in shared memory.
 const PREFIX: &str = "colocdemo";
+
+/// What it keeps while it runs.
+const HOME: Kind = Kind {
+    name: "coloc-demo-",
+    shm_prefix: PREFIX,
+};
 
 /// Why the demo could not run.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum DemoError {
     #[error("{0}")]
     World(String),
-    #[error("{0}")]
-    Files(String),
     #[error("shared memory: {0}")]
     Shm(String),
     #[error("CAN: {0}")]
     Bus(String),
+    #[error("cannot start the feed of sensors: {0}")]
+    Thread(String),
     #[error("cannot start a daemon: {0}")]
     Spawn(String),
     #[error("the daemon of {robot} did not come up: {last_words}")]
@@ -52,16 +60,10 @@ pub(crate) enum DemoError {
     #[error("the feed of sensors broke down")]
     Feed,
     #[error(transparent)]
-    Picture(#[from] PictureError),
-    #[error("{0}")]
-    Missed(String),
+    Write(#[from] WriteError),
 }
 
 impl DemoError {
-    fn files(path: &Path, reason: &dyn Display) -> Self {
-        Self::Files(format!("cannot write {}: {reason}", path.display()))
-    }
-
     #[allow(clippy::needless_pass_by_value)] // For `map_err`.
     fn shm(reason: impl Display) -> Self {
         Self::Shm(reason.to_string())
@@ -69,13 +71,10 @@ impl DemoError {
 }
 
 /// The whole command.
-pub(crate) fn command(args: &DemoArgs) -> ExitCode {
+pub(crate) fn command(args: &DemoArgs) -> Status {
     let mut console = Console::new(args.json);
-    match run::run(args, &mut console) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("coloc: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    run::run(args, &mut console).unwrap_or_else(|error| {
+        complain(&format!("coloc: {error}"));
+        Status::Failed
+    })
 }

@@ -2,59 +2,114 @@
 
 use std::path::{Path, PathBuf};
 
-use super::DemoError;
 use super::record::Record;
 use super::robot_file::name;
 use super::summary::Summary;
 use crate::comparison::Comparison;
-use crate::pictures::{ErrorPoint, PictureError, RobotPath, draw_errors, draw_paths};
+use crate::pictures::{ErrorPoint, RobotPath, draw_errors, draw_paths};
+use crate::result_file::{ResultFile, WriteError, prepare_folder};
 
-/// The folder asked for, or `demo-out`, or the first `demo-out-N` that does not exist.
-pub(crate) fn folder(asked: Option<&Path>) -> Result<PathBuf, DemoError> {
-    let fresh = || {
-        let numbered = (2..).map(|n| PathBuf::from(format!("demo-out-{n}")));
-        std::iter::once(PathBuf::from("demo-out"))
-            .chain(numbered)
-            .find(|path| !path.exists())
-    };
-    let path = asked.map(Path::to_owned).or_else(fresh).unwrap_or_default();
-    std::fs::create_dir_all(&path).map_err(|error| DemoError::files(&path, &error))?;
-    Ok(path)
+/// A folder that was tried before the robots started.
+pub(crate) struct Out {
+    folder: PathBuf,
+    summary_path: PathBuf,
+    summary: ResultFile,
 }
 
-/// Draws all paths into one picture and the errors of every robot into one each.
-pub(crate) fn draw(
-    folder: &Path,
-    world: &str,
-    records: &[Record],
-) -> Result<Vec<PathBuf>, PictureError> {
-    let names: Vec<String> = (1..=records.len()).map(name).collect();
-    let robots = || {
-        names
-            .iter()
-            .zip(records.iter().map(|record| record.comparisons.as_slice()))
-    };
-    let paths: Vec<_> = robots()
-        .map(|(name, comparisons)| RobotPath { name, comparisons })
-        .collect();
-    let mut pictures = vec![folder.join("paths.svg")];
-    draw_paths(
-        &pictures[0],
-        &format!("Where the robots were, and where they said they were ({world})"),
-        &paths,
-    )?;
-    for (index, (name, comparisons)) in robots().enumerate() {
-        let points: Vec<_> = comparisons.iter().map(error_point).collect();
-        let picture = folder.join(format!("errors-{name}.svg"));
-        draw_errors(
-            &picture,
-            &format!("{name}: errors inside of ±3σ ({world})"),
-            index,
-            &points,
-        )?;
-        pictures.push(picture);
+impl Out {
+    /// The folder asked for, or `demo-out`, or the first `demo-out-N` that does not exist.
+    pub(crate) fn prepare(asked: Option<&Path>) -> Result<Self, WriteError> {
+        let folder = asked.map_or_else(fresh, Path::to_owned);
+        prepare_folder(&folder)?;
+        prepare_folder(&folder.join("logs"))?;
+        let summary_path = folder.join("summary.json");
+        Ok(Self {
+            summary: ResultFile::prepare(&summary_path)?,
+            summary_path,
+            folder,
+        })
     }
-    Ok(pictures)
+
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Where the daemons' logs go.
+    pub(crate) fn logs(&self) -> PathBuf {
+        self.folder.join("logs")
+    }
+
+    /// Draws all paths into one picture and the errors of every robot into one each, as far as that goes. Says which are there.
+    pub(crate) fn draw(
+        &self,
+        world: &str,
+        records: &[Record],
+    ) -> (Vec<PathBuf>, Result<(), WriteError>) {
+        let robots = records.iter().enumerate();
+        let errors = robots.map(|(robot, record)| self.draw_errors(world, robot, record));
+        let (mut drawn, mut result) = (Vec::new(), Ok(()));
+        for picture in std::iter::once(self.draw_paths(world, records)).chain(errors) {
+            match picture {
+                Ok(file) => drawn.push(file),
+                Err(error) => result = result.and(Err(error)),
+            }
+        }
+        (drawn, result)
+    }
+
+    fn draw_paths(&self, world: &str, records: &[Record]) -> Result<PathBuf, WriteError> {
+        let names: Vec<String> = (1..=records.len()).map(name).collect();
+        let robots = names.iter().zip(records);
+        let paths: Vec<_> = robots
+            .map(|(name, record)| RobotPath {
+                name,
+                pieces: record.pieces(),
+            })
+            .collect();
+        let file = self.folder.join("paths.svg");
+        let caption = format!("Where the robots were, and where they said they were ({world})");
+        draw_paths(&file, &caption, &paths).map(|()| file)
+    }
+
+    fn draw_errors(
+        &self,
+        world: &str,
+        robot: usize,
+        record: &Record,
+    ) -> Result<PathBuf, WriteError> {
+        let name = name(robot + 1);
+        let pieces: Vec<Vec<ErrorPoint>> = record
+            .pieces()
+            .into_iter()
+            .map(|piece| piece.iter().map(error_point).collect())
+            .collect();
+        let file = self.folder.join(format!("errors-{name}.svg"));
+        let caption =
+            format!("{name}: estimate minus truth, and the ±3σ that it claimed ({world})");
+        draw_errors(&file, &caption, robot, &pieces).map(|()| file)
+    }
+
+    /// Writes the summary as JSON beside the pictures, and returns its text.
+    pub(crate) fn write_summary(&self, summary: &Summary) -> (String, Result<(), WriteError>) {
+        match serde_json::to_string_pretty(summary) {
+            Ok(text) => {
+                let written = self.summary.write(text.as_bytes());
+                (text, written)
+            }
+            Err(error) => (
+                String::new(),
+                Err(WriteError::new(&self.summary_path, &error)),
+            ),
+        }
+    }
+}
+
+fn fresh() -> PathBuf {
+    let numbered = (2..).map(|n| PathBuf::from(format!("demo-out-{n}")));
+    std::iter::once(PathBuf::from("demo-out"))
+        .chain(numbered)
+        .find(|path| !path.exists())
+        .unwrap_or_default()
 }
 
 fn error_point(comparison: &Comparison) -> ErrorPoint {
@@ -63,13 +118,4 @@ fn error_point(comparison: &Comparison) -> ErrorPoint {
         error: comparison.error(),
         three_sigma: comparison.three_sigma(),
     }
-}
-
-/// Writes the summary as JSON beside the pictures, and returns its text.
-pub(crate) fn write_summary(folder: &Path, summary: &Summary) -> Result<String, DemoError> {
-    let path = folder.join("summary.json");
-    let text =
-        serde_json::to_string_pretty(summary).map_err(|error| DemoError::files(&path, &error))?;
-    std::fs::write(&path, &text).map_err(|error| DemoError::files(&path, &error))?;
-    Ok(text)
 }

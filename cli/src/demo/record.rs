@@ -8,6 +8,9 @@ use hdrhistogram::Histogram;
 
 use crate::comparison::Comparison;
 
+/// After so long without an estimate \[s\] its daemon was dead, or as good as.
+const GAP_S: f64 = 0.25;
+
 /// One robot's estimates and counters, over all starts of its daemon.
 pub(crate) struct Record {
     /// Every estimate since the world started, beside the truth.
@@ -131,15 +134,21 @@ impl Record {
         [accepted, rejected]
     }
 
-    /// Percentiles of all ticks that were heard.
+    /// Percentiles of all ticks that were heard, if any were.
     #[allow(clippy::cast_precision_loss)] // Nanoseconds of one tick.
-    pub(crate) fn latency(&self) -> Latency {
+    pub(crate) fn latency(&self) -> Option<Latency> {
         let us = |ns: u64| ns as f64 / 1e3;
-        Latency {
+        (!self.latency.is_empty()).then(|| Latency {
             p50: us(self.latency.value_at_quantile(0.5)),
             p99: us(self.latency.value_at_quantile(0.99)),
             max: us(self.latency.max()),
-        }
+        })
+    }
+
+    /// The comparisons, cut where nothing was heard for a while.
+    pub(crate) fn pieces(&self) -> Vec<&[Comparison]> {
+        let together = |a: &Comparison, b: &Comparison| b.time_s - a.time_s < GAP_S;
+        self.comparisons.chunk_by(together).collect()
     }
 }
 
@@ -160,6 +169,23 @@ mod tests {
             lateness_ns,
             ..Estimate::default()
         }
+    }
+
+    #[test]
+    fn dead_time_is_a_gap() {
+        let mut record = Record::new();
+        assert!(record.pieces().is_empty() && record.latency().is_none());
+        for time_s in [0.0, 0.02, 0.1, 1.5, 1.52] {
+            let comparison = Comparison {
+                time_s,
+                truth: coloc_estimator::Pose::default(),
+                estimate: coloc_estimator::Pose::default(),
+                sigma: [0.1; 3],
+            };
+            record.hear_estimate(&estimate(1, 0), Some(comparison), 20_000_000);
+        }
+        let lengths: Vec<usize> = record.pieces().iter().map(|piece| piece.len()).collect();
+        assert_eq!(lengths, [3, 2]);
     }
 
     #[test]

@@ -6,8 +6,9 @@ use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
 use serde::Serialize;
 
+use super::PREFIX;
 use super::world::Stage;
-use super::{DemoError, PREFIX};
+use crate::result_file::WriteError;
 
 /// Distance of the wheels of the recorded robots \[m\].
 pub(crate) const TRACK_M: f64 = 0.258;
@@ -67,12 +68,12 @@ pub(crate) fn write_all(
     root: &Path,
     stage: &Stage,
     buses: &[BusSpec],
-) -> Result<Vec<PathBuf>, DemoError> {
+) -> Result<Vec<PathBuf>, WriteError> {
     let write = |(index, bus): (usize, &BusSpec)| {
         let path = directory.join(format!("{}.toml", name(index + 1)));
         let text = toml::to_string(&describe(index, directory, root, stage, bus))
-            .map_err(|error| DemoError::files(&path, &error))?;
-        std::fs::write(&path, text).map_err(|error| DemoError::files(&path, &error))?;
+            .map_err(|error| WriteError::new(&path, &error))?;
+        std::fs::write(&path, text).map_err(|error| WriteError::new(&path, &error))?;
         Ok(path)
     };
     buses.iter().enumerate().map(write).collect()

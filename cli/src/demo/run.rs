@@ -1,94 +1,116 @@
 //! The course of the demo: set up, wait until everybody speaks, drive, end everybody, say what it came to.
 
-use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-
-use super::bars::bars;
 use super::bus::Buses;
 use super::console::Console;
+use super::interrupt::Interrupt;
+use super::out::Out;
+use super::record::Record;
 use super::show::{Ended, Show};
-use super::summary::{RobotSummary, Summary};
+use super::summary::{Facts, RobotSummary, Summary, Verdict, robots};
 use super::world::Stage;
-use super::{DemoError, out};
+use super::{DemoError, HOME};
 use crate::args::DemoArgs;
-use crate::output::print_line;
+use crate::home::{Home, sweep};
+use crate::output::{complain, print_line};
+use crate::result_file::WriteError;
+use crate::status::Status;
 
 /// Runs the demo to its end.
-pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<(), DemoError> {
-    let interrupted = interruptible()?;
+pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<Status, DemoError> {
+    let interrupt = Interrupt::catch().map_err(|error| DemoError::Spawn(error.to_string()))?;
     let stage = Arc::new(Stage::new(args)?);
-    let folder = out::folder(args.out.as_deref())?;
-    let home = tempfile::Builder::new().prefix("coloc-demo-").tempdir();
-    let home = home.map_err(|error| DemoError::files(Path::new("a temporary folder"), &error))?;
+    let out = Out::prepare(args.out.as_deref())?;
+    let home = home(console)?;
     let buses = Buses::choose(stage.robots(), &home.path().join("buses"));
     console.say(&format!(
-        "{} robots, {}; CAN: {} ({})",
-        stage.robots(),
+        "{}, {}; CAN: {} ({})",
+        robots(stage.robots()),
         stage.description(),
         buses.kind,
         buses.reason
     ));
-    let mut show = Show::set_up(&stage, args.seconds, home.path(), &buses, &folder)?;
-    show.wait_for_everybody(console, &interrupted)?;
-    show.drive(console, &interrupted)?;
-    let ended = show.end(console)?;
-    let summary = summarise(&stage, buses, &folder, ended)?;
-    report(args, console, &folder, &summary)
+    let mut show = Show::set_up(&stage, args.seconds, &home, &buses, &out.logs())?;
+    show.wait_for_everybody(console, &interrupt)?;
+    let broke_down = show.drive(console, &interrupt).err();
+    let ended = show.end(console);
+    let (facts, records) = facts(&stage, buses, ended, broke_down);
+    let summary = Summary::of(facts, interrupt.is_there());
+    Ok(report(args, console, &out, summary, &records, &interrupt))
 }
 
-fn summarise(
+/// A place to work in, once what demos that were killed have left is gone.
+fn home(console: &mut Console) -> Result<Home, DemoError> {
+    let place = std::env::temp_dir();
+    for left in sweep(HOME, &place) {
+        console.say(&format!(
+            "removed what a demo that was killed had left: {}",
+            left.display()
+        ));
+    }
+    Home::make(HOME, &place).map_err(|error| WriteError::new(&place, &error).into())
+}
+
+fn facts(
     stage: &Stage,
     buses: Buses,
-    folder: &Path,
     ended: Ended,
-) -> Result<Summary, DemoError> {
+    broke_down: Option<DemoError>,
+) -> (Facts, Vec<Record>) {
     let heard = ended.records.iter().zip(ended.up).enumerate();
-    let robots: Vec<_> = heard
-        .map(|(robot, (record, up))| RobotSummary::of(robot, record, up))
-        .collect();
-    let bars = bars(&robots);
-    Ok(Summary {
-        passed: ended.left.is_empty() && bars.iter().all(|bar| bar.broken_by.is_empty()),
+    let facts = Facts {
+        robots: heard
+            .map(|(robot, (record, up))| RobotSummary::of(robot, record, up))
+            .collect(),
         seconds: ended.seconds,
         world: stage.description().to_owned(),
         bus: buses.kind,
         bus_reason: buses.reason,
-        robots,
-        bars,
-        left_in_shared_memory: ended.left,
-        pictures: out::draw(folder, stage.description(), &ended.records)?,
-    })
+        left: ended.left,
+        broke_down: broke_down.or(ended.trouble).map(|error| error.to_string()),
+    };
+    (facts, ended.records)
 }
 
+/// The verdict comes first: pictures take a while, and may fail.
 fn report(
     args: &DemoArgs,
     console: &mut Console,
-    folder: &Path,
-    summary: &Summary,
-) -> Result<(), DemoError> {
-    let json = out::write_summary(folder, summary)?;
+    out: &Out,
+    mut summary: Summary,
+    records: &[Record],
+    interrupt: &Interrupt,
+) -> Status {
     console.say(&summary.lines().join("\n"));
-    console.say(&format!(
-        "pictures, summary and logs are in {}",
-        folder.display()
-    ));
+    let (pictures, drawn) = out.draw(&summary.world, records);
+    summary.pictures = pictures;
+    let (json, written) = out.write_summary(&summary);
     if args.json {
         print_line(&json);
     }
-    summary
-        .complaint()
-        .map_or(Ok(()), |complaint| Err(DemoError::Missed(complaint)))
+    let failures = [drawn.err(), written.err()].into_iter().flatten();
+    let complaints: Vec<String> = failures.map(|error| error.to_string()).collect();
+    for what in &complaints {
+        complain(&format!("coloc: {what}"));
+    }
+    if complaints.is_empty() {
+        let folder = out.folder().display();
+        console.say(&format!("pictures, summary and logs are in {folder}"));
+    }
+    match interrupt.signal() {
+        _ if !complaints.is_empty() => Status::Failed,
+        Some(signal) => Status::Interrupted(signal),
+        None => judged(&summary),
+    }
 }
 
-/// Set by Ctrl-C and the like.
-fn interruptible() -> Result<Arc<AtomicBool>, DemoError> {
-    let flag = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        signal_hook::flag::register(signal, Arc::clone(&flag))
-            .map_err(|error| DemoError::Spawn(error.to_string()))?;
+fn judged(summary: &Summary) -> Status {
+    if summary.verdict == Verdict::Passed {
+        return Status::Done;
     }
-    Ok(flag)
+    if let Some(complaint) = summary.complaint() {
+        complain(&format!("coloc: {complaint}"));
+    }
+    Status::Failed
 }

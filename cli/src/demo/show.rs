@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
@@ -14,19 +13,22 @@ use super::clock::now_ns;
 use super::console::Console;
 use super::feed_thread::FeedThread;
 use super::fleet::{Fleet, signal};
+use super::interrupt::Interrupt;
 use super::process::running;
 use super::record::Record;
 use super::robot_file::{name, write_all};
 use super::table::{Progress, State, line, lines};
 use super::watch::Watch;
 use super::world::Stage;
+use crate::home::Home;
 
 /// How often estimates are taken in: well before their queue of 16 ticks is full.
 const LISTEN_INTERVAL: Duration = Duration::from_millis(10);
 const REDRAW_INTERVAL: Duration = Duration::from_millis(250);
 const LINE_INTERVAL: Duration = Duration::from_secs(2);
-/// How long the daemons may take to speak.
+/// How long the daemons may take to speak, and each one more: they share the processors.
 const START_PATIENCE: Duration = Duration::from_secs(15);
+const PATIENCE_PER_ROBOT: Duration = Duration::from_secs(2);
 /// How long one that somebody started by hand may take to end.
 const END_PATIENCE: Duration = Duration::from_secs(3);
 
@@ -53,6 +55,8 @@ pub(crate) struct Ended {
     pub(crate) up: Vec<bool>,
     /// Files in shared memory that should not be there.
     pub(crate) left: Vec<PathBuf>,
+    /// What went wrong at the end.
+    pub(crate) trouble: Option<DemoError>,
 }
 
 impl Show {
@@ -61,17 +65,15 @@ impl Show {
     pub(crate) fn set_up(
         stage: &Arc<Stage>,
         seconds: f64,
-        home: &Path,
+        home: &Home,
         buses: &Buses,
-        folder: &Path,
+        logs: &Path,
     ) -> Result<Self, DemoError> {
-        let root = home.join("shm");
-        let files = write_all(home, &root, stage, &buses.specs)?;
+        let root = home.shm_root();
+        let files = write_all(home.path(), &root, stage, &buses.specs)?;
         let watch = Watch::open(Arc::clone(stage), &root, seconds)?;
         let feed = FeedThread::start(stage, &root, &buses.specs)?;
-        let logs = folder.join("logs");
-        std::fs::create_dir_all(&logs).map_err(|error| DemoError::files(&logs, &error))?;
-        let fleet = Fleet::start(&files, &logs)?;
+        let fleet = Fleet::start(&files, logs)?;
         let command = run_command(buses.private);
         Ok(Self {
             seconds,
@@ -88,13 +90,15 @@ impl Show {
     pub(crate) fn wait_for_everybody(
         &mut self,
         console: &mut Console,
-        interrupted: &AtomicBool,
+        interrupt: &Interrupt,
     ) -> Result<(), DemoError> {
         let started = Instant::now();
+        let robots = u32::try_from(self.files.len()).unwrap_or(u32::MAX);
+        let patience = START_PATIENCE + PATIENCE_PER_ROBOT.saturating_mul(robots);
         let mut said = false;
-        while !self.watch.all_heard() && !interrupted.load(Ordering::Relaxed) {
+        while !self.watch.all_heard() && !interrupt.is_there() {
             self.watch.listen(None)?;
-            self.complain_of_absentees(started.elapsed() > START_PATIENCE)?;
+            self.complain_of_absentees(started.elapsed() > patience)?;
             if !said && started.elapsed() > LINE_INTERVAL {
                 console.say("waiting for the daemons to come up");
                 said = true;
@@ -124,7 +128,7 @@ impl Show {
     pub(crate) fn drive(
         &mut self,
         console: &mut Console,
-        interrupted: &AtomicBool,
+        interrupt: &Interrupt,
     ) -> Result<(), DemoError> {
         self.feed.go();
         let interval = if console.is_terminal() {
@@ -133,7 +137,7 @@ impl Show {
             LINE_INTERVAL
         };
         let mut shown = Instant::now();
-        while !interrupted.load(Ordering::Relaxed) && self.advance()?.is_continue() {
+        while !interrupt.is_there() && self.advance()?.is_continue() {
             if shown.elapsed() >= interval {
                 self.show(console);
                 shown = Instant::now();
@@ -161,7 +165,8 @@ impl Show {
     fn show(&mut self, console: &mut Console) {
         let (progress, states) = (self.progress(), self.states());
         if console.is_terminal() {
-            console.redraw(&lines(progress, self.watch.records(), &states));
+            let rows = console.rows();
+            console.redraw(&lines(progress, self.watch.records(), &states, rows));
         } else {
             console.say(&line(progress, self.watch.records(), &states));
         }
@@ -182,11 +187,11 @@ impl Show {
         robots.map(state).collect()
     }
 
-    /// Ends everybody, the sensors first, and looks at what is left.
-    pub(crate) fn end(mut self, console: &mut Console) -> Result<Ended, DemoError> {
+    /// Ends everybody, the sensors first, and looks at what is left. Whatever goes wrong, what was heard is not lost.
+    pub(crate) fn end(mut self, console: &mut Console) -> Ended {
         let (seconds, states) = (self.progress().time_s, self.states());
         let start_ns = self.feed.start_ns();
-        self.feed.stop()?;
+        let stopped = self.feed.stop();
         for robot in self.fleet.stop() {
             console.say(&format!(
                 "{} did not end when asked and was killed",
@@ -194,19 +199,20 @@ impl Show {
             ));
         }
         self.end_strangers();
-        self.watch.listen(start_ns)?;
+        let heard = self.watch.listen(start_ns);
         let prefix = self.watch.full_prefix();
         let records = self.watch.close();
         let up = states
             .iter()
             .map(|state| matches!(state, State::Up(_)))
             .collect();
-        Ok(Ended {
+        Ended {
             seconds,
             records,
             up,
             left: left_behind(&self.root, &prefix),
-        })
+            trouble: stopped.and(heard).err(),
+        }
     }
 
     /// Daemons that somebody started by hand would go on without sensors, in a folder that is about to go.

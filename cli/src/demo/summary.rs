@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use coloc_shm_types::{Input, Reject};
 use serde::Serialize;
 
-use super::bars::{Bar, word};
+use super::bars::{Bar, bars};
 use super::record::{Latency, Record};
 use super::robot_file::name;
 use crate::comparison::Accuracy;
@@ -14,8 +14,7 @@ use crate::comparison::Accuracy;
 /// Everything that the demo found out; `--json` prints it.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
-    /// Every bar was met.
-    pub(crate) passed: bool,
+    pub(crate) verdict: Verdict,
     /// How long the robots drove \[s\].
     pub(crate) seconds: f64,
     /// What they drove in.
@@ -30,8 +29,53 @@ pub(crate) struct Summary {
     pub(crate) bars: Vec<Bar>,
     /// What is left of the run's shared memory: files that should not be there.
     pub(crate) left_in_shared_memory: Vec<PathBuf>,
-    /// The pictures.
+    /// Why the run ended before its time, if something other than a person made it end.
+    pub(crate) broke_down: Option<String>,
+    /// The pictures that were drawn.
     pub(crate) pictures: Vec<PathBuf>,
+}
+
+/// What the run came to.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Verdict {
+    /// Every bar was met.
+    Passed,
+    /// One was not.
+    Failed,
+    /// Somebody ended it early: nothing was decided.
+    Interrupted,
+}
+
+impl Verdict {
+    /// In front of what was `good`, or was not.
+    fn word(self, good: bool) -> &'static str {
+        match (self, good) {
+            (Self::Interrupted, true) => "so far",
+            (Self::Interrupted, false) => "MISSED",
+            (_, true) => "PASS",
+            (_, false) => "FAIL",
+        }
+    }
+
+    fn whole_word(self) -> &'static str {
+        match self {
+            Self::Passed => "PASS",
+            Self::Failed => "FAIL",
+            Self::Interrupted => "INTERRUPTED",
+        }
+    }
+}
+
+/// What is known once everybody has ended.
+pub(crate) struct Facts {
+    pub(crate) robots: Vec<RobotSummary>,
+    pub(crate) seconds: f64,
+    pub(crate) world: String,
+    pub(crate) bus: &'static str,
+    pub(crate) bus_reason: String,
+    pub(crate) left: Vec<PathBuf>,
+    pub(crate) broke_down: Option<String>,
 }
 
 /// One robot's part.
@@ -52,8 +96,8 @@ pub(crate) struct RobotSummary {
     pub(crate) accepted: BTreeMap<&'static str, u64>,
     /// Inputs that did not, by kind and reason, where there were any.
     pub(crate) rejected: BTreeMap<&'static str, BTreeMap<&'static str, u64>>,
-    /// From wake-up to publication.
-    pub(crate) latency_us: Latency,
+    /// From wake-up to publication; nothing if it was never heard.
+    pub(crate) latency_us: Option<Latency>,
 }
 
 impl RobotSummary {
@@ -84,28 +128,81 @@ impl RobotSummary {
     }
 }
 
-const HEADER: [&str; 2] = [
-    "               mean |error|             inside 3σ [%]          deadlines missed        inputs        tick [µs]",
-    "robot     x [m]  y [m] φ [rad] |     x      y      φ |  at all  by a period | accepted rejected |   p50    p99    max",
-];
+/// Two lines of 80 columns.
+fn headings() -> [String; 2] {
+    [
+        format!(
+            "{:>28} {:>17} {:>13} {:>9} {:>9}",
+            "mean |error|", "inside 3σ [%]", "deadlines", "inputs", "tick [µs]"
+        ),
+        format!(
+            "{:<7} {:>6} {:>6} {:>6} {:>5} {:>5} {:>5} {:>6} {:>6} {:>7} {:>5} {:>5}",
+            "robot",
+            "x [m]",
+            "y [m]",
+            "φ[rad]",
+            "x",
+            "y",
+            "φ",
+            "late",
+            "missed",
+            "accept",
+            "rej.",
+            "p99"
+        ),
+    ]
+}
 
 impl Summary {
+    /// Holds what was heard against what is promised.
+    pub(crate) fn of(facts: Facts, interrupted: bool) -> Self {
+        let robots: Vec<RobotSummary> = facts.robots;
+        let bars = bars(&robots);
+        let good = facts.left.is_empty()
+            && facts.broke_down.is_none()
+            && bars.iter().all(|bar| bar.broken_by.is_empty());
+        let verdict = match (interrupted, good) {
+            (true, _) => Verdict::Interrupted,
+            (false, true) => Verdict::Passed,
+            (false, false) => Verdict::Failed,
+        };
+        Self {
+            verdict,
+            seconds: facts.seconds,
+            world: facts.world,
+            bus: facts.bus,
+            bus_reason: facts.bus_reason,
+            robots,
+            bars,
+            left_in_shared_memory: facts.left,
+            broke_down: facts.broke_down,
+            pictures: Vec::new(),
+        }
+    }
+
     /// The table and the verdict, as a person reads them.
     pub(crate) fn lines(&self) -> Vec<String> {
-        let mut lines: Vec<String> = HEADER.map(str::to_owned).into();
+        let word = |good| self.verdict.word(good);
+        let mut lines: Vec<String> = headings().into();
         lines.extend(self.robots.iter().map(RobotSummary::line));
         lines.push(String::new());
-        lines.extend(self.bars.iter().map(Bar::line));
+        let bar = |bar: &Bar| bar.line(word(bar.broken_by.is_empty()));
+        lines.extend(self.bars.iter().map(bar));
         let left = self.left_in_shared_memory.len();
         lines.push(format!(
             "{}  nothing left in shared memory{}",
             word(left == 0),
             files(left)
         ));
+        lines.extend(
+            self.broke_down
+                .iter()
+                .map(|what| format!("{}  {what}", word(false))),
+        );
         lines.push(format!(
-            "{}  {} robots, {:.1} s, {}",
-            word(self.passed),
-            self.robots.len(),
+            "{}  {}, {:.1} s, {}",
+            self.verdict.whole_word(),
+            robots(self.robots.len()),
             self.seconds,
             self.world
         ));
@@ -123,8 +220,13 @@ impl Summary {
             .left_in_shared_memory
             .first()
             .map(|file| format!("{} was left behind", file.display()));
-        broken.or(left)
+        self.broke_down.clone().or(broken).or(left)
     }
+}
+
+/// So many robots, in words.
+pub(crate) fn robots(count: usize) -> String {
+    format!("{count} robot{}", if count == 1 { "" } else { "s" })
 }
 
 fn files(left: usize) -> String {
@@ -137,26 +239,107 @@ fn files(left: usize) -> String {
 
 impl RobotSummary {
     fn line(&self) -> String {
-        let Some(accuracy) = &self.accuracy else {
-            return format!("{:<8} was never heard", self.name);
+        let (Some(accuracy), Some(latency)) = (&self.accuracy, &self.latency_us) else {
+            return format!("{:<7} was never heard while it drove", self.name);
         };
-        let ([x, y, phi], inside) = (
-            accuracy.mean_abs_error,
-            accuracy.inside_3_sigma.map(|share| 100.0 * share),
-        );
+        let [x, y, phi] = accuracy.mean_abs_error;
+        let [inside_x, inside_y, inside_phi] = accuracy.inside_3_sigma.map(|share| 100.0 * share);
         let accepted: u64 = self.accepted.values().sum();
         let rejected: u64 = self.rejected.values().flat_map(BTreeMap::values).sum();
         format!(
-            "{:<8} {x:>6.3} {y:>6.3} {phi:>7.4} | {:>5.1}  {:>5.1}  {:>5.1} | {:>7}  {:>11} | {accepted:>8} {rejected:>8} | {:>5.0} {:>6.0} {:>6.0}",
+            "{:<7} {x:>6.3} {y:>6.3} {phi:>6.3} {inside_x:>5.1} {inside_y:>5.1} {inside_phi:>5.1} {:>6} {:>6} \
+             {accepted:>7} {rejected:>5} {:>5.0}",
             self.name,
-            inside[0],
-            inside[1],
-            inside[2],
             self.deadlines_missed,
             self.deadlines_missed_by_more_than_a_period,
-            self.latency_us.p50,
-            self.latency_us.p99,
-            self.latency_us.max,
+            latency.p99,
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn facts(robots: usize) -> Facts {
+        let heard = |robot| RobotSummary {
+            accuracy: Some(Accuracy {
+                estimates: 1500,
+                inside_3_sigma: [1.0; 3],
+                ..Accuracy::default()
+            }),
+            deadlines_missed: 123,
+            deadlines_missed_by_more_than_a_period: 0,
+            latency_us: Some(Latency::default()),
+            ..RobotSummary::of(robot, &Record::new(), true)
+        };
+        Facts {
+            robots: (0..robots).map(heard).collect(),
+            seconds: 30.0,
+            world: "synthetic world, seed 1".into(),
+            bus: "local",
+            bus_reason: String::new(),
+            left: Vec::new(),
+            broke_down: None,
+        }
+    }
+
+    #[test]
+    fn a_large_team_fits_into_80_columns() {
+        for line in Summary::of(facts(32), false).lines() {
+            assert!(line.chars().count() <= 80, "{line}");
+        }
+    }
+
+    #[test]
+    fn columns_are_under_their_headings() {
+        let summary = Summary::of(facts(1), false);
+        let ends = |line: &str| {
+            let chars: Vec<char> = line.chars().chain([' ']).collect();
+            chars
+                .windows(2)
+                .enumerate()
+                .filter(|(_, pair)| pair[0] != ' ' && pair[1] == ' ')
+                .map(|(at, _)| at)
+                .collect::<Vec<_>>()
+        };
+        let (headings, row) = (ends(&headings()[1]), ends(&summary.lines()[2]));
+        assert!(
+            row[1..].iter().all(|end| headings.contains(end)),
+            "{headings:?} {row:?}"
+        );
+    }
+
+    #[test]
+    fn what_was_interrupted_never_passed() {
+        let summary = Summary::of(facts(2), true);
+        assert_eq!(summary.verdict, Verdict::Interrupted);
+        let text = summary.lines().join("\n");
+        assert!(
+            text.contains("INTERRUPTED  2 robots") && !text.contains("PASS"),
+            "{text}"
+        );
+        assert!(
+            Summary::of(facts(1), false)
+                .lines()
+                .join("\n")
+                .contains("PASS  1 robot,")
+        );
+    }
+
+    #[test]
+    fn what_broke_down_has_failed_and_says_so() {
+        let broke_down = Some("the feed of sensors broke down".to_owned());
+        let summary = Summary::of(
+            Facts {
+                broke_down: broke_down.clone(),
+                ..facts(2)
+            },
+            false,
+        );
+        assert_eq!(
+            (summary.verdict, summary.complaint()),
+            (Verdict::Failed, broke_down)
+        );
     }
 }

@@ -35,12 +35,13 @@ impl State {
         }
     }
 
-    fn cells(&self) -> (String, &'static str) {
+    /// The process that can be killed, or why there is none that speaks.
+    fn cell(&self) -> String {
         match self {
-            Self::Starting(pid) => (pid.to_string(), "starting"),
-            Self::Up(pid) => (pid.to_string(), "up"),
-            Self::Silent(pid) => (pid.to_string(), "silent"),
-            Self::Down(_) => ("-".into(), "DOWN"),
+            Self::Starting(_) => "starting".into(),
+            Self::Up(pid) => pid.to_string(),
+            Self::Silent(_) => "silent".into(),
+            Self::Down(_) => "DOWN".into(),
         }
     }
 }
@@ -69,55 +70,90 @@ impl Progress {
     }
 }
 
-const HEADER: [&str; 2] = [
-    "                          pose [m, m, rad]       error to the truth            claimed 3σ          inputs            tick [µs]",
-    "robot        pid state         x      y      φ |      x      y      φ |      x      y      φ | accepted rejected |   now    max",
-];
+/// Two lines of 80 columns.
+fn headings() -> [String; 2] {
+    [
+        format!(
+            "{:>36} {:>11} {:>11} {:>13} {:>5}",
+            "pose [m, m, rad]", "place [m]", "head. [rad]", "inputs", "[µs]"
+        ),
+        format!(
+            "{:<7} {:>8} {:>6} {:>6} {:>5} {:>5} {:>5} {:>5} {:>5} {:>7} {:>5} {:>5}",
+            "robot",
+            "process",
+            "x",
+            "y",
+            "φ",
+            "error",
+            "3σ",
+            "error",
+            "3σ",
+            "accept",
+            "rej.",
+            "max"
+        ),
+    ]
+}
 
-/// The whole table, redrawn as often as one likes. It has the same number of lines each time.
-pub(crate) fn lines(progress: Progress, records: &[Record], states: &[State]) -> Vec<String> {
+/// Lines of the table that are not robots: the progress, the headings, what is left out, what is down; and the cursor's.
+const OTHER_LINES: usize = 6;
+
+/// The whole table, redrawn as often as one likes: on a terminal of so many `rows`, as it cannot scroll. It has the same number
+/// of lines each time.
+pub(crate) fn lines(
+    progress: Progress,
+    records: &[Record],
+    states: &[State],
+    rows: Option<usize>,
+) -> Vec<String> {
     let mut lines = vec![format!(
         "{} {:5.1} of {:.1} s",
         progress.bar(),
         progress.time_s,
         progress.seconds
     )];
-    lines.extend(HEADER.map(str::to_owned));
-    lines.extend(
-        records
-            .iter()
-            .zip(states)
-            .enumerate()
-            .map(|(robot, (record, state))| row(robot, record, state)),
-    );
+    lines.extend(headings());
+    let room = rows.map_or(usize::MAX, |rows| rows.saturating_sub(OTHER_LINES));
+    let robots = records.iter().zip(states).enumerate().take(room);
+    lines.extend(robots.map(|(robot, (record, state))| row(robot, record, state)));
+    lines.extend(left_out(states, room));
     lines.push(restart_hint(states));
     lines
 }
 
-#[allow(clippy::cast_precision_loss)] // Nanoseconds of a tick.
+/// Who has no place on the terminal.
+fn left_out(states: &[State], room: usize) -> Option<String> {
+    let hidden = states.get(room..).filter(|hidden| !hidden.is_empty())?;
+    let up = hidden
+        .iter()
+        .filter(|state| matches!(state, State::Up(_)))
+        .count();
+    let count = hidden.len();
+    Some(format!(
+        "and {count} more, {up} of them up: this terminal has no room for them"
+    ))
+}
+
 fn row(robot: usize, record: &Record, state: &State) -> String {
-    let (pid, word) = state.cells();
-    let start = format!("{:<8} {pid:>7} {word:<8}", name(robot + 1));
+    let start = format!("{:<7} {:>8}", name(robot + 1), state.cell());
     let Some((estimate, _)) = &record.latest else {
         return start;
     };
+    let [x, y, phi] = estimate.pose;
     let error = record
         .comparisons
         .last()
         .map_or([f64::NAN; 3], Comparison::error);
+    let [sigma_x, sigma_y, sigma_phi] = sigma(estimate);
     let [accepted, rejected] = record.totals();
+    let latency_us = record.latency().map_or(f64::NAN, |latency| latency.max);
     format!(
-        "{start} {} | {} | {} | {accepted:>8} {rejected:>8} | {:>5.0} {:>6.0}",
-        triple(estimate.pose, 2),
-        triple(error, 3),
-        triple(sigma(estimate).map(|sigma| 3.0 * sigma), 3),
-        estimate.latency_ns as f64 / 1e3,
-        record.latency().max,
+        "{start} {x:>6.2} {y:>6.2} {phi:>5.2} {:>5.3} {:>5.3} {:>5.3} {:>5.3} {accepted:>7} {rejected:>5} {latency_us:>5.0}",
+        error[0].hypot(error[1]),
+        3.0 * sigma_x.hypot(sigma_y),
+        error[2].abs(),
+        3.0 * sigma_phi,
     )
-}
-
-fn triple([x, y, phi]: [f64; 3], digits: usize) -> String {
-    format!("{x:>6.digits$} {y:>6.digits$} {phi:>6.digits$}")
 }
 
 /// A line in any case, so that the table's height does not change.
@@ -197,18 +233,30 @@ mod tests {
             seconds: 6.0,
         };
         let (before, after) = (
-            lines(progress, &records, &up),
-            lines(progress, &records, &down),
+            lines(progress, &records, &up, None),
+            lines(progress, &records, &down, None),
         );
         assert_eq!(before.len(), after.len());
         assert!(after.last().unwrap().contains("coloc colocd run a.toml"));
-        let bars = |line: &str| {
-            line.char_indices()
-                .filter(|(_, c)| *c == '|')
-                .map(|(at, _)| line[..at].chars().count())
-                .collect::<Vec<_>>()
+        let widths = before[..4].iter().map(|line| line.chars().count());
+        assert!(widths.max() <= Some(80), "{before:#?}");
+    }
+
+    #[test]
+    fn a_table_is_no_higher_than_the_terminal_and_says_who_is_left_out() {
+        let records: Vec<Record> = (0..32).map(|_| heard()).collect();
+        let mut states = vec![State::Up(1); 32];
+        states[31] = State::Down("coloc colocd run robot32.toml".into());
+        let progress = Progress {
+            time_s: 3.0,
+            seconds: 6.0,
         };
-        assert_eq!(bars(HEADER[1]), bars(&before[3]));
+        let shown = |rows| lines(progress, &records, &states, rows);
+        let text = shown(Some(24)).join("\n");
+        assert!(text.lines().count() < 24, "{text}");
+        assert!(text.contains("and 14 more, 13 of them up") && text.contains("robot32 is down"));
+        assert!(!shown(Some(60)).join("\n").contains("more"));
+        assert!(shown(Some(2)).len() < OTHER_LINES);
     }
 
     #[test]

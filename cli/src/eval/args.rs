@@ -3,7 +3,8 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::error::ErrorKind;
+use clap::{Args, Command};
 use coloc_sim::Scenario;
 use coloc_sim::method::Kind;
 
@@ -39,7 +40,7 @@ pub(crate) struct EvalArgs {
     #[arg(long, value_name = "NAME", default_value = "paper", value_parser = scenario)]
     pub(crate) scenario: Choice,
     /// Hold the promises of docs/accuracy.md against these runs; the recording must be the first of MR.CLAM
-    #[arg(long, requires = "data", conflicts_with_all = ["methods", "seconds", "scenario", "json", "plots"])]
+    #[arg(long, requires = "data", conflicts_with_all = ["synthetic", "methods", "seconds", "scenario", "json", "plots"])]
     pub(crate) promises: bool,
     /// Write everything that was found, with what is plotted
     #[arg(long, value_name = "FILE")]
@@ -53,6 +54,17 @@ pub(crate) struct EvalArgs {
     /// Draw them as PNG too
     #[arg(long, requires = "plots")]
     pub(crate) png: bool,
+}
+
+impl EvalArgs {
+    /// What no single option can know.
+    pub(crate) fn check(&self, command: &mut Command) -> Result<(), clap::Error> {
+        if self.promises && self.runs < 2 {
+            let reason = "--promises needs at least --runs 2: one run has no confidence interval";
+            return Err(command.error(ErrorKind::ValueValidation, reason));
+        }
+        Ok(())
+    }
 }
 
 /// One scenario or all of them.
@@ -116,7 +128,8 @@ Examples:
   coloc eval --data ../shared/data/mrclam1 --promises
   coloc eval --scenario all --runs 5 --methods split-ci,coloc
 
-Exit status: 0 done, 1 it could not be done or a promise was broken, 2 the arguments were not understood."
+Exit status: 0 done, 1 it could not be done or written or a promise was broken, 2 the arguments were not understood, \
+141 the reader of standard output went away."
 }
 
 #[cfg(test)]

@@ -1,13 +1,7 @@
 //! The JSON: the same bytes for the same seed.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::Path;
-
 use coloc_sim::evaluate::EvalReport;
 use serde::Serialize;
-
-use super::EvalCommandError;
 
 /// Everything that was found.
 #[derive(Serialize)]
@@ -29,12 +23,7 @@ impl<'a> Document<'a> {
         }
     }
 
-    pub(crate) fn write(&self, path: &Path) -> Result<(), EvalCommandError> {
-        let file = File::create(path).map_err(|error| EvalCommandError::files(path, &error))?;
-        let mut file = BufWriter::new(file);
-        serde_json::to_writer(&mut file, self)
-            .map_err(|error| EvalCommandError::files(path, &error))?;
-        let end = writeln!(file).and_then(|()| file.flush());
-        end.map_err(|error| EvalCommandError::files(path, &error))
+    pub(crate) fn text(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string(self)? + "\n")
     }
 }

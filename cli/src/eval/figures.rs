@@ -2,7 +2,7 @@
 //!
 //! | file | shows | in the paper |
 //! | --- | --- | --- |
-//! | `errors-RN.svg` | mean error over runs of the first and the last robot inside of ±3σ | figures 2, 3 |
+//! | `errors-RN.svg` | mean error over runs of the first and the last robot, and ±3σ | figures 2, 3 |
 //! | `methods.svg` | RMSE of every method and robot | figure 4 |
 //! | `against-ccl.svg` | RMSE over time of the last robot, split-ci and coloc against the centralized filter | figure 5 |
 //! | `conversion.svg` | covariance of a converted sighting against Monte-Carlo | figure 10 |
@@ -19,9 +19,10 @@ use plotters::style::RGBColor;
 use super::conversion;
 use crate::comparison::Comparison;
 use crate::pictures::{
-    BarPanel, ErrorPoint, Line, Panel, PictureError, RobotPath, Scale, draw_bars, draw_ellipses,
-    draw_errors, draw_lines, draw_paths, method_color, to_png,
+    BarPanel, ErrorPoint, Line, Panel, RobotPath, Scale, draw_bars, draw_ellipses, draw_errors,
+    draw_lines, draw_paths, method_color, to_png,
 };
+use crate::result_file::WriteError;
 
 type Name<'a> = &'a dyn Fn(usize) -> String;
 
@@ -32,7 +33,7 @@ pub(crate) fn draw(
     world: &str,
     report: &EvalReport,
     name: Name<'_>,
-) -> Result<(), PictureError> {
+) -> Result<(), WriteError> {
     let artist = Artist {
         folder,
         setting: format!("{world}, {}, {} runs", report.scenario.name, report.runs),
@@ -79,7 +80,7 @@ impl Artist<'_> {
         robots
     }
 
-    fn methods(&self) -> Result<PathBuf, PictureError> {
+    fn methods(&self) -> Result<PathBuf, WriteError> {
         let file = self.file("methods.svg");
         let methods = &self.report.methods;
         let legend: Vec<_> = methods
@@ -111,7 +112,7 @@ impl Artist<'_> {
         Ok(file)
     }
 
-    fn nees(&self) -> Result<PathBuf, PictureError> {
+    fn nees(&self) -> Result<PathBuf, WriteError> {
         let file = self.file("nees.svg");
         let wanted = [Kind::Nb, Kind::Ccl, Kind::SplitCi, Kind::Coloc];
         let mut shown: Vec<_> = wanted
@@ -138,7 +139,7 @@ impl Artist<'_> {
         Ok(file)
     }
 
-    fn errors(&self) -> Result<Vec<PathBuf>, PictureError> {
+    fn errors(&self) -> Result<Vec<PathBuf>, WriteError> {
         let Some(method) = self.main_method() else {
             return Ok(Vec::new());
         };
@@ -146,7 +147,7 @@ impl Artist<'_> {
             let name = (self.name)(robot);
             let file = self.file(&format!("errors-{name}.svg"));
             let caption = format!(
-                "{name}, {}: mean error over runs inside of ±3σ ({})",
+                "{name}, {}: mean error over runs, and ±3σ ({})",
                 method.method.name(),
                 self.setting
             );
@@ -156,7 +157,7 @@ impl Artist<'_> {
         self.first_and_last().into_iter().map(draw).collect()
     }
 
-    fn against_ccl(&self) -> Result<Option<PathBuf>, PictureError> {
+    fn against_ccl(&self) -> Result<Option<PathBuf>, WriteError> {
         let Some(central) = self.method(Kind::Ccl) else {
             return Ok(None);
         };
@@ -200,7 +201,7 @@ impl Artist<'_> {
         Ok(Some(file))
     }
 
-    fn paths(&self) -> Result<Option<PathBuf>, PictureError> {
+    fn paths(&self) -> Result<Option<PathBuf>, WriteError> {
         let Some(method) = self.main_method() else {
             return Ok(None);
         };
@@ -211,7 +212,10 @@ impl Artist<'_> {
         let robots: Vec<RobotPath<'_>> = names
             .iter()
             .zip(&comparisons)
-            .map(|(name, comparisons)| RobotPath { name, comparisons })
+            .map(|(name, pieces)| RobotPath {
+                name,
+                pieces: pieces.iter().map(Vec::as_slice).collect(),
+            })
             .collect();
         let file = self.file("paths.svg");
         let caption = format!(
@@ -223,7 +227,7 @@ impl Artist<'_> {
         Ok(Some(file))
     }
 
-    fn conversion(&self) -> Result<PathBuf, PictureError> {
+    fn conversion(&self) -> Result<PathBuf, WriteError> {
         let file = self.file("conversion.svg");
         let caption = "A sighting converted into the common frame: 95 % ellipses of its position";
         let colors = [
@@ -244,46 +248,65 @@ fn over_time(
     times.zip(values(&robot.series)).collect()
 }
 
-fn mean_errors(robot: &RobotReport) -> Vec<ErrorPoint> {
+/// Pieces between which nobody knows the truth.
+fn mean_errors(robot: &RobotReport) -> Vec<Vec<ErrorPoint>> {
     let series = &robot.series;
-    let known = series
+    let points = series
         .time_s
         .iter()
         .zip(series.mean_error.iter().zip(&series.three_sigma));
-    known
-        .filter_map(|(&time_s, (error, bound))| {
-            Some(ErrorPoint {
-                time_s,
-                error: (*error)?,
-                three_sigma: (*bound)?,
-            })
+    pieces(points.map(|(&time_s, (error, bound))| {
+        Some(ErrorPoint {
+            time_s,
+            error: (*error)?,
+            three_sigma: (*bound)?,
         })
-        .collect()
+    }))
 }
 
-fn first_run(report: &EvalReport, method: &MethodReport, robot: usize) -> Vec<Comparison> {
+/// Pieces between which nobody knows the truth.
+fn first_run(report: &EvalReport, method: &MethodReport, robot: usize) -> Vec<Vec<Comparison>> {
     let series = &method.robots[robot].series;
     let truth = report
         .truth
         .get(robot)
         .map(|path| path.pose.as_slice())
         .unwrap_or_default();
-    let known = series
+    let points = series
         .time_s
         .iter()
         .zip(truth.iter().zip(&series.first_run_error));
-    known
-        .filter_map(|(&time_s, (truth, error))| {
-            let ([x, y, phi], [dx, dy, dphi]) = ((*truth)?, (*error)?);
-            Some(Comparison {
-                time_s,
-                truth: Pose::new(x, y, phi),
-                estimate: Pose::new(x + dx, y + dy, phi + dphi),
-                sigma: [0.0; 3],
-            })
+    pieces(points.map(|(&time_s, (truth, error))| {
+        let ([x, y, phi], [dx, dy, dphi]) = ((*truth)?, (*error)?);
+        Some(Comparison {
+            time_s,
+            truth: Pose::new(x, y, phi),
+            estimate: Pose::new(x + dx, y + dy, phi + dphi),
+            sigma: [0.0; 3],
         })
+    }))
+}
+
+/// What is there, cut where nothing is.
+fn pieces<T: Copy>(points: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
+    let points: Vec<Option<T>> = points.collect();
+    points
+        .split(Option::is_none)
+        .map(|piece| piece.iter().copied().flatten().collect::<Vec<T>>())
+        .filter(|piece| !piece.is_empty())
         .collect()
 }
 
 /// A colour for each role: draws' own ellipse, linearised, cubature.
 pub(super) type Colors = [RGBColor; 3];
+
+#[cfg(test)]
+mod tests {
+    use super::pieces;
+
+    #[test]
+    fn what_nobody_knows_is_a_gap() {
+        let points = [None, Some(1), Some(2), None, None, Some(3)];
+        assert_eq!(pieces(points.into_iter()), [vec![1, 2], vec![3]]);
+    }
+}

@@ -9,6 +9,7 @@ mod conversion;
 mod document;
 mod figures;
 mod number;
+mod outputs;
 mod progress;
 mod run;
 mod setup;
@@ -16,10 +17,9 @@ mod splice;
 mod table;
 mod tables;
 
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
-
-use crate::pictures::PictureError;
+use crate::output::complain;
+use crate::result_file::WriteError;
+use crate::status::Status;
 
 pub(crate) use args::EvalArgs;
 
@@ -36,28 +36,23 @@ pub(crate) enum EvalCommandError {
     NeedsSynthetic(&'static str),
     #[error("{0} of {1} promises are broken")]
     Broken(usize, usize),
-    #[error("cannot write {path}: {reason}", path = path.display())]
-    Files { path: PathBuf, reason: String },
+    #[error(
+        "cannot compute on so many threads as RAYON_NUM_THREADS and the system's limits say: {0}"
+    )]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    #[error("cannot draw PNG: {0}")]
+    Fonts(&'static str),
     #[error(transparent)]
-    Picture(#[from] PictureError),
-}
-
-impl EvalCommandError {
-    fn files(path: &Path, reason: &impl std::fmt::Display) -> Self {
-        Self::Files {
-            path: path.into(),
-            reason: reason.to_string(),
-        }
-    }
+    Write(#[from] WriteError),
 }
 
 /// The whole command.
-pub(crate) fn command(args: &EvalArgs) -> ExitCode {
+pub(crate) fn command(args: &EvalArgs) -> Status {
     match run::run(args) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => Status::Done,
         Err(error) => {
-            eprintln!("coloc: {error}");
-            ExitCode::FAILURE
+            complain(&format!("coloc: {error}"));
+            Status::Failed
         }
     }
 }

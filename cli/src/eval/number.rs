@@ -7,12 +7,26 @@ pub(crate) fn cm(metres: f64) -> String {
 
 /// Radians.
 pub(crate) fn rad(radians: f64) -> String {
-    format!("{radians:.4}")
+    finite(radians, |radians| format!("{radians:.4}"))
 }
 
 /// A share as percent.
 pub(crate) fn percent(share: f64) -> String {
-    format!("{:.1}", 100.0 * share)
+    finite(share, |share| format!("{:.1}", 100.0 * share))
+}
+
+/// As percent without decimals.
+pub(crate) fn whole_percent(share: f64) -> String {
+    finite(share, |share| format!("{:.0}", 100.0 * share))
+}
+
+/// A figure made from nothing is a dash.
+fn finite(value: f64, format: fn(f64) -> String) -> String {
+    if value.is_finite() {
+        format(value)
+    } else {
+        "–".into()
+    }
 }
 
 /// As many decimals as matter.
@@ -29,6 +43,7 @@ pub(crate) fn digits(value: f64) -> String {
 pub(crate) fn signed(text: &str) -> String {
     match text.strip_prefix('-') {
         Some(digits) => format!("−{digits}"),
+        None if text == "–" => text.into(),
         None => format!("+{text}"),
     }
 }
@@ -52,5 +67,13 @@ mod tests {
         assert_eq!(percent(0.0512), "5.1");
         assert_eq!([signed("-1.20"), signed("0.30")], ["−1.20", "+0.30"]);
         assert_eq!(or_dash(None, digits), "–");
+    }
+
+    #[test]
+    fn a_figure_made_from_nothing_is_a_dash() {
+        for format in [cm, rad, percent, whole_percent, digits] {
+            assert_eq!(format(f64::NAN), "–");
+        }
+        assert_eq!(signed(&digits(f64::NAN)), "–");
     }
 }

@@ -1,21 +1,45 @@
 //! Tables in a document that people have written the rest of.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::EvalCommandError;
+use crate::result_file::{ResultFile, WriteError};
 
 const END: &str = "<!-- end -->";
 
-/// Writes `body` into `file`: between the marks of `name` if there are any, else as the whole file.
-pub(crate) fn write(file: &Path, name: &str, body: &str) -> Result<(), EvalCommandError> {
-    let before = match std::fs::read_to_string(file) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
-        Err(error) => return Err(EvalCommandError::files(file, &error)),
-    };
-    let text =
-        splice(&before, name, body).map_err(|reason| EvalCommandError::files(file, &reason))?;
-    std::fs::write(file, text).map_err(|error| EvalCommandError::files(file, &error))
+/// A document that has a place for the tables, or is to be made.
+#[derive(Debug)]
+pub(crate) struct Splice {
+    path: PathBuf,
+    name: String,
+    file: ResultFile,
+}
+
+impl Splice {
+    /// Tries whether tables called `name` can be written there.
+    pub(crate) fn prepare(path: &Path, name: String) -> Result<Self, WriteError> {
+        splice(&read(path)?, &name, "").map_err(|reason| WriteError::new(path, &reason))?;
+        Ok(Self {
+            path: path.to_owned(),
+            name,
+            file: ResultFile::prepare(path)?,
+        })
+    }
+
+    /// Writes `body` between the marks of the name if there are any, else as the whole file.
+    pub(crate) fn write(&self, body: &str) -> Result<(), WriteError> {
+        // What people wrote meanwhile stays.
+        let text = splice(&read(&self.path)?, &self.name, body);
+        let text = text.map_err(|reason| WriteError::new(&self.path, &reason))?;
+        self.file.write(text.as_bytes())
+    }
+}
+
+/// Nothing where there is no file yet, or what cannot be read back, such as a pipe.
+fn read(path: &Path) -> Result<String, WriteError> {
+    if std::fs::metadata(path).is_ok_and(|there| there.is_file()) {
+        return std::fs::read_to_string(path).map_err(|error| WriteError::new(path, &error));
+    }
+    Ok(String::new())
 }
 
 fn splice(document: &str, name: &str, body: &str) -> Result<String, String> {

@@ -5,7 +5,7 @@ use coloc_sim::method::Kind;
 use coloc_sim::metrics::Paired;
 use coloc_sim::promises::Promise;
 
-use super::number::{cm, digits, or_dash, percent, rad, signed};
+use super::number::{cm, digits, or_dash, percent, rad, signed, whole_percent};
 use super::table::Table;
 
 /// What the robot with an index is called.
@@ -225,7 +225,7 @@ fn absolute(paired: &Paired, unit: fn(f64) -> String) -> String {
 }
 
 fn relative(paired: &Paired) -> String {
-    signed(&format!("{:.0}", 100.0 * paired.relative))
+    signed(&whole_percent(paired.relative))
 }
 
 /// All scenarios in one table: the last robot, which in the paper's setting has no receiver, and the worst of all.
@@ -260,8 +260,11 @@ pub(crate) fn summary(reports: &[EvalReport], name: Name<'_>) -> Vec<Table> {
 }
 
 fn summary_cells(method: &MethodReport) -> Vec<String> {
-    let worst =
-        |figure: fn(&RobotReport) -> f64| method.robots.iter().map(figure).fold(0.0, f64::max);
+    // Not a number where no robot has the figure.
+    let worst = |figure: fn(&RobotReport) -> f64| {
+        let figures = method.robots.iter().map(figure);
+        figures.fold(f64::NAN, f64::max)
+    };
     let [x, y, heading] = method
         .robots
         .last()

@@ -14,7 +14,10 @@ use crate::args::seconds;
 #[command(after_help = "Examples:
   coloc latency
   coloc latency --rate 1000 --seconds 20 --wait poll
-  coloc latency --load 4 --json busy.json --plot busy.svg")]
+  coloc latency --load 4 --json busy.json --plot busy.svg
+
+Exit status: 0 done, 1 it could not be measured or written, 2 the arguments were not understood, \
+141 the reader of standard output went away.")]
 pub(crate) struct LatencyArgs {
     /// How long each way of waiting is measured, in seconds; the floors take as long again
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]

@@ -44,14 +44,13 @@ fn first_line(path: &str) -> Option<String> {
     Some(read_to_string(path).ok()?.lines().next()?.trim().to_owned())
 }
 
-/// For how long a host has run something else on this machine's processors; on real ones never.
-pub(crate) fn stolen_ms() -> u64 {
+/// For how long a host has run something else on this machine's processors; on real ones never. Nothing if the kernel does
+/// not say.
+pub(crate) fn stolen_ms() -> Option<u64> {
     // `cpu user nice system idle iowait irq softirq steal …`, in hundredths of a second
-    let all = first_line("/proc/stat").unwrap_or_default();
-    let stolen = all.split_whitespace().nth(8);
-    stolen
-        .and_then(|ticks| ticks.parse().ok())
-        .map_or(0, |ticks: u64| 10 * ticks)
+    let all = first_line("/proc/stat")?;
+    let ticks: u64 = all.split_whitespace().nth(8)?.parse().ok()?;
+    Some(10 * ticks)
 }
 
 fn processor() -> Option<String> {

@@ -15,7 +15,7 @@ use super::percentiles::Durations;
 use super::placement::{Placement, settle};
 use super::reader::Reader;
 use super::sender::{Schedule, Sender};
-use super::{LatencyError, PREFIX};
+use super::{LatencyError, PREFIX, on_thread};
 use crate::demo::clock::{now_ns, sleep_until};
 
 /// Durations below which nothing can fall \[ns\].
@@ -26,6 +26,8 @@ pub(crate) struct Floors {
     pub(crate) transport: Durations,
     /// Reading a clock.
     pub(crate) clock: Durations,
+    /// So many frames and messages were sent for the first two, each.
+    pub(crate) sent: u64,
 }
 
 impl Floors {
@@ -34,6 +36,7 @@ impl Floors {
         self.frame.add(&more.frame);
         self.transport.add(&more.transport);
         self.clock.add(&more.clock);
+        self.sent += more.sent;
     }
 
     /// Measures all three; each takes as long as the schedule.
@@ -45,6 +48,7 @@ impl Floors {
         schedule: impl Fn() -> Schedule,
     ) -> Result<Self, LatencyError> {
         Ok(Self {
+            sent: u64::try_from(schedule().count).unwrap_or(0),
             frame: frame(bus, mode, placement, schedule())?,
             transport: transport(root, mode, placement, schedule())?,
             clock: clock(),
@@ -62,11 +66,11 @@ fn frame(
     let cpus = placement.daemon.clone();
     let spec = bus.clone();
     let bus = Bus::open(&spec, 0, Filter::ids([RIGHT_ID.into()])).map_err(LatencyError::bus)?;
-    let reader = std::thread::spawn(move || {
+    let reader = on_thread("reader", move || {
         settle(&cpus, mode == WaitArg::Sleep);
         read_frames(bus, mode, schedule.end_ns())
-    });
-    let sender = Sender::of_frames(&spec, schedule, placement);
+    })?;
+    let sender = Sender::of_frames(&spec, schedule, placement)?;
     sender.finish()?;
     let durations = reader
         .join()
@@ -86,20 +90,16 @@ fn read_frames(mut bus: Bus, mode: WaitArg, end_ns: i64) -> Result<Vec<i64>, Lat
         tv_sec: 0,
         tv_nsec: timeout,
     };
-    let mut durations = Vec::new();
+    let (mut durations, mut stamps) = (Vec::new(), Vec::with_capacity(64));
     while now_ns() < end_ns {
         let mut storage = [MaybeUninit::<epoll::Event>::uninit(); 8];
         // Interrupted or not: what is there is read.
         let _ = epoll::wait(&epoll, &mut storage, Some(&timeout));
-        let mut stamps = [0; 8];
-        let mut count = 0;
-        bus.receive(&mut |received| {
-            stamps[count % stamps.len()] = received.stamp_ns;
-            count += 1;
-        });
+        stamps.clear();
+        bus.receive(&mut |received| stamps.push(received.stamp_ns));
         let now = clock_gettime(ClockId::Realtime);
         let now = now.tv_sec * 1_000_000_000 + now.tv_nsec;
-        durations.extend(stamps.iter().take(count).map(|stamp| now - stamp));
+        durations.extend(stamps.iter().map(|stamp| now - stamp));
     }
     Ok(durations)
 }
@@ -115,7 +115,7 @@ fn transport(
     let until_ns = schedule.end_ns();
     let reader = Reader::start(root, NAME, until_ns, expect, placement)?;
     let (root, cpus) = (root.to_owned(), placement.daemon.clone());
-    let writer = std::thread::spawn(move || -> Result<(), LatencyError> {
+    let writer = on_thread("writer", move || -> Result<(), LatencyError> {
         let space = Space::open(&root, PREFIX, "coloc-latency-floor").map_err(LatencyError::shm)?;
         let robot = RobotName::new(NAME).map_err(LatencyError::shm)?;
         let estimates = space
@@ -138,7 +138,7 @@ fn transport(
         // Whoever leaves takes what was not received yet along.
         sleep_until(schedule.end_ns());
         Ok(())
-    });
+    })?;
     writer
         .join()
         .map_err(|_| LatencyError::Thread("writer"))??;

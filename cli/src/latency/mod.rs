@@ -25,11 +25,15 @@ mod sender;
 mod show;
 
 use std::fmt::Display;
-use std::path::Path;
-use std::process::ExitCode;
+use std::path::PathBuf;
+use std::thread::JoinHandle;
 
 use crate::demo::bus::Buses;
-use crate::pictures::{PercentileCurve, PictureError, draw_percentiles};
+use crate::home::{Home, Kind, sweep};
+use crate::output::{complain, takes_no_more};
+use crate::pictures::{PercentileCurve, draw_percentiles};
+use crate::result_file::{ResultFile, WriteError};
+use crate::status::Status;
 use args::{CanArg, WaitArg};
 pub(crate) use args::{LatencyArgs, ReaderArgs};
 use facts::Facts;
@@ -40,11 +44,15 @@ use report::Report;
 /// Begins the name of every file of this command in shared memory.
 const PREFIX: &str = "coloclat";
 
+/// What it keeps while it runs.
+const HOME: Kind = Kind {
+    name: "coloc-latency-",
+    shm_prefix: PREFIX,
+};
+
 /// Why nothing could be measured.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum LatencyError {
-    #[error("{0}")]
-    Files(String),
     #[error("shared memory: {0}")]
     Shm(String),
     #[error("CAN: {0}")]
@@ -58,14 +66,10 @@ pub(crate) enum LatencyError {
     #[error("the reader's answer makes no sense: {0}")]
     Reader(String),
     #[error(transparent)]
-    Picture(#[from] PictureError),
+    Write(#[from] WriteError),
 }
 
 impl LatencyError {
-    fn files(path: &Path, reason: &dyn Display) -> Self {
-        Self::Files(format!("cannot write {}: {reason}", path.display()))
-    }
-
     #[allow(clippy::needless_pass_by_value)] // For `map_err`.
     fn shm(reason: impl Display) -> Self {
         Self::Shm(reason.to_string())
@@ -78,53 +82,103 @@ impl LatencyError {
 }
 
 /// The whole command.
-pub(crate) fn command(args: &LatencyArgs) -> ExitCode {
+pub(crate) fn command(args: &LatencyArgs) -> Status {
     finish(measure(args))
 }
 
 /// The process that reads the estimates.
-pub(crate) fn reader(args: &ReaderArgs) -> ExitCode {
+pub(crate) fn reader(args: &ReaderArgs) -> Status {
     finish(reader::run(args))
 }
 
-fn finish(result: Result<(), LatencyError>) -> ExitCode {
+fn finish(result: Result<(), LatencyError>) -> Status {
     let Err(error) = result else {
-        return ExitCode::SUCCESS;
+        return Status::Done;
     };
-    eprintln!("coloc: {error}");
-    ExitCode::FAILURE
+    complain(&format!("coloc: {error}"));
+    Status::Failed
 }
 
 fn measure(args: &LatencyArgs) -> Result<(), LatencyError> {
-    let directory = tempfile::Builder::new()
-        .prefix("coloc-latency-")
-        .tempdir()
-        .map_err(|error| LatencyError::Files(format!("no temporary directory: {error}")))?;
+    let outputs = Outputs::prepare(args)?;
+    let home = home()?;
     // While there is one thread only.
     let buses = match args.can {
-        CanArg::Auto => Buses::choose(1, directory.path()),
+        CanArg::Auto => Buses::choose(1, home.path()),
         CanArg::Vcan => Buses::kernels(1).map_err(LatencyError::Bus)?,
-        CanArg::Local => Buses::local(1, directory.path(), "asked for".into()),
+        CanArg::Local => Buses::local(1, home.path(), "asked for".into()),
     };
-    let setting = Setting::new(args, directory.path(), &buses)?;
-    let _load = Load::start(args.load);
+    let setting = Setting::new(args, &home, &buses)?;
+    let _load = Load::start(args.load)?;
     let mut report = Report::new(Facts::gather(), args, &buses);
-    for mode in [WaitArg::Poll, WaitArg::Sleep] {
-        if args.wait.is_none_or(|only| only == mode) {
-            eprintln!("measuring: {}", mode.describe());
-            let pass = pass::run(&setting, mode)?;
-            show::pass(&pass);
-            report.passes.push(pass);
-        }
-    }
+    let measured = measure_passes(args, &setting, &mut report);
     show::end(&report);
-    if let Some(path) = &args.json {
-        report.write(path)?;
-    }
-    if let Some(path) = &args.plot {
-        draw_percentiles(path, &report.title(), &curves(&report.passes))?;
+    // What was measured before something went wrong is not lost.
+    let written = outputs.write(&report);
+    measured.and(written.map_err(Into::into))
+}
+
+fn measure_passes(
+    args: &LatencyArgs,
+    setting: &Setting,
+    report: &mut Report,
+) -> Result<(), LatencyError> {
+    let wanted = [WaitArg::Poll, WaitArg::Sleep].into_iter();
+    for mode in wanted.filter(|mode| args.wait.is_none_or(|only| only == *mode)) {
+        if takes_no_more() && args.json.is_none() && args.plot.is_none() {
+            break;
+        }
+        complain(&format!("measuring: {}", mode.describe()));
+        let pass = pass::run(setting, mode)?;
+        show::pass(&pass);
+        report.passes.push(pass);
     }
     Ok(())
+}
+
+/// A place to work in, once what runs that were killed have left is gone.
+fn home() -> Result<Home, LatencyError> {
+    let place = std::env::temp_dir();
+    sweep(HOME, &place);
+    Home::make(HOME, &place).map_err(|error| WriteError::new(&place, &error).into())
+}
+
+/// Starts a thread, or says which one could not be started.
+fn on_thread<T: Send + 'static>(
+    what: &'static str,
+    run: impl FnOnce() -> T + Send + 'static,
+) -> Result<JoinHandle<T>, LatencyError> {
+    let thread = std::thread::Builder::new().spawn(run);
+    thread.map_err(|error| LatencyError::Spawn(format!("the {what}: {error}")))
+}
+
+/// What the command was asked to write, tried before anything is measured.
+struct Outputs {
+    json: Option<ResultFile>,
+    plot: Option<PathBuf>,
+}
+
+impl Outputs {
+    fn prepare(args: &LatencyArgs) -> Result<Self, WriteError> {
+        let try_out = |path: &PathBuf| ResultFile::prepare(path);
+        args.plot.as_ref().map(try_out).transpose()?;
+        Ok(Self {
+            json: args.json.as_ref().map(try_out).transpose()?,
+            plot: args.plot.clone(),
+        })
+    }
+
+    /// Writes both, whatever became of the other.
+    fn write(&self, report: &Report) -> Result<(), WriteError> {
+        let json = self
+            .json
+            .as_ref()
+            .map_or(Ok(()), |file| file.write(report.text().as_bytes()));
+        let plot = self.plot.as_ref().map_or(Ok(()), |path| {
+            draw_percentiles(path, &report.title(), &curves(&report.passes))
+        });
+        json.and(plot)
+    }
 }
 
 fn curves(passes: &[Pass]) -> Vec<PercentileCurve> {

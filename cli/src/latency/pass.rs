@@ -13,7 +13,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use super::args::{LatencyArgs, TriggerArg, WaitArg};
 use super::facts::{scheduling_class, stolen_ms};
 use super::floors::Floors;
-use super::matching::{Matched, Seen, Sent, matched};
+use super::matching::{Account, Matched, Seen, Sent, matched};
 use super::percentiles::{Durations, Percentiles};
 use super::placement::Placement;
 use super::reader::Reader;
@@ -23,6 +23,7 @@ use super::{LatencyError, PREFIX};
 use crate::daemon::PARENT_VARIABLE;
 use crate::demo::bus::Buses;
 use crate::demo::clock::{now_ns, sleep_until};
+use crate::home::Home;
 use crate::pictures::PercentileCurve;
 
 /// How long a daemon may take to come up, or to end.
@@ -54,13 +55,13 @@ pub(crate) struct Setting {
 impl Setting {
     pub(crate) fn new(
         args: &LatencyArgs,
-        directory: &Path,
+        home: &Home,
         buses: &Buses,
     ) -> Result<Self, LatencyError> {
         let bus = buses.specs.first().cloned();
         Ok(Self {
-            directory: directory.to_owned(),
-            root: directory.join("shm"),
+            directory: home.path().to_owned(),
+            root: home.shm_root(),
             bus: bus.ok_or(LatencyError::Thread("bus"))?,
             placement: Placement::choose(),
             seconds: args.seconds,
@@ -104,13 +105,13 @@ pub(crate) struct Pass {
     pub(crate) class: String,
     pub(crate) floors: Floors,
     pub(crate) frames: Durations,
-    pub(crate) lost: u64,
+    pub(crate) account: Account,
     pub(crate) from_kernel: Durations,
     pub(crate) stages: Vec<(&'static str, Durations)>,
-    /// The longest publication around the moments when a subscriber joined, one in each turn \[ns\].
-    pub(crate) join_ns: u64,
-    /// For how long a host ran something else on this machine's processors.
-    pub(crate) stolen_ms: u64,
+    /// The longest publication around the moments when a subscriber joined, one in each turn, if one was seen \[ns\].
+    pub(crate) join_ns: Option<u64>,
+    /// For how long a host ran something else on this machine's processors, if the kernel says.
+    pub(crate) stolen_ms: Option<u64>,
 }
 
 impl Pass {
@@ -118,29 +119,35 @@ impl Pass {
     fn add(&mut self, more: &Self) {
         self.floors.add(&more.floors);
         self.frames.add(&more.frames);
-        self.lost += more.lost;
+        self.account.add(&more.account);
         self.from_kernel.add(&more.from_kernel);
         for ((_, all), (_, durations)) in self.stages.iter_mut().zip(&more.stages) {
             all.add(durations);
         }
         self.join_ns = self.join_ns.max(more.join_ns);
-        self.stolen_ms += more.stolen_ms;
+        self.stolen_ms = self.stolen_ms.zip(more.stolen_ms).map(|(a, b)| a + b);
     }
 }
 
 impl Pass {
     /// From the kernel to the reader, as a multiple of the floors' sum at the same percentile. With deadlines a frame waits for
-    /// the next one, which is no question of speed.
+    /// the next one, which is no question of speed. Nothing where one of them is not known.
     #[allow(clippy::cast_precision_loss)] // A minute in nanoseconds is far below 2^53.
-    pub(crate) fn ratio(&self, percentile: fn(&Percentiles) -> u64) -> Option<f64> {
-        let at = |durations: &Durations| percentile(&durations.percentiles()) as f64;
+    pub(crate) fn ratio(&self, percentile: fn(&Percentiles) -> Option<u64>) -> Option<f64> {
+        let at = |durations: &Durations| Some(percentile(&durations.percentiles())? as f64);
         let Floors {
             frame,
             transport,
             clock,
+            ..
         } = &self.floors;
-        let sum = at(frame) + at(transport) + at(clock);
-        (self.trigger == TriggerArg::Encoder).then(|| at(&self.from_kernel) / sum)
+        let sum = at(frame)? + at(transport)? + at(clock)?;
+        (self.is_comparable() && sum > 0.0).then_some(at(&self.from_kernel)? / sum)
+    }
+
+    /// Whether frames start ticks, and do not wait for the next one.
+    pub(crate) fn is_comparable(&self) -> bool {
+        self.trigger == TriggerArg::Encoder
     }
 
     /// Names and curves for the picture.
@@ -181,7 +188,7 @@ fn turn(setting: &Setting, mode: WaitArg) -> Result<Pass, LatencyError> {
     let until_ns = schedule.end_ns() + GRACE_NS;
     let expect = 2 * usize::try_from(schedule.count).unwrap_or(0);
     let reader = Reader::start(root, ROBOT, until_ns, expect, placement)?;
-    let sender = Sender::of_everything(bus, root, setting.neighbours, schedule, placement);
+    let sender = Sender::of_everything(bus, root, setting.neighbours, schedule, placement)?;
     sleep_until(schedule.due_ns(schedule.count * 4 / 5));
     let joined_ns = now_ns();
     let late_joiner = daemon.listen()?;
@@ -189,30 +196,30 @@ fn turn(setting: &Setting, mode: WaitArg) -> Result<Pass, LatencyError> {
     let seen = reader.finish()?;
     drop((late_joiner, daemon));
 
-    let measured: Vec<Sent> = sent
-        .into_iter()
-        .filter(|sent| sent.due_ns >= schedule.start_ns + WARM_UP_NS)
-        .collect();
+    let from_ns = schedule.start_ns + WARM_UP_NS;
     let Matched {
         from_due_ns,
         from_kernel_ns,
-        lost,
-    } = matched(&measured, &seen);
+        account,
+    } = matched(&sent, &seen, from_ns);
+    let measured = sent.iter().filter(|sent| sent.due_ns >= from_ns);
     Ok(Pass {
         mode,
         trigger: setting.trigger,
         class,
         floors,
         frames: Durations::of(from_due_ns),
-        lost,
+        account,
         from_kernel: Durations::of(from_kernel_ns),
         stages: stages(
-            &measured,
-            &ticks_with_frames(&seen, schedule.start_ns + WARM_UP_NS),
+            measured,
+            &ticks_with_frames(&seen, from_ns),
             setting.trigger,
         ),
         join_ns: cost_of_joining(&seen, joined_ns),
-        stolen_ms: stolen_ms().saturating_sub(stolen_before_ms),
+        stolen_ms: stolen_ms()
+            .zip(stolen_before_ms)
+            .map(|(after, before)| after.saturating_sub(before)),
     })
 }
 
@@ -227,7 +234,11 @@ fn ticks_with_frames(seen: &[Seen], from_ns: i64) -> Vec<Seen> {
         .collect()
 }
 
-fn stages(sent: &[Sent], ticks: &[Seen], trigger: TriggerArg) -> Vec<(&'static str, Durations)> {
+fn stages<'a>(
+    sent: impl Iterator<Item = &'a Sent>,
+    ticks: &[Seen],
+    trigger: TriggerArg,
+) -> Vec<(&'static str, Durations)> {
     let of = |stage: fn(&Seen) -> i64| Durations::of(ticks.iter().map(stage));
     let wake_up = match trigger {
         TriggerArg::Encoder => ("wake-up", of(|tick| woken_ns(tick) - tick.frame_stamp_ns)),
@@ -236,7 +247,7 @@ fn stages(sent: &[Sent], ticks: &[Seen], trigger: TriggerArg) -> Vec<(&'static s
             of(|tick| i64::try_from(tick.lateness_ns).unwrap_or(i64::MAX)),
         ),
     };
-    let sender = sent.iter().map(|sent| sent.sent_ns - sent.due_ns);
+    let sender = sent.map(|sent| sent.sent_ns - sent.due_ns);
     vec![
         ("sender", Durations::of(sender)),
         wake_up,
@@ -260,11 +271,11 @@ fn woken_ns(tick: &Seen) -> i64 {
 }
 
 /// A tick reports the publication of the one before: those within 100 ms after the join.
-fn cost_of_joining(seen: &[Seen], joined_ns: i64) -> u64 {
+fn cost_of_joining(seen: &[Seen], joined_ns: i64) -> Option<u64> {
     let around = seen
         .iter()
         .filter(|tick| (joined_ns..joined_ns + 100_000_000).contains(&tick.stamp_ns));
-    around.map(|tick| tick.publish_ns.into()).max().unwrap_or(0)
+    around.map(|tick| tick.publish_ns.into()).max()
 }
 
 /// A real daemon.

@@ -14,15 +14,16 @@ const DIGITS: u8 = 3;
 #[derive(Clone, Debug)]
 pub(crate) struct Durations(Histogram<u64>);
 
-/// What is reported of a histogram \[ns\].
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+/// What is reported of a histogram \[ns\]: nothing that its count does not bear. A percentile needs so many durations that one of
+/// them may be above it; p99 a hundred.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Percentiles {
-    pub(crate) p50_ns: u64,
-    pub(crate) p90_ns: u64,
-    pub(crate) p99_ns: u64,
-    pub(crate) p99_9_ns: u64,
-    pub(crate) p99_99_ns: u64,
-    pub(crate) max_ns: u64,
+    pub(crate) p50_ns: Option<u64>,
+    pub(crate) p90_ns: Option<u64>,
+    pub(crate) p99_ns: Option<u64>,
+    pub(crate) p99_9_ns: Option<u64>,
+    pub(crate) p99_99_ns: Option<u64>,
+    pub(crate) max_ns: Option<u64>,
     pub(crate) count: u64,
 }
 
@@ -46,21 +47,31 @@ impl Durations {
 
     pub(crate) fn percentiles(&self) -> Percentiles {
         let [p50_ns, p90_ns, p99_ns, p99_9_ns, p99_99_ns] =
-            QUANTILES.map(|quantile| self.0.value_at_quantile(quantile));
+            QUANTILES.map(|quantile| self.at_quantile(quantile));
         Percentiles {
             p50_ns,
             p90_ns,
             p99_ns,
             p99_9_ns,
             p99_99_ns,
-            max_ns: self.0.max(),
+            max_ns: (!self.0.is_empty()).then(|| self.0.max()),
             count: self.0.len(),
         }
+    }
+
+    #[allow(clippy::cast_precision_loss)] // Counts are far below 2^53.
+    fn at_quantile(&self, quantile: f64) -> Option<u64> {
+        // Rounded, as 1 - 0.99 is not quite a hundredth.
+        let above = (self.0.len() as f64 * (1.0 - quantile) * 1e6).round();
+        (above >= 1e6).then(|| self.0.value_at_quantile(quantile))
     }
 
     /// Points `(quantile, µs)` of the curve up to the last quantile that the count supports.
     #[allow(clippy::cast_precision_loss)] // A minute in nanoseconds is far below 2^53.
     pub(crate) fn curve(&self) -> Vec<(f64, f64)> {
+        if self.0.is_empty() {
+            return Vec::new();
+        }
         let points = self.0.iter_quantiles(5);
         points
             .map(|point| {
@@ -79,8 +90,23 @@ mod tests {
     #[test]
     fn percentiles_are_those_of_the_durations() {
         let percentiles = Durations::of(1..=10_000).percentiles();
-        assert_eq!((percentiles.count, percentiles.p50_ns), (10_000, 5_003));
-        assert!(percentiles.max_ns >= 10_000 && percentiles.p99_99_ns >= 9_999);
+        assert_eq!(
+            (percentiles.count, percentiles.p50_ns),
+            (10_000, Some(5_003))
+        );
+        assert!(percentiles.max_ns >= Some(10_000) && percentiles.p99_99_ns >= Some(9_999));
+    }
+
+    #[test]
+    fn no_duration_has_no_figure_and_few_have_few() {
+        let none = Durations::of([]);
+        assert_eq!(none.percentiles(), Percentiles::default());
+        assert!(none.curve().is_empty());
+        let one = Durations::of([7]).percentiles();
+        assert_eq!((one.p50_ns, one.max_ns, one.count), (None, Some(7), 1));
+        let hundred = Durations::of(1..=100).percentiles();
+        assert_eq!((hundred.p99_ns, hundred.p99_9_ns), (Some(99), None));
+        assert_eq!(Durations::of(1..=99).percentiles().p99_ns, None);
     }
 
     #[test]
@@ -94,6 +120,6 @@ mod tests {
 
     #[test]
     fn what_ends_before_it_begins_took_no_time() {
-        assert_eq!(Durations::of([-5]).percentiles().max_ns, 0);
+        assert_eq!(Durations::of([-5]).percentiles().max_ns, Some(0));
     }
 }

@@ -10,8 +10,9 @@ use super::args::ReaderArgs;
 use super::matching::Seen;
 use super::placement::{Placement, settle};
 use super::{LatencyError, PREFIX};
-use crate::daemon::PARENT_VARIABLE;
+use crate::daemon::{PARENT_VARIABLE, end_with_parent};
 use crate::demo::clock::now_ns;
+use crate::output::print_line;
 
 const READY: &str = "ready";
 
@@ -21,6 +22,7 @@ const TURNS_PER_YIELD: u64 = 64;
 
 /// Being that process: busy, at ordinary priority, until the time is over. Prints what it saw, a line each.
 pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
+    end_with_parent().map_err(LatencyError::Reader)?;
     settle(&args.cpus, false);
     let space =
         Space::open(&args.root, PREFIX, "coloc-latency-reader").map_err(LatencyError::shm)?;
@@ -29,7 +31,7 @@ pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
         .subscriber::<Estimate>(&robot)
         .map_err(LatencyError::shm)?;
     let mut seen = Vec::with_capacity(args.expect);
-    println!("{READY}");
+    print_line(READY);
     let mut now = now_ns();
     for turn in 1_u64.. {
         if now >= args.until_ns {

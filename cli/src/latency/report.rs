@@ -1,11 +1,8 @@
 //! Everything that was found out, as JSON.
 
-use std::path::Path;
-
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::LatencyError;
 use super::args::LatencyArgs;
 use super::facts::Facts;
 use super::pass::Pass;
@@ -62,12 +59,11 @@ impl Report {
         )
     }
 
-    pub(crate) fn write(&self, path: &Path) -> Result<(), LatencyError> {
+    /// As JSON.
+    pub(crate) fn text(&self) -> String {
         let passes: Vec<Value> = self.passes.iter().map(pass).collect();
         let all = json!({ "machine": self.facts, "settings": self.settings, "passes": passes });
-        let text = serde_json::to_string_pretty(&all)
-            .map_err(|error| LatencyError::files(path, &error))?;
-        std::fs::write(path, text).map_err(|error| LatencyError::files(path, &error))
+        format!("{all:#}\n")
     }
 }
 
@@ -81,9 +77,10 @@ fn pass(pass: &Pass) -> Value {
         "wait": pass.mode.name(),
         "scheduling_class": pass.class,
         "frame_due_to_estimate": pass.frames.percentiles(),
-        "frames_lost": pass.lost,
+        "frames": pass.account,
         "frame_in_kernel_to_estimate": pass.from_kernel.percentiles(),
         "stages": stages,
+        "floors_sent": pass.floors.sent,
         "floor_frame_read": pass.floors.frame.percentiles(),
         "floor_transport": pass.floors.transport.percentiles(),
         "floor_clock_read": pass.floors.clock.percentiles(),

@@ -7,9 +7,10 @@ use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
 use serde::Serialize;
 
+use super::PREFIX;
 use super::args::{TriggerArg, WaitArg};
 use super::placement::Placement;
-use super::{LatencyError, PREFIX};
+use crate::result_file::WriteError;
 
 /// The robot that is measured.
 pub(crate) const ROBOT: &str = "robot1";
@@ -107,11 +108,11 @@ pub(crate) struct Wanted<'a> {
 }
 
 /// Writes it.
-pub(crate) fn write(wanted: &Wanted<'_>) -> Result<PathBuf, LatencyError> {
+pub(crate) fn write(wanted: &Wanted<'_>) -> Result<PathBuf, WriteError> {
     let path = wanted.directory.join("robot1.toml");
     let text =
-        toml::to_string(&describe(wanted)).map_err(|error| LatencyError::files(&path, &error))?;
-    std::fs::write(&path, text).map_err(|error| LatencyError::files(&path, &error))?;
+        toml::to_string(&describe(wanted)).map_err(|error| WriteError::new(&path, &error))?;
+    std::fs::write(&path, text).map_err(|error| WriteError::new(&path, &error))?;
     Ok(path)
 }
 

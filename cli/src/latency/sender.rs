@@ -10,7 +10,7 @@ use coloc_shm_types::{Header, Neighbour, Position, Publisher, RelativePose, Robo
 use super::matching::Sent;
 use super::placement::{Placement, settle};
 use super::robot_file::{METRES_PER_TICK, ROBOT, pose, sight_of_the_origin, ways_m};
-use super::{LatencyError, PREFIX};
+use super::{LatencyError, PREFIX, on_thread};
 use crate::demo::clock::{now_ns, sleep_until};
 
 /// Deadlines at a fixed rate.
@@ -48,12 +48,17 @@ pub(crate) struct Sender(JoinHandle<Result<Vec<Sent>, LatencyError>>);
 
 impl Sender {
     /// Encoder frames alone, for a floor.
-    pub(crate) fn of_frames(bus: &BusSpec, schedule: Schedule, placement: &Placement) -> Self {
+    pub(crate) fn of_frames(
+        bus: &BusSpec,
+        schedule: Schedule,
+        placement: &Placement,
+    ) -> Result<Self, LatencyError> {
         let (bus, cpus) = (bus.clone(), placement.others.clone());
-        Self(std::thread::spawn(move || {
+        let run = move || {
             settle(&cpus, true);
             Wheels::open(&bus)?.run(schedule, |_| ())
-        }))
+        };
+        on_thread("sender", run).map(Self)
     }
 
     /// Encoder frames, fixes, sightings and what `neighbours` say.
@@ -63,14 +68,15 @@ impl Sender {
         neighbours: u16,
         schedule: Schedule,
         placement: &Placement,
-    ) -> Self {
+    ) -> Result<Self, LatencyError> {
         let (bus, root, cpus) = (bus.clone(), root.to_owned(), placement.others.clone());
-        Self(std::thread::spawn(move || {
+        let run = move || {
             let mut wheels = Wheels::open(&bus)?;
             let mut others = Others::open(&root, neighbours)?;
             settle(&cpus, true);
             wheels.run(schedule, |due_ns| others.speak(&schedule, due_ns))
-        }))
+        };
+        on_thread("sender", run).map(Self)
     }
 
     /// What was sent when.

@@ -2,20 +2,16 @@
 
 use std::path::Path;
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::PictureError;
+use super::legend::Legend;
 use super::style::{GRID, INK, extent, tick_label};
+use super::{Area, Failure, write_svg};
+use crate::result_file::WriteError;
 
 const WIDTH_PX: u32 = 1000;
 const CAPTION_PX: u32 = 36;
-const LEGEND_PX: u32 = 26;
 const PANEL_PX: u32 = 260;
-/// From one name to the next in the legend.
-const KEY_PX: i32 = 90;
-/// Where the first name begins: above the panels' axes.
-const FIRST_KEY_PX: i32 = 80;
 /// Share of a group's width that its bars take.
 const FULL: f64 = 0.84;
 
@@ -34,20 +30,19 @@ pub(crate) fn draw_bars(
     groups: &[String],
     methods: &[(&str, RGBColor)],
     panels: &[BarPanel],
-) -> Result<(), PictureError> {
-    let height = CAPTION_PX + LEGEND_PX + PANEL_PX * panels.len() as u32;
-    let size = (WIDTH_PX, height);
-    let area = SVGBackend::new(file, size).into_drawing_area();
-    draw(&area, caption, groups, methods, panels).map_err(|error| PictureError::new(file, &error))
+) -> Result<(), WriteError> {
+    let legend = Legend::of_colors(methods);
+    let height = CAPTION_PX + legend.height_px(WIDTH_PX) + PANEL_PX * panels.len() as u32;
+    write_svg(file, (WIDTH_PX, height), |area| {
+        draw(area, caption, groups, &legend, methods, panels)
+    })
 }
-
-type Failure = Box<dyn std::error::Error>;
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 fn draw(
     area: &Area<'_>,
     caption: &str,
     groups: &[String],
+    legend: &Legend,
     methods: &[(&str, RGBColor)],
     panels: &[BarPanel],
 ) -> Result<(), Failure> {
@@ -55,13 +50,12 @@ fn draw(
     let (title, rest) = area.split_vertically(CAPTION_PX);
     let font = ("sans-serif", 20).into_font().color(&INK);
     title.draw(&Text::new(caption.to_owned(), (10, 10), font))?;
-    let (legend, rest) = rest.split_vertically(LEGEND_PX);
-    draw_legend(&legend, methods)?;
+    let (keys, rest) = rest.split_vertically(legend.height_px(WIDTH_PX));
+    legend.draw(&keys)?;
     let places = rest.split_evenly((panels.len(), 1));
     for (place, panel) in places.iter().zip(panels) {
         draw_panel(place, groups, methods, panel)?;
     }
-    area.present()?;
     Ok(())
 }
 
@@ -126,18 +120,6 @@ fn draw_panel(
     Ok(())
 }
 
-/// In a row of its own: the panels are full of bars.
-#[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)] // A few names.
-fn draw_legend(row: &Area<'_>, methods: &[(&str, RGBColor)]) -> Result<(), Failure> {
-    for (index, (method, color)) in methods.iter().enumerate() {
-        let x = FIRST_KEY_PX + KEY_PX * index as i32;
-        row.draw(&Rectangle::new([(x, 5), (x + 12, 17)], color.filled()))?;
-        let font = ("sans-serif", 14).into_font().color(&INK);
-        row.draw(&Text::new((*method).to_owned(), (x + 17, 4), font))?;
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -164,7 +146,7 @@ mod tests {
             assert!(svg.contains(text), "{text} is missing");
         }
         assert_eq!(
-            svg.matches("fill=\"#FF0000\"").count(),
+            svg.matches("#FF0000").count(),
             3,
             "two bars and the legend's"
         );

@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::PictureError;
 use super::style::{GRID, INK, TRUTH, extent, line, tick_label};
+use super::{Area, Failure, write_svg};
+use crate::result_file::WriteError;
 
 const PANEL_PX: u32 = 520;
 const CAPTION_PX: u32 = 36;
@@ -55,14 +55,10 @@ pub(crate) fn draw_ellipses(
     file: &Path,
     caption: &str,
     panels: &[EllipsePanel],
-) -> Result<(), PictureError> {
+) -> Result<(), WriteError> {
     let size = (PANEL_PX * panels.len() as u32, PANEL_PX + CAPTION_PX);
-    let area = SVGBackend::new(file, size).into_drawing_area();
-    draw(&area, caption, panels).map_err(|error| PictureError::new(file, &error))
+    write_svg(file, size, |area| draw(area, caption, panels))
 }
-
-type Failure = Box<dyn std::error::Error>;
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 fn draw(area: &Area<'_>, caption: &str, panels: &[EllipsePanel]) -> Result<(), Failure> {
     area.fill(&WHITE)?;
@@ -72,7 +68,6 @@ fn draw(area: &Area<'_>, caption: &str, panels: &[EllipsePanel]) -> Result<(), F
     for (place, panel) in rest.split_evenly((1, panels.len())).iter().zip(panels) {
         draw_panel(place, panel)?;
     }
-    area.present()?;
     Ok(())
 }
 

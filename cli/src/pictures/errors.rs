@@ -5,8 +5,9 @@ use std::path::Path;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-use super::PictureError;
 use super::style::{GRID, INK, extent, line, robot_color, thinned, tick_label};
+use super::{Area, Failure, write_svg};
+use crate::result_file::WriteError;
 
 const SIZE_PX: (u32, u32) = (1000, 800);
 const CAPTION_PX: u32 = 36;
@@ -25,27 +26,25 @@ pub(crate) struct ErrorPoint {
     pub(crate) three_sigma: [f64; 3],
 }
 
-/// Draws estimate minus truth of one robot over world time, with the ±3σ that it claimed.
+/// Draws estimate minus truth of one robot over world time, with the ±3σ that it claimed. Between `pieces` there is a gap.
 /// `index` picks the robot's colour, the same as in [`super::draw_paths`].
 pub(crate) fn draw_errors(
     file: &Path,
     caption: &str,
     index: usize,
-    points: &[ErrorPoint],
-) -> Result<(), PictureError> {
-    let area = SVGBackend::new(file, SIZE_PX).into_drawing_area();
-    draw(&area, caption, index, points).map_err(|error| PictureError::new(file, &error))
+    pieces: &[Vec<ErrorPoint>],
+) -> Result<(), WriteError> {
+    write_svg(file, SIZE_PX, |area| draw(area, caption, index, pieces))
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 type Panel<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 fn draw(
     area: &Area<'_>,
     caption: &str,
     index: usize,
-    points: &[ErrorPoint],
-) -> Result<(), Box<dyn std::error::Error>> {
+    pieces: &[Vec<ErrorPoint>],
+) -> Result<(), Failure> {
     area.fill(&WHITE)?;
     let (title, panels) = area.split_vertically(CAPTION_PX);
     title.draw(&Text::new(
@@ -54,7 +53,7 @@ fn draw(
         ("sans-serif", 20).into_font().color(&INK),
     ))?;
     for (coordinate, panel) in panels.split_evenly((3, 1)).iter().enumerate() {
-        draw_panel(panel, coordinate, index, points)?;
+        draw_panel(panel, coordinate, index, pieces)?;
     }
     area.present()?;
     Ok(())
@@ -64,10 +63,10 @@ fn draw_panel(
     area: &Area<'_>,
     coordinate: usize,
     index: usize,
-    points: &[ErrorPoint],
-) -> Result<(), Box<dyn std::error::Error>> {
-    let (start, end) = extent(points.iter().map(|c| c.time_s));
-    let half = half_height(coordinate, points);
+    pieces: &[Vec<ErrorPoint>],
+) -> Result<(), Failure> {
+    let (start, end) = extent(pieces.iter().flatten().map(|c| c.time_s));
+    let half = half_height(coordinate, pieces);
     let mut chart = ChartBuilder::on(area)
         .margin(8)
         .margin_right(20)
@@ -75,18 +74,21 @@ fn draw_panel(
         .y_label_area_size(70)
         .build_cartesian_2d(start..end.max(start + 1e-3), -half..half)?;
     draw_axes(&mut chart, AXES[coordinate])?;
-    let curve = |value: fn(&ErrorPoint, usize) -> f64| {
-        thinned(points, MOST_POINTS).map(move |c| (c.time_s, value(c, coordinate)))
+    let curve = |value: fn(&ErrorPoint, usize) -> f64, style: ShapeStyle| {
+        thinned(pieces, MOST_POINTS).map(move |piece| {
+            let points = piece.map(|c| (c.time_s, value(c, coordinate)));
+            PathElement::new(points.collect::<Vec<_>>(), style)
+        })
     };
     let bound = line(BOUND_RED, 1);
     chart
-        .draw_series(LineSeries::new(curve(|c, i| c.three_sigma[i]), bound))?
+        .draw_series(curve(|c, i| c.three_sigma[i], bound))?
         .label("±3σ")
         .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], bound));
-    chart.draw_series(LineSeries::new(curve(|c, i| -c.three_sigma[i]), bound))?;
+    chart.draw_series(curve(|c, i| -c.three_sigma[i], bound))?;
     let style = line(robot_color(index), 1);
     chart
-        .draw_series(LineSeries::new(curve(|c, i| c.error[i]), style))?
+        .draw_series(curve(|c, i| c.error[i], style))?
         .label("error")
         .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
     if coordinate == 0 {
@@ -95,7 +97,7 @@ fn draw_panel(
     Ok(())
 }
 
-fn draw_axes(chart: &mut Panel<'_>, y_axis: &str) -> Result<(), Box<dyn std::error::Error>> {
+fn draw_axes(chart: &mut Panel<'_>, y_axis: &str) -> Result<(), Failure> {
     chart
         .configure_mesh()
         .x_desc("time [s]")
@@ -111,7 +113,7 @@ fn draw_axes(chart: &mut Panel<'_>, y_axis: &str) -> Result<(), Box<dyn std::err
     Ok(())
 }
 
-fn draw_legend(chart: &mut Panel<'_>) -> Result<(), Box<dyn std::error::Error>> {
+fn draw_legend(chart: &mut Panel<'_>) -> Result<(), Failure> {
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperRight)
@@ -124,17 +126,15 @@ fn draw_legend(chart: &mut Panel<'_>) -> Result<(), Box<dyn std::error::Error>> 
 
 /// Half the panel's height: the bounds with some air, but not the first second's, which would dwarf the rest;
 /// the errors always fit.
-fn half_height(coordinate: usize, points: &[ErrorPoint]) -> f64 {
-    let start_s = points.first().map_or(0.0, |c| c.time_s);
-    let usual = points
-        .iter()
-        .filter(|c| c.time_s > start_s + 1.0)
-        .map(|c| c.three_sigma[coordinate])
-        .fold(0.0, f64::max);
-    let worst = points
-        .iter()
-        .map(|c| c.error[coordinate].abs())
-        .fold(0.0, f64::max);
+fn half_height(coordinate: usize, pieces: &[Vec<ErrorPoint>]) -> f64 {
+    let points = || pieces.iter().flatten();
+    let largest = |values: &mut dyn Iterator<Item = f64>| {
+        values.filter(|value| value.is_finite()).fold(0.0, f64::max)
+    };
+    let start_s = points().next().map_or(0.0, |c| c.time_s);
+    let late = points().filter(|c| c.time_s > start_s + 1.0);
+    let usual = largest(&mut late.map(|c| c.three_sigma[coordinate]));
+    let worst = largest(&mut points().map(|c| c.error[coordinate].abs()));
     (1.15 * usual.max(worst)).max(1e-6)
 }
 
@@ -159,7 +159,7 @@ mod tests {
     fn three_panels_with_units_and_a_legend() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("errors.svg");
-        draw_errors(&file, "Robot 1", 0, &wiggle()).unwrap();
+        draw_errors(&file, "Robot 1", 0, &[wiggle()]).unwrap();
         let svg = std::fs::read_to_string(&file).unwrap();
         for text in [
             "time [s]",
@@ -177,7 +177,24 @@ mod tests {
     fn the_panel_holds_every_error() {
         let mut points = wiggle();
         points[7].error[0] = 3.0;
-        assert!(half_height(0, &points) > 3.0);
+        points[8].error[0] = f64::INFINITY;
+        let half = half_height(0, &[points]);
+        assert!(half > 3.0 && half.is_finite());
+    }
+
+    #[test]
+    fn between_pieces_there_is_a_gap() {
+        let folder = tempfile::tempdir().unwrap();
+        let polylines = |name: &str, pieces: &[Vec<ErrorPoint>]| {
+            let file = folder.path().join(name);
+            draw_errors(&file, "Robot 1", 0, pieces).unwrap();
+            let svg = std::fs::read_to_string(&file).unwrap();
+            svg.matches("<polyline").count()
+        };
+        let whole = wiggle();
+        let (before, after) = (whole[..200].to_vec(), whole[300..].to_vec());
+        let more = polylines("two", &[before, after]) - polylines("one", &[whole]);
+        assert_eq!(more, 9, "three lines in three panels, each in two pieces");
     }
 
     #[test]

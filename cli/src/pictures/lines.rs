@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use plotters::coord::Shift;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-use super::PictureError;
 use super::style::{GRID, INK, extent, line, tick_label};
+use super::{Area, Failure, write_svg};
+use crate::result_file::WriteError;
 
 const WIDTH_PX: u32 = 1000;
 const CAPTION_PX: u32 = 36;
@@ -67,14 +67,10 @@ pub(crate) fn draw_lines(
     file: &Path,
     caption: &str,
     panels: &[Panel<'_>],
-) -> Result<(), PictureError> {
+) -> Result<(), WriteError> {
     let size = (WIDTH_PX, CAPTION_PX + PANEL_PX * panels.len() as u32);
-    let area = SVGBackend::new(file, size).into_drawing_area();
-    draw(&area, caption, panels).map_err(|error| PictureError::new(file, &error))
+    write_svg(file, size, |area| draw(area, caption, panels))
 }
-
-type Failure = Box<dyn std::error::Error>;
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 fn draw(area: &Area<'_>, caption: &str, panels: &[Panel<'_>]) -> Result<(), Failure> {
     area.fill(&WHITE)?;
@@ -89,7 +85,6 @@ fn draw(area: &Area<'_>, caption: &str, panels: &[Panel<'_>]) -> Result<(), Fail
     {
         draw_panel(place, panel, index == 0)?;
     }
-    area.present()?;
     Ok(())
 }
 

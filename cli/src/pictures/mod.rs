@@ -5,13 +5,17 @@
 mod bars;
 mod ellipses;
 mod errors;
+mod legend;
 mod lines;
 mod paths;
 mod percentiles;
 mod png;
 mod style;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use plotters::coord::Shift;
+use plotters::prelude::{DrawingArea, IntoDrawingArea, SVGBackend};
 
 pub(crate) use bars::{BarPanel, draw_bars};
 pub(crate) use ellipses::{Ellipse, EllipsePanel, draw_ellipses};
@@ -19,22 +23,24 @@ pub(crate) use errors::{ErrorPoint, draw_errors};
 pub(crate) use lines::{Line, Panel, Scale, draw_lines};
 pub(crate) use paths::{RobotPath, draw_paths};
 pub(crate) use percentiles::{PercentileCurve, draw_percentiles};
-pub(crate) use png::to_png;
+pub(crate) use png::{check_fonts, to_png};
 pub(crate) use style::method_color;
 
-/// A picture that could not be drawn or written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write the picture {path}: {reason}", path = path.display())]
-pub(crate) struct PictureError {
-    path: PathBuf,
-    reason: String,
-}
+use crate::result_file::{self, WriteError};
 
-impl PictureError {
-    fn new(path: &Path, reason: &impl std::fmt::Display) -> Self {
-        Self {
-            path: path.to_owned(),
-            reason: reason.to_string(),
-        }
-    }
+type Failure = Box<dyn std::error::Error>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// Draws in memory, then writes: a picture is whole, or as it was before.
+fn write_svg(
+    file: &Path,
+    size_px: (u32, u32),
+    draw: impl FnOnce(&Area<'_>) -> Result<(), Failure>,
+) -> Result<(), WriteError> {
+    let mut text = String::new();
+    let area = SVGBackend::with_string(&mut text, size_px).into_drawing_area();
+    let drawn = draw(&area).and_then(|()| Ok(area.present()?));
+    drop(area);
+    drawn.map_err(|error| WriteError::new(file, &error))?;
+    result_file::write(file, text.as_bytes())
 }

@@ -4,16 +4,18 @@ use std::path::Path;
 
 use plotters::prelude::*;
 
-use super::PictureError;
+use super::legend::Legend;
 use super::style::{GRID, INK, TRUTH, extent, line, robot_color, thinned, tick_label};
+use super::{Area, Failure, write_svg};
 use crate::comparison::Comparison;
+use crate::result_file::WriteError;
 
 /// One robot's line in the picture.
 pub(crate) struct RobotPath<'a> {
     /// As the legend calls it.
     pub(crate) name: &'a str,
-    /// Estimates beside the truth, in the order of their stamps.
-    pub(crate) comparisons: &'a [Comparison],
+    /// Estimates beside the truth, in the order of their stamps. Between the pieces there is a gap.
+    pub(crate) pieces: Vec<&'a [Comparison]>,
 }
 
 const WIDTH_PX: u32 = 1000;
@@ -27,11 +29,28 @@ pub(crate) fn draw_paths(
     file: &Path,
     caption: &str,
     robots: &[RobotPath<'_>],
-) -> Result<(), PictureError> {
-    let window = Window::around(robots);
-    let size = (WIDTH_PX, window.height_px());
-    let area = SVGBackend::new(file, size).into_drawing_area();
-    draw(&area, caption, robots, &window).map_err(|error| PictureError::new(file, &error))
+) -> Result<(), WriteError> {
+    let (window, legend) = (Window::around(robots), legend(robots));
+    let legend_px = legend.height_px(WIDTH_PX);
+    let size = (WIDTH_PX, CAPTION_PX + legend_px + window.height_px());
+    write_svg(file, size, |area| {
+        area.fill(&WHITE)?;
+        let (title, rest) = area.split_vertically(CAPTION_PX);
+        draw_title(&title, caption)?;
+        let (keys, plot) = rest.split_vertically(legend_px);
+        legend.draw(&keys)?;
+        draw_plot(&plot, robots, &window)
+    })
+}
+
+fn legend(robots: &[RobotPath<'_>]) -> Legend {
+    let robot = |(index, robot): (usize, &RobotPath<'_>)| {
+        let name = format!("{}, estimate", robot.name);
+        (name, line(robot_color(index), 2))
+    };
+    let truth = ("truth".to_owned(), line(TRUTH, 5));
+    let estimates = robots.iter().enumerate().map(robot);
+    Legend::new(std::iter::once(truth).chain(estimates).collect())
 }
 
 /// The part of the plane that is shown \[m\].
@@ -46,7 +65,7 @@ impl Window {
         let poses = || {
             robots
                 .iter()
-                .flat_map(|robot| robot.comparisons)
+                .flat_map(|robot| robot.pieces.iter().copied().flatten())
                 .flat_map(|c| [c.truth, c.estimate])
         };
         let (x, y) = (extent(poses().map(|p| p.x)), extent(poses().map(|p| p.y)));
@@ -71,31 +90,23 @@ impl Window {
         }
     }
 
-    /// Picture height that makes a metre equally long on both axes.
+    /// Height of the plot that makes a metre equally long on both axes.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Between 40 % and 100 % of the width.
     fn height_px(&self) -> u32 {
         let plot_width = f64::from(WIDTH_PX - 2 * MARGIN_PX - LABELS_PX);
         let plot_height = plot_width * (self.y.1 - self.y.0) / (self.x.1 - self.x.0);
-        plot_height.round() as u32 + 2 * MARGIN_PX + LABELS_PX + CAPTION_PX
+        plot_height.round() as u32 + 2 * MARGIN_PX + LABELS_PX
     }
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+fn draw_title(area: &Area<'_>, caption: &str) -> Result<(), Failure> {
+    let font = ("sans-serif", 20).into_font().color(&INK);
+    area.draw(&Text::new(caption.to_owned(), (10, 12), font))?;
+    Ok(())
+}
 
-fn draw(
-    area: &Area<'_>,
-    caption: &str,
-    robots: &[RobotPath<'_>],
-    window: &Window,
-) -> Result<(), Box<dyn std::error::Error>> {
-    area.fill(&WHITE)?;
-    let (title, plot) = area.split_vertically(CAPTION_PX);
-    title.draw(&Text::new(
-        caption.to_owned(),
-        (10, 12),
-        ("sans-serif", 20).into_font().color(&INK),
-    ))?;
-    let mut chart = ChartBuilder::on(&plot)
+fn draw_plot(plot: &Area<'_>, robots: &[RobotPath<'_>], window: &Window) -> Result<(), Failure> {
+    let mut chart = ChartBuilder::on(plot)
         .margin(MARGIN_PX)
         .x_label_area_size(LABELS_PX)
         .y_label_area_size(LABELS_PX)
@@ -111,35 +122,33 @@ fn draw(
         .x_label_formatter(&tick_label)
         .y_label_formatter(&tick_label)
         .draw()?;
-    for (index, robot) in robots.iter().enumerate() {
-        let truth = thinned(robot.comparisons, MOST_POINTS).map(|c| (c.truth.x, c.truth.y));
-        let drawn = chart.draw_series(LineSeries::new(truth, line(TRUTH, 5)))?;
-        if index == 0 {
-            drawn
-                .label("truth")
-                .legend(|(x, y)| PathElement::new([(x, y), (x + 20, y)], line(TRUTH, 5)));
-        }
+    for robot in robots {
+        chart.draw_series(lines(robot, |c| (c.truth.x, c.truth.y), line(TRUTH, 5)))?;
     }
     for (index, robot) in robots.iter().enumerate() {
-        let style = line(robot_color(index), 2);
-        let estimate =
-            thinned(robot.comparisons, MOST_POINTS).map(|c| (c.estimate.x, c.estimate.y));
-        chart
-            .draw_series(LineSeries::new(estimate, style))?
-            .label(format!("{}, estimate", robot.name))
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
-        let start = robot.comparisons.first().map(|c| (c.truth.x, c.truth.y));
-        chart.draw_series(start.map(|at| Circle::new(at, 5, robot_color(index).filled())))?;
+        let color = robot_color(index);
+        let estimate = lines(robot, |c| (c.estimate.x, c.estimate.y), line(color, 2));
+        chart.draw_series(estimate)?;
+        let start = robot.pieces.iter().copied().flatten().next();
+        let start = start.map(|c| (c.truth.x, c.truth.y));
+        chart.draw_series(start.map(|at| Circle::new(at, 5, color.filled())))?;
+        // Colours start over after ten robots; names do not.
+        let font = ("sans-serif", 13).into_font().color(&INK);
+        chart.draw_series(
+            start.map(|at| EmptyElement::at(at) + Text::new(robot.name.to_owned(), (7, -14), font)),
+        )?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(GRID)
-        .label_font(("sans-serif", 14).into_font().color(&INK))
-        .draw()?;
-    area.present()?;
     Ok(())
+}
+
+fn lines(
+    robot: &RobotPath<'_>,
+    place: fn(&Comparison) -> (f64, f64),
+    style: ShapeStyle,
+) -> Vec<PathElement<(f64, f64)>> {
+    thinned(&robot.pieces, MOST_POINTS)
+        .map(|piece| PathElement::new(piece.map(place).collect::<Vec<_>>(), style))
+        .collect()
 }
 
 #[cfg(test)]
@@ -175,11 +184,11 @@ mod tests {
         let robots = [
             RobotPath {
                 name: "robot 1",
-                comparisons: &one,
+                pieces: vec![&one],
             },
             RobotPath {
                 name: "robot 2",
-                comparisons: &two,
+                pieces: vec![&two[..100], &two[120..]],
             },
         ];
         draw_paths(&file, "Paths", &robots).unwrap();
@@ -196,8 +205,8 @@ mod tests {
         }
         assert_eq!(
             svg.matches("stroke-width=\"5\"").count(),
-            3,
-            "two truths and their legend entry"
+            4,
+            "three pieces of the truth and the legend's"
         );
     }
 
@@ -206,11 +215,11 @@ mod tests {
         let comparisons = circle(1.0);
         let window = Window::around(&[RobotPath {
             name: "",
-            comparisons: &comparisons,
+            pieces: vec![&comparisons],
         }]);
         let across = f64::from(WIDTH_PX - 2 * MARGIN_PX - LABELS_PX) / (window.x.1 - window.x.0);
-        let up = f64::from(window.height_px() - 2 * MARGIN_PX - LABELS_PX - CAPTION_PX)
-            / (window.y.1 - window.y.0);
+        let up =
+            f64::from(window.height_px() - 2 * MARGIN_PX - LABELS_PX) / (window.y.1 - window.y.0);
         assert!((across / up - 1.0).abs() < 0.01);
     }
 
@@ -223,7 +232,7 @@ mod tests {
             "Paths",
             &[RobotPath {
                 name: "robot 1",
-                comparisons: &[],
+                pieces: Vec::new(),
             }],
         )
         .unwrap();

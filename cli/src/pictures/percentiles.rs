@@ -4,8 +4,9 @@ use std::path::Path;
 
 use plotters::prelude::*;
 
-use super::PictureError;
 use super::style::{GRID, INK, line, robot_color};
+use super::{Area, Failure, write_svg};
+use crate::result_file::WriteError;
 
 /// A line of the picture.
 pub(crate) struct PercentileCurve {
@@ -21,8 +22,8 @@ pub(crate) fn draw_percentiles(
     path: &Path,
     title: &str,
     curves: &[PercentileCurve],
-) -> Result<(), PictureError> {
-    draw(path, title, curves).map_err(|error| PictureError::new(path, &error))
+) -> Result<(), WriteError> {
+    write_svg(path, SIZE, |area| draw(area, title, curves))
 }
 
 /// Nines of a quantile: 0.99 has two.
@@ -42,18 +43,13 @@ fn whole(number: f64) -> usize {
     number.max(0.0).ceil() as usize
 }
 
-fn draw(
-    path: &Path,
-    title: &str,
-    curves: &[PercentileCurve],
-) -> Result<(), Box<dyn std::error::Error>> {
+fn draw(area: &Area<'_>, title: &str, curves: &[PercentileCurve]) -> Result<(), Failure> {
     let points = || curves.iter().flat_map(|curve| &curve.points);
     let most_nines = points().map(|point| nines(point.0)).fold(1.0, f64::max);
     let low = points().map(|point| point.1).fold(1.0, f64::min).max(0.01);
     let high = points().map(|point| point.1).fold(10.0, f64::max);
-    let area = SVGBackend::new(path, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&area)
+    let mut chart = ChartBuilder::on(area)
         .caption(title, ("sans-serif", 18).into_font().color(&INK))
         .margin(16)
         .x_label_area_size(42)
@@ -85,7 +81,6 @@ fn draw(
         .background_style(WHITE.mix(0.85))
         .border_style(GRID)
         .draw()?;
-    area.present()?;
     Ok(())
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-use super::PictureError;
+use crate::result_file::{self, WriteError};
 
 /// Common faces, in the order of preference; without any of them the first of the machine's is taken.
 const FACES: [&str; 5] = [
@@ -16,18 +16,24 @@ const FACES: [&str; 5] = [
     "Helvetica",
 ];
 
-/// Writes the picture `svg` once more, ending in `.png`.
-pub(crate) fn to_png(svg: &Path) -> Result<(), PictureError> {
-    let file = svg.with_extension("png");
-    render(svg, &file).map_err(|reason| PictureError::new(&file, &reason))
+/// What is missing for it, if anything is.
+pub(crate) fn check_fonts() -> Result<(), &'static str> {
+    options().map(drop)
 }
 
-fn render(svg: &Path, file: &Path) -> Result<(), Box<dyn std::error::Error>> {
+/// Writes the picture `svg` once more, ending in `.png`.
+pub(crate) fn to_png(svg: &Path) -> Result<(), WriteError> {
+    let file = svg.with_extension("png");
+    let pixels = render(svg).map_err(|reason| WriteError::new(&file, &reason))?;
+    result_file::write(&file, &pixels)
+}
+
+fn render(svg: &Path) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     let tree = Tree::from_data(&std::fs::read(svg)?, &options()?)?;
     let size = tree.size().to_int_size();
     let mut pixels = Pixmap::new(size.width(), size.height()).ok_or("it has no size")?;
     resvg::render(&tree, Transform::identity(), &mut pixels.as_mut());
-    Ok(pixels.save_png(file)?)
+    Ok(pixels.encode_png()?)
 }
 
 fn options() -> Result<Options<'static>, &'static str> {

@@ -65,10 +65,20 @@ pub(super) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     if low <= high { (low, high) } else { (0.0, 1.0) }
 }
 
-/// At most `most` of the items, evenly spread: a picture has fewer pixels than a run has ticks.
-pub(super) fn thinned<T>(items: &[T], most: usize) -> impl Iterator<Item = &T> {
-    let step = items.len().div_ceil(most.max(1)).max(1);
-    items.iter().step_by(step)
+/// Of each piece only so many items that together there are about `most`, evenly spread, ends included: a picture has fewer
+/// pixels than a run has ticks.
+pub(super) fn thinned<'a, T: 'a, P: AsRef<[T]>>(
+    pieces: &'a [P],
+    most: usize,
+) -> impl Iterator<Item = impl Iterator<Item = &'a T>> {
+    let all: usize = pieces.iter().map(|piece| piece.as_ref().len()).sum();
+    let step = all.div_ceil(most.max(1)).max(1);
+    pieces.iter().map(move |piece| {
+        let piece = piece.as_ref();
+        let last = piece.len().saturating_sub(1);
+        let end = (last % step != 0).then(|| piece.last()).flatten();
+        piece.iter().step_by(step).chain(end)
+    })
 }
 
 #[cfg(test)]
@@ -93,9 +103,19 @@ mod tests {
     }
 
     #[test]
-    fn thinning_never_exceeds_its_limit() {
-        let items: Vec<u32> = (0..1001).collect();
-        assert!(thinned(&items, 100).count() <= 100);
-        assert_eq!(thinned(&items[..7], 100).count(), 7);
+    fn thinning_keeps_the_ends_of_every_piece_and_hardly_more_than_asked_for() {
+        let pieces: [Vec<u32>; 2] = [(0..1001).collect(), (2000..2004).collect()];
+        let thin: Vec<Vec<u32>> = thinned(&pieces, 100)
+            .map(|p| p.copied().collect())
+            .collect();
+        assert!(thin[0].len() + thin[1].len() <= 104);
+        assert_eq!(
+            (thin[0].last(), &thin[1][..]),
+            (Some(&1000), &[2000, 2003][..])
+        );
+        let few: Vec<Vec<u32>> = thinned(&pieces[1..], 100)
+            .map(|p| p.copied().collect())
+            .collect();
+        assert_eq!(few, [[2000, 2001, 2002, 2003]]);
     }
 }

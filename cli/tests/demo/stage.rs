@@ -22,6 +22,8 @@ pub(crate) struct Demo {
 pub(crate) struct Ended {
     pub(crate) status: ExitStatus,
     pub(crate) summary: Value,
+    /// The lines for people that nobody waited for.
+    pub(crate) said: String,
     pub(crate) folder: TempDir,
 }
 
@@ -80,11 +82,13 @@ impl Demo {
     pub(crate) fn end(mut self) -> Ended {
         let said: Vec<String> = self.said.by_ref().map(Result::unwrap).collect();
         let output = self.child.wait_with_output().unwrap();
-        println!("{}", said.join("\n"));
+        let said = said.join("\n");
+        println!("{said}");
         let summary = serde_json::from_slice(&output.stdout).unwrap_or_default();
         Ended {
             status: output.status,
             summary,
+            said,
             folder: self.folder,
         }
     }

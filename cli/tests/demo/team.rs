@@ -23,6 +23,18 @@ fn a_team_knows_where_it_is_and_leaves_nothing() {
     );
 }
 
+#[test]
+fn a_robot_alone_is_judged_by_what_can_be_expected_of_it() {
+    let ended = Demo::start(&["--robots", "1", "--seconds", "6"]).end();
+    assert_localized(&ended, 1);
+    let bars = ended.summary["bars"].as_array().unwrap();
+    let kept = |promise: &str| {
+        let about = |bar: &&serde_json::Value| bar["promise"].as_str().unwrap().contains(promise);
+        bars.iter().find(about).unwrap()["broken_by"] == serde_json::json!([])
+    };
+    assert!(kept("0.30 rad") && kept("90 %"), "{}", ended.said);
+}
+
 /// Far looser than the demo's own bars: a busy machine may make it miss those.
 fn assert_localized(ended: &Ended, number: usize) {
     let robot = ended.robot(number);

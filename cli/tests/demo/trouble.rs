@@ -1,9 +1,10 @@
 //! A team to which things happen: daemons are killed, people lose patience, the demo itself is killed.
 
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use crate::stage::{Demo, coloc, process_with, send, shared_memory_of, wait_until};
+use crate::stage::{Demo, coloc, entries, process_with, send, shared_memory_of, wait_until};
 
 #[test]
 fn a_daemon_that_is_killed_can_be_started_again_and_the_others_do_not_notice() {
@@ -28,6 +29,20 @@ fn a_daemon_that_is_killed_can_be_started_again_and_the_others_do_not_notice() {
     assert!(ended.estimates(1) > ended.estimates(2) && ended.estimates(3) > ended.estimates(2));
     ended.assert_left_nothing();
     assert!(shared_memory_of(&home.join("shm")).is_empty());
+    let lines = |number| {
+        let picture = ended
+            .folder
+            .path()
+            .join(format!("out/errors-robot{number}.svg"));
+        std::fs::read_to_string(picture)
+            .unwrap()
+            .matches("<polyline")
+            .count()
+    };
+    assert!(
+        lines(2) >= lines(1) + 9,
+        "its dead time is a gap in nine lines"
+    );
 }
 
 /// Types the command that the demo shows for a daemon that is down.
@@ -49,6 +64,9 @@ fn a_demo_that_is_interrupted_still_says_what_it_saw() {
     demo.wait_for_line("2 of 2 up");
     demo.send("TERM");
     let ended = demo.end();
+    assert_eq!(ended.status.code(), Some(128 + 15), "as a shell says it");
+    assert_eq!(ended.summary["verdict"], "interrupted");
+    assert!(ended.said.contains("INTERRUPTED  2 robots") && !ended.said.contains("PASS"));
     let seconds = ended.summary["seconds"].as_f64().unwrap();
     assert!(seconds > 0.0 && seconds < 600.0);
     assert!(ended.estimates(1) > 10);
@@ -68,6 +86,38 @@ fn the_daemons_end_with_a_demo_that_is_killed() {
     let ended = demo.end();
     assert!(!ended.status.success());
     wait_until("its daemons have ended", || process_with(&home).is_none());
+    assert!(shared_memory_of(&home.join("shm")).is_empty());
+}
+
+#[test]
+fn what_a_demo_and_its_daemons_leave_that_were_all_killed_goes_with_the_next_demo() {
+    let mut demo = Demo::start(&["--robots", "2", "--seconds", "600"]);
+    demo.wait_for_line("2 of 2 up");
+    let home = demo.home();
+    let mode = home.metadata().unwrap().permissions().mode();
+    assert_eq!(mode & 0o777, 0o700, "nobody else can look in");
+    for file in ["robot1.toml", "robot2.toml"] {
+        send(process_with(&home.join(file)).unwrap(), "KILL");
+    }
+    demo.send("KILL");
+    let ended = demo.end();
+    wait_until("its daemons have ended", || process_with(&home).is_none());
+    assert!(
+        !shared_memory_of(&home.join("shm")).is_empty(),
+        "else there is nothing to remove"
+    );
+    let output = coloc()
+        .args(["demo", "--robots", "1", "--seconds", "1", "--out"])
+        .arg(ended.folder.path().join("next"))
+        .env("TMPDIR", home.parent().unwrap())
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        said.contains("removed what a demo that was killed had left"),
+        "{said}"
+    );
+    assert!(entries(home.parent().unwrap()).is_empty());
     assert!(shared_memory_of(&home.join("shm")).is_empty());
 }
 

@@ -1,0 +1,155 @@
+//! Where a command keeps what it needs only while it runs: a folder in the temporary directory that nobody else can look into.
+//! It goes with the command. What a command that was killed has left goes with the next one.
+//!
+//! Who uses such a folder holds a lock on it, which the kernel gives back whatever happens. A daemon that has outlived its
+//! command for a moment holds the lock of its shared memory.
+
+use std::ffi::OsStr;
+use std::fs::{File, Permissions};
+use std::io;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+
+use coloc_shm_types::Space;
+use rustix::fs::{FlockOperation, Mode, OFlags, flock};
+use rustix::process::geteuid;
+use tempfile::TempDir;
+
+/// How often a new folder may be taken for an abandoned one before it could be locked.
+const TRIES: u32 = 10;
+
+/// What tells the folders of one command from others.
+#[derive(Copy, Clone, Debug)]
+pub(crate) struct Kind {
+    /// Begins the folder's name.
+    pub(crate) name: &'static str,
+    /// Begins the name of every file in shared memory.
+    pub(crate) shm_prefix: &'static str,
+}
+
+/// The folder of this process. The order of the fields is the order of leaving.
+#[derive(Debug)]
+pub(crate) struct Home {
+    folder: TempDir,
+    _lock: File,
+}
+
+impl Home {
+    /// Makes one that only this user may enter, in `place`.
+    pub(crate) fn make(kind: Kind, place: &Path) -> io::Result<Self> {
+        for _ in 0..TRIES {
+            let folder = tempfile::Builder::new()
+                .prefix(kind.name)
+                .permissions(Permissions::from_mode(0o700))
+                .tempdir_in(place)?;
+            // Who cleans up may have come between: then it is gone or about to go.
+            if let Some(lock) = lock(folder.path())? {
+                return Ok(Self {
+                    folder,
+                    _lock: lock,
+                });
+            }
+        }
+        Err(io::Error::other("it is taken away again and again"))
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Root of the shared memory.
+    pub(crate) fn shm_root(&self) -> PathBuf {
+        shm_root(self.path())
+    }
+}
+
+fn shm_root(folder: &Path) -> PathBuf {
+    folder.join("shm")
+}
+
+/// Removes what commands of that kind have left in `place` when they were killed, with its shared memory. Says what went.
+pub(crate) fn sweep(kind: Kind, place: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(place).into_iter().flatten().flatten();
+    let named = |name: &OsStr| name.to_string_lossy().starts_with(kind.name);
+    entries
+        .filter(|entry| named(&entry.file_name()))
+        .map(|entry| entry.path())
+        .filter(|folder| remove(kind, folder).is_ok_and(|removed| removed))
+        .collect()
+}
+
+/// Unless it is in use, or somebody else's.
+fn remove(kind: Kind, folder: &Path) -> io::Result<bool> {
+    let Some(_lock) = lock(folder)? else {
+        return Ok(false);
+    };
+    let root = shm_root(folder);
+    if root.exists() {
+        if lock(&root)?.is_none() {
+            return Ok(false);
+        }
+        // Whoever is alone in a space takes everything out when it leaves.
+        Space::open(&root, kind.shm_prefix, "coloc-sweeper").map_err(io::Error::other)?;
+    }
+    std::fs::remove_dir_all(folder)?;
+    Ok(true)
+}
+
+/// The lock on a folder of this user; `None` if it is another's, or in use, or gone meanwhile. Links are not followed.
+fn lock(folder: &Path) -> io::Result<Option<File>> {
+    let flags = OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+    let file: File = match rustix::fs::open(folder, flags, Mode::empty()) {
+        Ok(file) => file.into(),
+        Err(rustix::io::Errno::NOENT) => return Ok(None),
+        Err(error) => return Err(error.into()),
+    };
+    let locked = file.metadata()?.uid() == geteuid().as_raw()
+        && flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok();
+    // With the lock, nobody else removes it: what is there now stays there.
+    Ok((locked && folder.exists()).then_some(file))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    const KIND: Kind = Kind {
+        name: "coloc-test-",
+        shm_prefix: "coloctest",
+    };
+
+    #[test]
+    fn a_home_is_private_in_use_and_gone_in_the_end() {
+        let place = tempfile::tempdir().unwrap();
+        let home = Home::make(KIND, place.path()).unwrap();
+        let mode = home.path().metadata().unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o700);
+        assert!(sweep(KIND, place.path()).is_empty(), "it is in use");
+        assert!(home.path().exists());
+        drop(home);
+        assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn what_nobody_lives_in_is_removed_and_nothing_else() {
+        let place = tempfile::tempdir().unwrap();
+        let at = |name: &str| place.path().join(name);
+        for name in [
+            "coloc-test-dead/shm/nodes",
+            "coloc-other-dead",
+            "coloc-test-lives/shm",
+        ] {
+            std::fs::create_dir_all(at(name)).unwrap();
+        }
+        symlink(at("coloc-other-dead"), at("coloc-test-link")).unwrap();
+        let space = Space::open(&at("coloc-test-lives/shm"), KIND.shm_prefix, "daemon").unwrap();
+        assert_eq!(sweep(KIND, place.path()), [at("coloc-test-dead")]);
+        for name in ["coloc-other-dead", "coloc-test-lives", "coloc-test-link"] {
+            assert!(at(name).exists(), "{name}");
+        }
+        drop(space);
+        assert_eq!(sweep(KIND, place.path()), [at("coloc-test-lives")]);
+    }
+}
