@@ -90,6 +90,19 @@ impl Program {
         }
     }
 
+    /// Waits until standard error contains this.
+    pub(crate) fn says(&self, word: &str, within: Duration) -> Outcome {
+        let deadline = Instant::now() + within;
+        while !self.said().contains(word) {
+            if Instant::now() > deadline {
+                let evidence = self.evidence();
+                fault!("{} did not say `{word}`{evidence}", self.name);
+            }
+            sleep(PAUSE);
+        }
+        Ok(())
+    }
+
     /// Hands the lines over to somebody else.
     pub(crate) fn take_lines(&mut self) -> Receiver<String> {
         std::mem::replace(&mut self.lines, channel().1)

@@ -9,7 +9,7 @@ use rustix::process::Signal;
 
 use crate::fault::{Outcome, fault};
 use crate::files::Entry;
-use crate::fleet::{Fleet, OTHER, Started, VICTIM, Who};
+use crate::fleet::{ANSWER, Fleet, OTHER, Started, VICTIM, Who};
 use crate::harm::{spoil, unmake};
 use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
@@ -66,6 +66,7 @@ fn power_cut(fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome {
 /// The daemon that comes first must say what it found.
 fn is_first(fleet: &mut Fleet, found: bool, round: &mut Round<'_>) -> Outcome {
     let mut first = fleet.start(Who::Daemon, OTHER);
+    first.program.says("running", ANSWER)?;
     fleet.start_witness()?;
     round.tally.restarts.push(fleet.answers(&mut first)?);
     if found && !first.program.said().contains("remov") {
