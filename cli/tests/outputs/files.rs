@@ -109,6 +109,24 @@ fn a_demo_whose_pictures_fail_says_its_verdict() {
 }
 
 #[test]
+fn a_demo_on_a_full_disk_says_its_verdict() {
+    let mut program = on_a_full_disk("demo --robots 1 --seconds 1 --out OUT/full/demo");
+    let ended = program.run(Read, Read);
+    if cannot_mount(&ended.stderr) {
+        return;
+    }
+    assert_eq!(ended.status, Some(1), "{ended:?}");
+    assert!(
+        ended.stdout.contains("robot1 ") && ended.stdout.contains("1 robot, 1.0 s"),
+        "{ended:?}"
+    );
+    for file in ["paths.svg", "summary.json"] {
+        let why = format!("{file}: No space left on device");
+        assert!(ended.stderr.contains(&why), "{ended:?}");
+    }
+}
+
+#[test]
 fn an_evaluation_on_a_full_disk_says_what_it_found() {
     let arguments =
         "eval --runs 2 --seconds 1 --methods coloc --plots OUT/full/plots --json OUT/a.json";

@@ -67,6 +67,31 @@ fn what_is_not_understood_is_said_on_standard_error_alone() {
     }
 }
 
+/// It is the daemon that answers: 1 whoever does not take it.
+#[test]
+fn a_configuration_that_nobody_reads_about_is_a_sentence() {
+    for (stdout, stderr) in SINKS {
+        for command in ["check", "colocd check"] {
+            let mut program = Program::coloc(&format!("{command} OUT/robot.toml"));
+            let root = program.folder.path().join("shm");
+            let text = format!(
+                "[robot]\nname = \"robot1\"\nid = 1\n[shm]\nroot = \"{}\"\n",
+                root.display()
+            );
+            std::fs::write(program.folder.path().join("robot.toml"), text).unwrap();
+            let ended = program.run(stdout, stderr);
+            let good = i32::from(stdout != Read);
+            assert_eq!(ended.status, Some(good), "{command} {stdout:?} {ended:?}");
+            let said = ended.stderr.starts_with("colocd: ");
+            assert_eq!(
+                said,
+                stdout != Read && stderr == Read,
+                "{command} {ended:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn an_evaluation_whose_reader_has_gone_still_writes_its_files() {
     let arguments = "eval --runs 2 --seconds 1 --methods coloc,split-ci \
