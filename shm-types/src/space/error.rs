@@ -101,6 +101,16 @@ pub enum OpenError {
         /// What it said.
         reason: NodeCreationFailure,
     },
+    /// The operating system refused something while iceoryx2 started.
+    #[error("iceoryx2 cannot start in {}: {source}; {advice}", .root.display())]
+    Refused {
+        /// The root directory.
+        root: PathBuf,
+        /// What it said.
+        source: std::io::Error,
+        /// What to do about it.
+        advice: &'static str,
+    },
     /// Another process acts for this robot.
     #[error("robot `{robot}` is already run by {}: stop it first, or give this robot another name", process(*.pid))]
     AlreadyClaimed {
@@ -209,6 +219,16 @@ pub enum PortError {
         port: &'static str,
         /// How many there may be.
         limit: usize,
+    },
+    /// The operating system refused something.
+    #[error("cannot open {service}: {source}; {advice}")]
+    Refused {
+        /// Name of the service.
+        service: String,
+        /// What it said.
+        source: std::io::Error,
+        /// What to do about it.
+        advice: &'static str,
     },
     /// iceoryx2 failed otherwise.
     #[error(

@@ -1,17 +1,23 @@
 //! The shared-memory space: a root directory and a prefix, opened once by every process that takes part.
 mod claim;
 mod config;
+mod disk;
 mod error;
 mod key;
+mod leftovers;
 mod lock;
 mod port;
 mod residence;
 mod segments;
+mod transport;
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
-use iceoryx2::prelude::{LogLevel, NodeBuilder, SignalHandlingMode, ipc, set_log_level};
+use iceoryx2::node::NodeCreationFailure;
+use iceoryx2::prelude::{LogLevel, NodeBuilder, NodeName, SignalHandlingMode, set_log_level};
+use rustix::io::Errno;
 
 pub use claim::Claim;
 pub use error::{Lost, OpenError, PortError, ReceiveError, Remark, SendError};
@@ -21,8 +27,9 @@ use crate::private::PrivateDirectory;
 use crate::{Message, RobotName, places};
 use config::Place;
 use residence::Residence;
+use transport::fault::{self, Site};
 
-pub(crate) type Node = iceoryx2::node::Node<ipc::Service>;
+pub(crate) type Node = iceoryx2::node::Node<transport::Service>;
 
 /// A process's share in a shared-memory space.
 ///
@@ -53,6 +60,7 @@ impl Space {
         set_log_level(LogLevel::Fatal);
         let residence = Residence::enter(root, prefix)?;
         let node = create_node(residence.place(), name)?;
+        leftovers::remove(residence.place());
         Ok(Self {
             tenancy: Arc::new(Tenancy { node, residence }),
         })
@@ -108,6 +116,25 @@ impl Space {
         self.tenancy.residence.remarks()
     }
 
+    /// Removes what processes have left that died, and says how many files of theirs it was: for whoever lives long.
+    ///
+    /// Not for a thread that must not wait: it looks through directories.
+    #[allow(
+        clippy::must_use_candidate,
+        reason = "most callers do not care how many"
+    )]
+    pub fn tidy(&self) -> usize {
+        let place = self.place();
+        Node::try_cleanup_dead_nodes(place.config());
+        leftovers::remove(place)
+    }
+
+    /// How many connections of this process to others wait for memory or descriptors to be made.
+    #[must_use]
+    pub fn waiting_connections() -> usize {
+        transport::waiting()
+    }
+
     /// How every file in `/dev/shm` begins that ever was of this root and prefix.
     #[must_use]
     pub fn full_prefix(&self) -> &str {
@@ -134,19 +161,55 @@ impl Space {
     }
 }
 
+/// So often is it tried again while others are just making what all nodes share.
+const TRIES: usize = 20;
+const PAUSE: Duration = Duration::from_millis(25);
+
 fn create_node(place: &Place, name: &str) -> Result<Node, OpenError> {
-    let name = name
+    let name: NodeName = name
         .try_into()
         .map_err(|_| OpenError::BadNodeName { name: name.into() })?;
+    disk::check(place.root()).map_err(|error| refused(place, Site::Root, error))?;
+    let mut tries = 0..TRIES;
+    loop {
+        match try_create_node(place, &name) {
+            // Full is full.
+            Err(NodeCreationFailure::InternalError)
+                if fault::peek().is_none() && tries.next().is_some() =>
+            {
+                std::thread::sleep(PAUSE);
+                leftovers::remove(place);
+            }
+            result => return result.map_err(|reason| failed(place, reason)),
+        }
+    }
+}
+
+fn try_create_node(place: &Place, name: &NodeName) -> Result<Node, NodeCreationFailure> {
+    fault::take();
     NodeBuilder::new()
-        .name(&name)
+        .name(name)
         .config(place.config())
         .signal_handling_mode(SignalHandlingMode::Disabled)
         .create()
-        .map_err(|reason| OpenError::Node {
+}
+
+fn failed(place: &Place, reason: NodeCreationFailure) -> OpenError {
+    match fault::take() {
+        Some((site, error)) => refused(place, site, error),
+        None => OpenError::Node {
             root: place.root().into(),
             reason,
-        })
+        },
+    }
+}
+
+fn refused(place: &Place, site: Site, error: Errno) -> OpenError {
+    OpenError::Refused {
+        root: place.root().into(),
+        source: error.into(),
+        advice: site.advice(),
+    }
 }
 
 /// A space may be opened on one thread and its ports on others.

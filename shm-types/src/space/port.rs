@@ -1,31 +1,36 @@
 //! The two ends of a channel.
 use std::fmt::Debug;
-use std::time::Duration;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use iceoryx2::port::publisher::PublisherCreateError;
 use iceoryx2::port::subscriber::SubscriberCreateError;
 use iceoryx2::port::update_connections::UpdateConnections;
-use iceoryx2::prelude::{BackpressureStrategy, ServiceName, ipc};
+use iceoryx2::port::{DegradationAction, DegradationFn};
+use iceoryx2::prelude::{BackpressureStrategy, ServiceName};
 use iceoryx2::service::builder::publish_subscribe::{
     PublishSubscribeCreateError as CreateError, PublishSubscribeOpenError as ServiceOpenError,
     PublishSubscribeOpenOrCreateError as ServiceError,
 };
 
 use super::error::{PortError, ReceiveError, SendError};
+use super::transport::{self, fault};
 use super::{Node, Space};
 use crate::{Message, RobotName};
 
 type Factory<M> =
-    iceoryx2::service::port_factory::publish_subscribe::PortFactory<ipc::Service, M, ()>;
+    iceoryx2::service::port_factory::publish_subscribe::PortFactory<transport::Service, M, ()>;
 
-/// Processes that come and go leave a service in between states for a moment: so often, and so long, is waited.
-const ATTEMPTS: u32 = 40;
+/// Processes that come and go leave a service between states for a moment: for so long is it tried again.
+const PATIENCE: Duration = Duration::from_millis(1200);
 const PAUSE: Duration = Duration::from_millis(25);
 
 /// Sends the messages of one robot and channel. It stays on the thread that opened it.
 #[derive(Debug)]
 pub struct Publisher<M: Message> {
-    port: iceoryx2::port::publisher::Publisher<ipc::Service, M, ()>,
+    port: iceoryx2::port::publisher::Publisher<transport::Service, M, ()>,
+    missed: Missed,
     // Dropped after the port: the space is left last.
     _space: Space,
 }
@@ -33,26 +38,26 @@ pub struct Publisher<M: Message> {
 impl<M: Message> Publisher<M> {
     pub(super) fn open(space: &Space, robot: &RobotName) -> Result<Self, PortError> {
         let service = service_name::<M>(robot);
-        let factory = open_service::<M>(space.node(), &service)?;
+        let factory = open_service::<M>(space, &service)?;
+        let missed = Missed::default();
         let create = || {
             factory
                 .publisher_builder()
                 .backpressure_strategy(BackpressureStrategy::DiscardData)
+                .set_degradation_handler(missed.handler())
                 .create()
         };
-        let port = reaping(space.node(), create).map_err(|error| match error {
+        let port = reaping(space, create).map_err(|error| match error {
             PublisherCreateError::ExceedsMaxSupportedPublishers => PortError::Full {
                 service,
                 port: "publisher",
                 limit: M::CHANNEL.quality().publishers,
             },
-            reason => PortError::Transport {
-                service,
-                reason: reason.to_string(),
-            },
+            reason => failed(service, reason),
         })?;
         Ok(Self {
             port,
+            missed,
             _space: space.clone(),
         })
     }
@@ -67,6 +72,9 @@ impl<M: Message> Publisher<M> {
             .loan_uninit()
             .map_err(|error| SendError(error.into()))?;
         slot.write_payload(message).send().map_err(SendError)?;
+        if self.missed.take() {
+            return Err(SendError(iceoryx2::port::SendError::UnableToDeliver));
+        }
         Ok(())
     }
 
@@ -90,7 +98,7 @@ impl<M: Message> Publisher<M> {
 /// Receives the messages of one robot and channel. It stays on the thread that opened it.
 #[derive(Debug)]
 pub struct Subscriber<M: Message> {
-    port: iceoryx2::port::subscriber::Subscriber<ipc::Service, M, ()>,
+    port: iceoryx2::port::subscriber::Subscriber<transport::Service, M, ()>,
     // Dropped after the port: the space is left last.
     _space: Space,
 }
@@ -98,21 +106,16 @@ pub struct Subscriber<M: Message> {
 impl<M: Message> Subscriber<M> {
     pub(super) fn open(space: &Space, robot: &RobotName) -> Result<Self, PortError> {
         let service = service_name::<M>(robot);
-        let factory = open_service::<M>(space.node(), &service)?;
-        let port =
-            reaping(space.node(), || factory.subscriber_builder().create()).map_err(|error| {
-                match error {
-                    SubscriberCreateError::ExceedsMaxSupportedSubscribers => PortError::Full {
-                        service,
-                        port: "subscriber",
-                        limit: M::CHANNEL.quality().subscribers,
-                    },
-                    reason => PortError::Transport {
-                        service,
-                        reason: reason.to_string(),
-                    },
-                }
-            })?;
+        let factory = open_service::<M>(space, &service)?;
+        let create = || factory.subscriber_builder().create();
+        let port = reaping(space, create).map_err(|error| match error {
+            SubscriberCreateError::ExceedsMaxSupportedSubscribers => PortError::Full {
+                service,
+                port: "subscriber",
+                limit: M::CHANNEL.quality().subscribers,
+            },
+            reason => failed(service, reason),
+        })?;
         Ok(Self {
             port,
             _space: space.clone(),
@@ -144,21 +147,42 @@ impl<M: Message> Subscriber<M> {
     }
 }
 
+/// Whether somebody was not reached: a connection waits to be made.
+#[derive(Clone, Debug, Default)]
+struct Missed(Arc<AtomicBool>);
+
+impl Missed {
+    /// Notes it, so that iceoryx2 neither logs it nor leaves out the others.
+    fn handler(&self) -> impl DegradationFn + 'static {
+        let missed = Arc::clone(&self.0);
+        move |_, _| {
+            missed.store(true, Ordering::Relaxed);
+            DegradationAction::Ignore
+        }
+    }
+
+    fn take(&self) -> bool {
+        self.0.load(Ordering::Relaxed) && self.0.swap(false, Ordering::Relaxed)
+    }
+}
+
 fn service_name<M: Message>(robot: &RobotName) -> String {
     format!("coloc/{robot}/{}", M::CHANNEL.name())
 }
 
 /// Opens the service with the quality of the table, waiting while others are just making or removing it.
-fn open_service<M: Message>(node: &Node, service: &str) -> Result<Factory<M>, PortError> {
+fn open_service<M: Message>(space: &Space, service: &str) -> Result<Factory<M>, PortError> {
     let name = ServiceName::new(service).map_err(|reason| PortError::Transport {
         service: service.into(),
         reason: format!("{reason:?}"),
     })?;
-    let mut attempts = 0..ATTEMPTS;
+    let start = Instant::now();
     loop {
-        match try_open_service(node, &name) {
-            Err(error) if is_passing(error) && attempts.next().is_some() => {
+        fault::take();
+        match try_open_service(space.node(), &name) {
+            Err(error) if is_passing(error) && start.elapsed() < PATIENCE => {
                 std::thread::sleep(PAUSE);
+                space.tidy();
             }
             result => return result.map_err(|error| explain(error, service.into())),
         }
@@ -217,7 +241,19 @@ fn explain(error: ServiceError, service: String) -> PortError {
             service,
             reason: reason.to_string(),
         },
-        reason => PortError::Transport {
+        reason => failed(service, reason),
+    }
+}
+
+/// What the kernel has refused says more than what iceoryx2 makes of it.
+fn failed(service: String, reason: impl Debug) -> PortError {
+    match fault::take() {
+        Some((site, error)) => PortError::Refused {
+            service,
+            source: error.into(),
+            advice: site.advice(),
+        },
+        None => PortError::Transport {
             service,
             reason: format!("{reason:?}"),
         },
@@ -225,9 +261,11 @@ fn explain(error: ServiceError, service: String) -> PortError {
 }
 
 /// Tries again once after the dead were reaped: they hold their places until somebody does.
-fn reaping<T, E>(node: &Node, mut create: impl FnMut() -> Result<T, E>) -> Result<T, E> {
+fn reaping<T, E>(space: &Space, mut create: impl FnMut() -> Result<T, E>) -> Result<T, E> {
+    fault::take();
     create().or_else(|_| {
-        Node::try_cleanup_dead_nodes(node.config());
+        space.tidy();
+        fault::take();
         create()
     })
 }

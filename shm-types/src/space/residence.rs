@@ -19,7 +19,7 @@ use rustix::fs::AtFlags;
 use super::config::{self, Place};
 use super::error::{Lost, OpenError, Remark};
 use super::key::{self, Key};
-use super::{Node, claim, lock, segments};
+use super::{Node, claim, leftovers, lock, segments};
 use crate::private::PrivateDirectory;
 
 const NODES: &str = "nodes";
@@ -222,6 +222,8 @@ fn is_alive(root: &Path, prefix: &str) -> bool {
     let Ok(config) = config::configure(root, prefix) else {
         return true;
     };
+    // One of which nothing can be read would hide all others.
+    leftovers::remove_nodes(root, prefix);
     let mut alive = false;
     let listed = Node::list(&config, |node| {
         alive |= !matches!(node, NodeState::Dead(_));

@@ -1,0 +1,48 @@
+//! What the kernel refused while iceoryx2 was at work, which itself says no more than `InternalError`.
+use std::cell::Cell;
+
+use rustix::io::Errno;
+
+/// Where something was to be made.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Site {
+    /// In `/dev/shm`.
+    Memory,
+    /// Below the root directory.
+    Root,
+}
+
+impl Site {
+    /// What a person can do about it.
+    pub(crate) const fn advice(self) -> &'static str {
+        match self {
+            Self::Memory => {
+                "check that /dev/shm is mounted and writable, has room, and holds no files of another user that begin with the prefix"
+            }
+            Self::Root => {
+                "check that the disk of the shared-memory root is writable and has room (df, df -i)"
+            }
+        }
+    }
+}
+
+thread_local! {
+    static LAST: Cell<Option<(Site, Errno)>> = const { Cell::new(None) };
+}
+
+pub(super) fn note(site: Site) -> impl FnOnce(Errno) -> Errno {
+    move |error| {
+        LAST.set(Some((site, error)));
+        error
+    }
+}
+
+/// What was refused last on this thread, once.
+pub(crate) fn take() -> Option<(Site, Errno)> {
+    LAST.take()
+}
+
+/// As [`take`], and leaves it there.
+pub(crate) fn peek() -> Option<(Site, Errno)> {
+    LAST.get()
+}

@@ -1,0 +1,160 @@
+//! A mapped file in `/dev/shm`.
+#![expect(unsafe_code, reason = "memory that other processes map as well")]
+
+use std::os::fd::{AsFd, BorrowedFd};
+use std::path::{Path, PathBuf};
+use std::ptr::NonNull;
+
+use iceoryx2_bb_posix::access_mode::AccessMode;
+use iceoryx2_cal::named_concept::FileName;
+use rustix::fs::{FallocateFlags, FileType, Mode, OFlags};
+use rustix::io::Errno;
+use rustix::mm::{MapFlags, ProtFlags};
+
+use super::unfinished::Unfinished;
+
+/// Where the C library's `shm_open` looks.
+pub(crate) const DIRECTORY: &str = "/dev/shm";
+
+const PRIVATE: Mode = Mode::RUSR.union(Mode::WUSR);
+
+/// Why a segment is not opened.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) enum Refusal {
+    /// There is none.
+    Missing,
+    /// It is not complete, and will never be if its maker is dead.
+    HalfMade,
+    /// It is another user's, or no file at all.
+    NotOurs,
+    /// The kernel said no.
+    System(Errno),
+}
+
+/// Memory that is there to the last byte for as long as this lives.
+#[derive(Debug)]
+pub(super) struct Segment {
+    base: NonNull<u8>,
+    length: usize,
+}
+
+// SAFETY: an address range belongs to the process, not to a thread; what may be done with its bytes is its users' concern.
+unsafe impl Send for Segment {}
+// SAFETY: as above.
+unsafe impl Sync for Segment {}
+
+impl Segment {
+    /// Maps what has this name, at once or not at all.
+    pub(super) fn open(name: &FileName, access: AccessMode) -> Result<Self, Refusal> {
+        // Not waiting either for whoever looks whether it is dead.
+        let flags = OFlags::RDWR | OFlags::CLOEXEC | OFlags::NOFOLLOW | OFlags::NONBLOCK;
+        let file = rustix::fs::open(path(name), flags, Mode::empty()).map_err(refusal)?;
+        let length = check(file.as_fd())?;
+        // Other makers leave holes, which would be filled when they are touched, or end the process.
+        reserve(file.as_fd(), length).map_err(Refusal::System)?;
+        Self::map(file.as_fd(), length, protection(access)).map_err(Refusal::System)
+    }
+
+    pub(super) fn base(&self) -> NonNull<u8> {
+        self.base
+    }
+
+    pub(super) fn length(&self) -> usize {
+        self.length
+    }
+
+    fn map(file: BorrowedFd<'_>, length: usize, access: ProtFlags) -> Result<Self, Errno> {
+        // SAFETY: the kernel chooses a range that nothing else uses.
+        let base = unsafe {
+            rustix::mm::mmap(
+                std::ptr::null_mut(),
+                length,
+                access,
+                MapFlags::SHARED,
+                file,
+                0,
+            )?
+        };
+        let base = NonNull::new(base.cast()).ok_or(Errno::NOMEM)?;
+        Ok(Self { base, length })
+    }
+}
+
+impl Drop for Segment {
+    fn drop(&mut self) {
+        // SAFETY: the range is the one that was mapped, and whoever used it borrowed this.
+        let _ = unsafe { rustix::mm::munmap(self.base.as_ptr().cast(), self.length) };
+    }
+}
+
+/// A segment that nobody finds yet.
+#[derive(Debug)]
+pub(super) struct Draft {
+    segment: Segment,
+    file: Unfinished,
+}
+
+impl Draft {
+    /// Reserves `length` bytes, all zero.
+    pub(super) fn new(name: &FileName, length: usize) -> Result<Self, Errno> {
+        let file = Unfinished::new(path(name))?;
+        reserve(file.as_fd(), length)?;
+        let segment = Segment::map(file.as_fd(), length, protection(AccessMode::ReadWrite))?;
+        Ok(Self { segment, file })
+    }
+
+    pub(super) fn segment(&self) -> &Segment {
+        &self.segment
+    }
+
+    /// Lets everybody find it, unless there is something of its name.
+    pub(super) fn publish(self) -> Result<Segment, (Self, Errno)> {
+        match self.file.publish(PRIVATE) {
+            Ok(()) => Ok(self.segment),
+            Err(error) => Err((self, error)),
+        }
+    }
+}
+
+pub(super) fn path(name: &FileName) -> PathBuf {
+    Path::new(DIRECTORY).join(name.to_string())
+}
+
+fn protection(access: AccessMode) -> ProtFlags {
+    match access {
+        AccessMode::Read => ProtFlags::READ,
+        _ => ProtFlags::READ | ProtFlags::WRITE,
+    }
+}
+
+/// Makes the file so long, and every page of it present.
+fn reserve(file: BorrowedFd<'_>, length: usize) -> Result<(), Errno> {
+    let length = length as u64;
+    rustix::io::retry_on_intr(|| rustix::fs::fallocate(file, FallocateFlags::empty(), 0, length))
+}
+
+/// How long the file is, if it is complete and ours.
+fn check(file: BorrowedFd<'_>) -> Result<usize, Refusal> {
+    let found = rustix::fs::fstat(file).map_err(Refusal::System)?;
+    let regular = FileType::from_raw_mode(found.st_mode) == FileType::RegularFile;
+    if !regular || found.st_uid != rustix::process::geteuid().as_raw() {
+        return Err(Refusal::NotOurs);
+    }
+    // Makers of other programs let it be read when it is complete; the superuser could read it before.
+    if !Mode::from_raw_mode(found.st_mode).contains(PRIVATE) {
+        return Err(Refusal::HalfMade);
+    }
+    match usize::try_from(found.st_size) {
+        Ok(0) | Err(_) => Err(Refusal::HalfMade),
+        Ok(length) => Ok(length),
+    }
+}
+
+fn refusal(error: Errno) -> Refusal {
+    match error {
+        Errno::NOENT => Refusal::Missing,
+        Errno::ACCESS => Refusal::HalfMade,
+        Errno::LOOP => Refusal::NotOurs,
+        error => Refusal::System(error),
+    }
+}
