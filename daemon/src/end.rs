@@ -2,7 +2,7 @@
 //!
 //! `docs/operation.md` has the same table for people.
 
-use coloc_shm_types::OpenError;
+use coloc_shm_types::{Lost, OpenError};
 
 use crate::start::StartError;
 
@@ -15,6 +15,9 @@ pub enum EndError {
     /// The real-time thread cannot go on.
     #[error("the real-time thread has ended, so there are no more estimates: {0}")]
     RealTime(String),
+    /// The place of the shared memory was deleted or exchanged.
+    #[error("{0}")]
+    Lost(#[from] Lost),
     /// A result could not be written.
     #[error("standard output cannot be written: {0}")]
     Output(std::io::Error),
@@ -30,6 +33,8 @@ pub enum Status {
     NotUnderstood = 2,
     /// The real-time thread ended.
     RealTimeEnded = 3,
+    /// The shared memory was taken away.
+    SpaceLost = 4,
     /// Another process acts for this robot.
     AlreadyRun = 5,
 }
@@ -45,6 +50,7 @@ impl EndError {
             )) => Status::AlreadyRun,
             Self::Start(_) | Self::Output(_) => Status::Failed,
             Self::RealTime(_) => Status::RealTimeEnded,
+            Self::Lost(_) => Status::SpaceLost,
         }
     }
 }

@@ -6,8 +6,8 @@
 //!   allocates, locks, logs, formats or touches a file, and blocks in one place only.
 //!   One exception is the middleware's: a program that joins a service later is connected by the first message
 //!   after that, which allocates and opens its shared memory (18 to 33 allocations, some 35 µs, once per join).
-//! * **Everything else is somebody else's**: a second, ordinary thread (telemetry) logs, publishes the status,
-//!   saves the belief and watches the first.
+//! * **Everything else is somebody else's**: a second, ordinary thread (telemetry) words the log, publishes the status and
+//!   watches the first; what is written is written by threads that nobody waits for.
 //! * **Refuse early, survive late**: a wrong configuration opens nothing; once running, whatever comes from outside
 //!   is checked, counted under its reason, and never ends the program.
 

@@ -9,11 +9,11 @@ mod thread;
 
 use std::os::fd::OwnedFd;
 use std::sync::Arc;
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
 
-use coloc_shm_types::{Claim, Space};
+use coloc_shm_types::{Claim, Lost, Space};
 use rustix::event::{EventfdFlags, eventfd};
 use tracing::{error, info, warn};
 
@@ -61,18 +61,19 @@ pub fn run(config: &Config) -> Result<(), EndError> {
 fn live(config: &Config, log: &Log, calls: &mut Calls) -> Result<(), EndError> {
     let stop = eventfd(0, EventfdFlags::CLOEXEC).map_err(StartError::from)?;
     let link = Arc::new(Link::new());
-    let telemetry = Telemetering::start(config, &link)?;
-    let ticking = start_ticking(config, &link, &stop, calls)?;
+    let (entered, spaces) = channel();
+    let telemetry = Telemetering::start(config, &link, spaces, calls)?;
+    let ticking = start_ticking(config, &link, &stop, entered, calls)?;
     wait_for_the_end(log, calls);
     let since = Instant::now();
     // The counter of a new eventfd has room for one.
     let _ = rustix::io::write(&stop, &1_u64.to_ne_bytes());
-    let ending = ticking.join_until(since + TICKS_END);
-    telemetry.join_until(since + TELEMETRY_ENDS);
-    judge(ending)
+    let ticks = ticking.join_until(since + TICKS_END);
+    let telemetry = telemetry.join_until(since + TELEMETRY_ENDS);
+    judge(ticks).and(telemetry)
 }
 
-/// Until a signal asks for it, or the real-time thread has ended.
+/// Until a signal asks for it, or one of the threads has ended.
 fn wait_for_the_end(log: &Log, calls: &mut Calls) {
     while let Some(call) = calls.next() {
         match call {
@@ -104,6 +105,7 @@ fn start_ticking(
     config: &Config,
     link: &Arc<Link>,
     stop: &OwnedFd,
+    entered: Sender<Space>,
     calls: &Calls,
 ) -> Result<Watched<Result<(), EndError>>, StartError> {
     let (config, link) = (config.clone(), Arc::clone(link));
@@ -113,19 +115,29 @@ fn start_ticking(
     let builder = Builder::new()
         .name("colocd-tick".into())
         .stack_size(config.realtime.prefault_stack_kib * 1024 + SPARE_STACK);
-    let body = move || tick_until_stopped(&config, link, stop);
+    let body = move || tick_until_stopped(&config, link, stop, &entered);
     Watched::start(builder, body, calls.closer()).map_err(system("no thread"))
 }
 
 /// Everything about the ports stays on the thread that uses them, so start-up happens here too.
-fn tick_until_stopped(config: &Config, link: Arc<Link>, stop: OwnedFd) -> Result<(), EndError> {
-    let (robot, wait, _claim_and_space) = start(config, link, stop)?;
+fn tick_until_stopped(
+    config: &Config,
+    link: Arc<Link>,
+    stop: OwnedFd,
+    entered: &Sender<Space>,
+) -> Result<(), EndError> {
+    let (robot, wait, _claim) = start(config, link, stop, entered)?;
     ticks(robot, wait).map_err(|problem| EndError::RealTime(format!("its clock failed, {problem}")))
 }
 
-type Started = (Robot, Wait, (Claim, Space));
+type Started = (Robot, Wait, Claim);
 
-fn start(config: &Config, link: Arc<Link>, stop: OwnedFd) -> Result<Started, StartError> {
+fn start(
+    config: &Config,
+    link: Arc<Link>,
+    stop: OwnedFd,
+    entered: &Sender<Space>,
+) -> Result<Started, StartError> {
     let space = config.open_space(&format!("colocd {}", config.robot.name))?;
     (space.remarks().iter()).for_each(|remark| warn!("{remark}"));
     let claim = space.claim_robot(&config.robot.name, config.robot.id)?;
@@ -148,7 +160,9 @@ fn start(config: &Config, link: Arc<Link>, stop: OwnedFd) -> Result<Started, Sta
     for bus in robot.collect().buses() {
         wait.watch(bus)?;
     }
-    Ok((robot, wait, (claim, space)))
+    // Telemetry may have ended already, with the process.
+    let _ = entered.send(space);
+    Ok((robot, wait, claim))
 }
 
 fn report(config: &Config, robot: &Robot) {
@@ -192,26 +206,39 @@ pub fn turn(robot: &mut Robot, wait: &mut Wait) -> Result<Option<Outcome>, rusti
 
 /// The telemetry thread.
 struct Telemetering {
-    thread: Watched<()>,
+    thread: Watched<Result<(), Lost>>,
     stop: Sender<()>,
 }
 
 impl Telemetering {
-    fn start(config: &Config, link: &Arc<Link>) -> Result<Self, StartError> {
+    fn start(
+        config: &Config,
+        link: &Arc<Link>,
+        spaces: Receiver<Space>,
+        calls: &Calls,
+    ) -> Result<Self, StartError> {
         let (stop, stopped) = channel();
         let writers = Writers::start(config).map_err(system("no thread"))?;
         let (config, link) = (config.clone(), Arc::clone(link));
-        let body = move || Telemetry::new(&config, link).writing(writers).run(&stopped);
+        let body = move || {
+            Telemetry::new(&config, link, spaces)
+                .writing(writers)
+                .run(&stopped)
+        };
         let builder = Builder::new().name("colocd-log".into());
-        let thread = Watched::start(builder, body, || ()).map_err(system("no thread"))?;
+        let thread = Watched::start(builder, body, calls.closer()).map_err(system("no thread"))?;
         Ok(Self { thread, stop })
     }
 
-    /// The robot's estimates have ended in good order: how this thread does is no reason to fail.
-    fn join_until(self, deadline: Instant) {
+    fn join_until(self, deadline: Instant) -> Result<(), EndError> {
         drop(self.stop);
-        if self.thread.join_until(deadline) == Ending::Stuck {
-            warn!("the telemetry thread does not come back: the last status may be missing");
+        match self.thread.join_until(deadline) {
+            Ending::Returned(result) => Ok(result?),
+            // The estimates have ended in good order: how this thread does is no reason to fail.
+            Ending::Panicked | Ending::Stuck => {
+                warn!("the telemetry thread does not come back: the last status may be missing");
+                Ok(())
+            }
         }
     }
 }

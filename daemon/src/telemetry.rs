@@ -14,6 +14,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use coloc_estimator::Belief;
+use coloc_shm_types::{Lost, Space};
 use tracing::error;
 
 use crate::config::Config;
@@ -28,6 +29,9 @@ use watchdog::Watchdog;
 
 /// How often the ring is emptied.
 const PERIOD: Duration = Duration::from_millis(50);
+
+/// How often the shared memory is looked after.
+const CHECK_PERIOD: Duration = Duration::from_millis(500);
 
 /// How long disks may take for what is left at the end.
 const LAST_WRITES: Duration = Duration::from_millis(100);
@@ -77,17 +81,17 @@ impl Writers {
 }
 
 impl Telemetry {
-    /// Opens nothing yet: the status port is opened, and opened again, as needed. To be called on the thread that
-    /// [`Self::run`]s.
+    /// Opens nothing yet: the status port is opened, and opened again, as needed, in the space that comes from `spaces`. To
+    /// be called on the thread that [`Self::run`]s.
     #[must_use]
-    pub fn new(config: &Config, link: Arc<Link>) -> Self {
+    pub fn new(config: &Config, link: Arc<Link>, spaces: Receiver<Space>) -> Self {
         let patience = Duration::from_secs_f64(
             f64::from(config.telemetry.watchdog_ticks) / config.tick.rate_hz,
         );
         Self {
             link,
             robot: config.robot.id,
-            status: StatusPort::new(config),
+            status: StatusPort::new(config, spaces),
             total: Ledger::default(),
             lines: Throttle::default(),
             lost_events: 0,
@@ -104,21 +108,33 @@ impl Telemetry {
     }
 
     /// Works until the other end of `stop` is dropped, and once more after that.
-    pub fn run(mut self, stop: &Receiver<()>) {
-        while catch_unwind(AssertUnwindSafe(|| self.work(stop))).is_err() {
-            if has_ended(stop, self.begin_anew()) {
-                break;
+    ///
+    /// # Errors
+    /// The shared memory was taken away: whoever comes now does not meet this robot.
+    pub fn run(mut self, stop: &Receiver<()>) -> Result<(), Lost> {
+        let result = loop {
+            match catch_unwind(AssertUnwindSafe(|| self.work(stop))) {
+                Ok(result) => break result,
+                Err(_) if has_ended(stop, self.begin_anew()) => break Ok(()),
+                Err(_) => {}
             }
-        }
+        };
         self.finish();
+        result
     }
 
-    fn work(&mut self, stop: &Receiver<()>) {
+    fn work(&mut self, stop: &Receiver<()>) -> Result<(), Lost> {
+        let mut checked = Instant::now();
         while !has_ended(stop, PERIOD) {
             self.drain();
             self.watchdog.look(self.link.last_beat());
+            if checked.elapsed() >= CHECK_PERIOD {
+                checked = Instant::now();
+                self.status.check()?;
+            }
         }
         self.drain();
+        Ok(())
     }
 
     /// After a panic, in some doubt about the port and without the ledger that was at hand; how long to wait before that.

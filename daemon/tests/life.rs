@@ -247,6 +247,19 @@ fn without_its_clock_it_ends_with_a_status_and_nothing_is_left() {
 }
 
 #[test]
+fn when_its_place_is_taken_away_it_ends_with_a_status_and_starts_again() {
+    let site = Site::new("robot1", "");
+    let mut daemon = Daemon::spawn(site.run_command().stderr(Stdio::piped()));
+    let said = daemon.standard_error();
+    site.listen().until("an estimate", |_| true);
+    std::fs::remove_dir_all(site.root()).unwrap();
+    assert_eq!(daemon.wait(), Some(4));
+    let said = std::io::read_to_string(said).unwrap();
+    assert!(said.contains("was deleted or exchanged"), "{said}");
+    assert_lives(&site, &mut site.start());
+}
+
+#[test]
 fn without_a_place_for_its_status_the_robot_is_watched_and_the_place_is_taken_later() {
     let (site, log) = with_log_file("");
     let space = site.space();

@@ -76,7 +76,11 @@ impl Scene {
         thread::scope(|threads| {
             let (running, stopped) = channel();
             threads.spawn(move || {
-                Telemetry::new(&config, link).run(&stopped);
+                let (entered, spaces) = channel();
+                entered
+                    .send(config.open_space("telemetry").unwrap())
+                    .unwrap();
+                Telemetry::new(&config, link, spaces).run(&stopped).unwrap();
             });
             let result = body(self);
             drop(running);

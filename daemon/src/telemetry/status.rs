@@ -1,40 +1,58 @@
 //! The port on which the status goes out, opened when there is the first one to send, and again when it was lost.
 
-use coloc_shm_types::{Publisher, Space, Status};
+use std::sync::mpsc::Receiver;
+
+use coloc_shm_types::{Lost, PortError, Publisher, RobotName, Space, Status};
 use tracing::{error, info, warn};
 
 use crate::config::Config;
 use crate::retry::Retry;
-use crate::start::StartError;
 
 pub(super) struct StatusPort {
-    config: Config,
-    /// The port is closed before the space.
-    open: Option<(Publisher<Status>, Space)>,
+    robot: RobotName,
+    /// Closed before the space is left.
+    port: Option<Publisher<Status>>,
+    space: Option<Space>,
+    /// Brings the space once the robot is claimed.
+    spaces: Receiver<Space>,
     retry: Retry,
     sequence: u64,
     reaches_all: bool,
 }
 
 impl StatusPort {
-    pub(super) fn new(config: &Config) -> Self {
+    pub(super) fn new(config: &Config, spaces: Receiver<Space>) -> Self {
         Self {
-            config: config.clone(),
-            open: None,
+            robot: config.robot.name.clone(),
+            port: None,
+            space: None,
+            spaces,
             retry: Retry::default(),
             sequence: 0,
             reaches_all: true,
         }
     }
 
+    /// Whether the space is still where others look for it.
+    pub(super) fn check(&mut self) -> Result<(), Lost> {
+        self.space().map_or(Ok(()), Space::check)
+    }
+
+    fn space(&mut self) -> Option<&Space> {
+        if self.space.is_none() {
+            self.space = self.spaces.try_recv().ok();
+        }
+        self.space.as_ref()
+    }
+
     /// To whoever listens, if that is possible.
     pub(super) fn send(&mut self, mut status: Status) {
         status.header.sequence = self.sequence;
         self.sequence += 1;
-        if self.open.is_none() && self.retry.is_due() {
+        if self.port.is_none() && self.retry.is_due() {
             self.open();
         }
-        let Some((port, _)) = &self.open else { return };
+        let Some(port) = &self.port else { return };
         let sent = port.send(status);
         match (&sent, self.reaches_all) {
             (Err(problem), true) => warn!("status: {problem}"),
@@ -45,13 +63,16 @@ impl StatusPort {
     }
 
     pub(super) fn close(&mut self) {
-        self.open = None;
+        self.port = None;
     }
 
     fn open(&mut self) {
-        match self.opened() {
-            Ok(open) => {
-                self.open = Some(open);
+        let robot = self.robot.clone();
+        let Some(space) = self.space() else { return };
+        let opened: Result<_, PortError> = space.publisher(&robot);
+        match opened {
+            Ok(port) => {
+                self.port = Some(port);
                 self.retry.worked();
             }
             Err(problem) => {
@@ -62,11 +83,5 @@ impl StatusPort {
                 );
             }
         }
-    }
-
-    fn opened(&self) -> Result<(Publisher<Status>, Space), StartError> {
-        let robot = &self.config.robot.name;
-        let space = (self.config).open_space(&format!("colocd {robot} status"))?;
-        Ok((space.publisher(robot)?, space))
     }
 }
