@@ -5,8 +5,8 @@ use std::hint::black_box;
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::history::Slot;
 use coloc_estimator::{
-    Covariance2, Estimator, NeighbourPose, NotACovariance, OdometrySample, PositionFix, RobotId,
-    Settings, Span, Stamp, TickInputs, step,
+    Covariance2, Estimator, Measurement, NeighbourPose, NotACovariance, OdometrySample, Origin,
+    PositionFix, Settings, Span, Stamp, TickInputs, step,
 };
 
 use crate::case;
@@ -22,7 +22,8 @@ pub struct Robot {
     now: Stamp,
     sequence: u64,
     word: GlobalPose,
-    heard: Vec<NeighbourPose>,
+    /// What the next tick takes in.
+    heard: Vec<Measurement>,
 }
 
 impl Robot {
@@ -42,7 +43,7 @@ impl Robot {
             now,
             sequence: 0,
             word: case::received(0.5)?,
-            heard: Vec::with_capacity(MOST_NEIGHBOURS),
+            heard: Vec::with_capacity(MOST_NEIGHBOURS + 2),
         };
         for _ in 0..60 {
             robot.tick_hearing(neighbours);
@@ -53,7 +54,7 @@ impl Robot {
     /// The next tick, with a message of each of `neighbours`; x of the estimate.
     pub fn tick_hearing(&mut self, neighbours: usize) -> f64 {
         self.listen(neighbours);
-        self.tick(&[])
+        self.tick()
     }
 
     /// [`Self::tick_hearing`] with a fix besides.
@@ -66,12 +67,13 @@ impl Robot {
         self.listen(neighbours);
         let stamp = self.now + PERIOD;
         let sequence = self.sequence;
-        self.tick(&[PositionFix {
+        self.heard.push(Measurement::Fix(PositionFix {
             stamp,
-            sequence,
+            origin: Origin::counted(sequence),
             position,
             covariance,
-        }])
+        }));
+        self.tick()
     }
 
     /// The next tick, with one message stamped `ticks` before it: everything since is applied again.
@@ -79,8 +81,8 @@ impl Robot {
         let delay = Span::from_nanos(PERIOD.as_nanos() * ticks);
         let late = self.neighbour(1, self.now + PERIOD - delay);
         self.heard.clear();
-        self.heard.push(late);
-        self.tick(&[])
+        self.heard.push(late.into());
+        self.tick()
     }
 
     fn listen(&mut self, neighbours: usize) {
@@ -88,7 +90,7 @@ impl Robot {
         self.heard.clear();
         for sender in 0..neighbours {
             let message = self.neighbour(sender, stamp);
-            self.heard.push(message);
+            self.heard.push(message.into());
         }
     }
 
@@ -99,31 +101,30 @@ impl Robot {
             total,
             independent,
         } = self.word;
-        let sender = RobotId(u16::try_from(sender).unwrap_or(u16::MAX));
         NeighbourPose {
             stamp,
-            sequence: self.sequence,
-            sender,
+            origin: Origin {
+                source: u16::try_from(sender).unwrap_or(u16::MAX),
+                ..Origin::counted(self.sequence)
+            },
             pose,
             total,
             independent,
         }
     }
 
-    fn tick(&mut self, fixes: &[PositionFix]) -> f64 {
+    fn tick(&mut self) -> f64 {
         let start = self.now;
         self.now = start + PERIOD;
-        let odometry = [OdometrySample {
+        self.heard.push(Measurement::Odometry(OdometrySample {
+            source: 0,
             start,
             stamp: self.now,
             motion: case::motion(),
-        }];
+        }));
         let inputs = TickInputs {
             stamp: self.now,
-            odometry: &odometry,
-            sightings: &[],
-            neighbours: &self.heard,
-            fixes,
+            measurements: &self.heard,
         };
         step(&mut self.estimator, black_box(&inputs))
             .estimate

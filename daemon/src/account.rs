@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use coloc_estimator::{Estimate, OdometryState, Report, Source, Span, Stamp, TickOutputs, Verdict};
+use coloc_estimator::{Estimate, Kind, OdometryState, Report, Span, Stamp, TickOutputs, Verdict};
 use coloc_shm_types::{BusState, CanCounters, Header, Health, Input, Reject, Status};
 
 use crate::clock::Reading;
@@ -135,7 +135,7 @@ impl Account {
         let refused = outputs
             .reports
             .iter()
-            .filter(|report| report.source == Source::Odometry)
+            .filter(|report| report.source.kind == Kind::Odometry)
             .count();
         self.accepted(Input::Odometry, samples.saturating_sub(refused));
         self.accepted(Input::RelativePose, outputs.outgoing.len());
@@ -167,7 +167,7 @@ impl Account {
     }
 
     fn verdict(&mut self, report: &Report) {
-        let input = input(report.source);
+        let input = input(report.source.kind);
         match reason(report.verdict) {
             None => self.accepted(input, 1),
             Some(reason) => self.rejected(input, reason),
@@ -269,12 +269,12 @@ impl Account {
     }
 }
 
-fn input(source: Source) -> Input {
-    match source {
-        Source::Odometry => Input::Odometry,
-        Source::Sighting(_) => Input::RelativePose,
-        Source::Neighbour(_) => Input::Neighbour,
-        Source::Fix => Input::Position,
+fn input(kind: Kind) -> Input {
+    match kind {
+        Kind::Odometry => Input::Odometry,
+        Kind::Sighting => Input::RelativePose,
+        Kind::Neighbour => Input::Neighbour,
+        Kind::Fix => Input::Position,
     }
 }
 

@@ -6,14 +6,15 @@ pub mod wheels;
 
 use std::os::fd::BorrowedFd;
 
-use coloc_estimator::{Span, Stamp, TickInputs};
+use coloc_estimator::{Measurement, Span, Stamp, TickInputs};
 use coloc_shm_types::Space;
 
 use crate::account::Account;
 use crate::clock::Moment;
 use crate::config::Config;
 use crate::start::StartError;
-use messages::{Messages, Received};
+use list::List;
+use messages::Messages;
 use wheels::Wheels;
 
 /// All inputs of a robot.
@@ -21,7 +22,8 @@ use wheels::Wheels;
 pub struct Collect {
     wheels: Wheels,
     messages: Messages,
-    received: Received,
+    /// What the tick takes in.
+    measurements: List<Measurement>,
 }
 
 impl Collect {
@@ -33,7 +35,7 @@ impl Collect {
         Ok(Self {
             wheels: Wheels::open(config)?,
             messages: Messages::open(config, space)?,
-            received: Received::default(),
+            measurements: List::with_capacity(wheels::SAMPLES + messages::MOST),
         })
     }
 
@@ -56,7 +58,7 @@ impl Collect {
 
     /// Decodes the frames that were drained before `moment`.
     pub fn frames(&mut self, moment: &Moment, account: &mut Account) {
-        self.wheels.decode(moment, account);
+        self.wheels.decode(moment, &mut self.measurements, account);
     }
 
     /// Looks after the buses.
@@ -67,13 +69,19 @@ impl Collect {
     /// Whether a whole odometry sample has come since the last tick.
     #[must_use]
     pub fn has_odometry(&self) -> bool {
-        !self.wheels.samples().is_empty()
+        self.samples() > 0
+    }
+
+    /// How many odometry samples have come since the last tick.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.wheels.samples()
     }
 
     /// Drains the subscribers.
     pub fn messages(&mut self, moment: &Moment, account: &mut Account) {
         self.messages
-            .receive(moment.stamp, &mut self.received, account);
+            .receive(moment.stamp, &mut self.measurements, account);
     }
 
     /// All that was collected, for the tick at `moment`.
@@ -81,17 +89,15 @@ impl Collect {
     pub fn inputs(&self, moment: &Moment) -> TickInputs<'_> {
         TickInputs {
             stamp: moment.stamp,
-            odometry: self.wheels.samples(),
-            sightings: self.received.sightings.as_slice(),
-            neighbours: self.received.neighbours.as_slice(),
-            fixes: self.received.fixes.as_slice(),
+            measurements: self.measurements.as_slice(),
         }
     }
 
     /// The inputs have been used.
     pub fn clear(&mut self) {
+        self.measurements.clear();
         self.wheels.clear();
-        self.received.clear();
+        self.messages.clear();
     }
 
     /// Stamp of the newest frame that is in the estimate at `stamp` \[ns\]; 0 if there was none.

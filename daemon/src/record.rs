@@ -14,7 +14,8 @@ mod read;
 mod write;
 
 use coloc_estimator::{
-    Belief, Estimate, Motion, NeighbourPose, OdometrySample, PositionFix, Sighting, TickInputs,
+    Belief, Estimate, Measurement, Motion, NeighbourPose, OdometrySample, PositionFix, Sighting,
+    TickInputs,
 };
 use serde::{Deserialize, Serialize};
 
@@ -61,6 +62,9 @@ pub enum Record {
     },
     /// Of the wheels.
     Odometry {
+        /// Which wheels.
+        #[serde(default)]
+        source: u16,
         /// Interval's begin.
         start_ns: i64,
         /// Interval's end.
@@ -76,7 +80,13 @@ pub enum Record {
     Sighting {
         /// When.
         stamp_ns: i64,
-        /// The sensor's count.
+        /// Which sensor.
+        #[serde(default)]
+        source: u16,
+        /// Which life of it.
+        #[serde(default)]
+        session: u64,
+        /// Its count.
         sequence: u64,
         /// Whom.
         observed: u16,
@@ -89,10 +99,13 @@ pub enum Record {
     Neighbour {
         /// When the neighbour saw us.
         stamp_ns: i64,
-        /// Its count of what it sent to us.
-        sequence: u64,
         /// Who.
         sender: u16,
+        /// Which life of it.
+        #[serde(default)]
+        session: u64,
+        /// Its count of what it sent to us.
+        sequence: u64,
         /// y*
         pose: [f64; 3],
         /// R*
@@ -104,7 +117,13 @@ pub enum Record {
     Fix {
         /// When.
         stamp_ns: i64,
-        /// The receiver's count.
+        /// Which receiver.
+        #[serde(default)]
+        source: u16,
+        /// Which life of it.
+        #[serde(default)]
+        session: u64,
+        /// Its count.
         sequence: u64,
         /// \[m\]
         position: [f64; 2],
@@ -126,20 +145,12 @@ pub enum Record {
 
 /// The lines of a tick's inputs, its own first.
 pub fn of_inputs(tick: u64, inputs: &TickInputs<'_>) -> impl Iterator<Item = Record> {
-    let count = inputs.odometry.len()
-        + inputs.sightings.len()
-        + inputs.neighbours.len()
-        + inputs.fixes.len();
     let head = Record::Tick {
         tick,
         stamp_ns: inputs.stamp.as_nanos(),
-        inputs: count,
+        inputs: inputs.measurements.len(),
     };
-    std::iter::once(head)
-        .chain(inputs.odometry.iter().map(Record::from))
-        .chain(inputs.sightings.iter().map(Record::from))
-        .chain(inputs.neighbours.iter().map(Record::from))
-        .chain(inputs.fixes.iter().map(Record::from))
+    std::iter::once(head).chain(inputs.measurements.iter().map(Record::from))
 }
 
 impl Record {
@@ -156,6 +167,17 @@ impl Record {
     }
 }
 
+impl From<&Measurement> for Record {
+    fn from(measurement: &Measurement) -> Self {
+        match measurement {
+            Measurement::Odometry(sample) => sample.into(),
+            Measurement::Sighting(sighting) => sighting.into(),
+            Measurement::Neighbour(neighbour) => neighbour.into(),
+            Measurement::Fix(fix) => fix.into(),
+        }
+    }
+}
+
 impl From<&OdometrySample> for Record {
     fn from(sample: &OdometrySample) -> Self {
         let (holonomic, noise) = match sample.motion {
@@ -166,6 +188,7 @@ impl From<&OdometrySample> for Record {
             Motion::Holonomic { noise, .. } => (true, noise.to_row_major()),
         };
         Self::Odometry {
+            source: sample.source,
             start_ns: sample.start.as_nanos(),
             stamp_ns: sample.stamp.as_nanos(),
             holonomic,
@@ -179,7 +202,9 @@ impl From<&Sighting> for Record {
     fn from(sighting: &Sighting) -> Self {
         Self::Sighting {
             stamp_ns: sighting.stamp.as_nanos(),
-            sequence: sighting.sequence,
+            source: sighting.origin.source,
+            session: sighting.origin.session,
+            sequence: sighting.origin.sequence,
             observed: sighting.observed.0,
             pose: sighting.relative.to_vector().into(),
             covariance: sighting.covariance.to_row_major(),
@@ -191,8 +216,9 @@ impl From<&NeighbourPose> for Record {
     fn from(neighbour: &NeighbourPose) -> Self {
         Self::Neighbour {
             stamp_ns: neighbour.stamp.as_nanos(),
-            sequence: neighbour.sequence,
-            sender: neighbour.sender.0,
+            sender: neighbour.origin.source,
+            session: neighbour.origin.session,
+            sequence: neighbour.origin.sequence,
             pose: neighbour.pose.to_vector().into(),
             total: neighbour.total.to_row_major(),
             independent: neighbour.independent.to_row_major(),
@@ -204,7 +230,9 @@ impl From<&PositionFix> for Record {
     fn from(fix: &PositionFix) -> Self {
         Self::Fix {
             stamp_ns: fix.stamp.as_nanos(),
-            sequence: fix.sequence,
+            source: fix.origin.source,
+            session: fix.origin.session,
+            sequence: fix.origin.sequence,
             position: fix.position,
             covariance: fix.covariance.to_row_major(),
         }

@@ -193,7 +193,9 @@ fn carried_on(config: &Config, belief: &Belief, velocity: Option<[f64; 3]>, age_
 mod tests {
     use std::path::Path;
 
-    use coloc_estimator::{Estimator, OdometrySample, Slot, Span, Stamp, TickInputs, step};
+    use coloc_estimator::{
+        Estimator, Measurement, OdometrySample, Slot, Span, Stamp, TickInputs, step,
+    };
 
     use super::*;
     use crate::estimate::settings;
@@ -231,10 +233,13 @@ mod tests {
     fn without_a_gap(config: &Config, velocity: Option<[f64; 3]>, age_s: f64) -> Belief {
         let instant = Span::from_nanos(1);
         let (begin, last) = (Stamp::default(), Stamp::default() + instant);
-        let samples = velocity.map(|velocity| OdometrySample {
-            start: begin,
-            stamp: last,
-            motion: ToMotion::new(config).motion(velocity),
+        let samples = velocity.map(|velocity| {
+            Measurement::Odometry(OdometrySample {
+                source: 0,
+                start: begin,
+                stamp: last,
+                motion: ToMotion::new(config).motion(velocity),
+            })
         });
         let mut estimator = Estimator::new(
             settings(config),
@@ -244,8 +249,7 @@ mod tests {
         );
         let inputs = TickInputs {
             stamp: last,
-            odometry: samples.as_slice(),
-            ..TickInputs::default()
+            measurements: samples.as_slice(),
         };
         step(&mut estimator, &inputs);
         let age = Span::from_nanos(config::nanos(age_s));

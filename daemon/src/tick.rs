@@ -173,7 +173,7 @@ impl Robot {
         self.account.record(lines);
         self.account.record([Record::from(&outputs.estimate)]);
         self.account
-            .outputs(&outputs, inputs.odometry.len(), &moment.reading);
+            .outputs(&outputs, self.collect.samples(), &moment.reading);
         self.collect.clear();
         self.account
             .close(moment.reading.monotonic_ns, circumstances.latency_ns);

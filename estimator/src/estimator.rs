@@ -1,8 +1,9 @@
 //! The pure step: `step(&mut Estimator, &TickInputs) -> TickOutputs`.
 
 use crate::belief::Belief;
-use crate::history::{History, Measurement, Slot};
+use crate::history::{History, Slot};
 use crate::input::TickInputs;
+use crate::kind::{Measured, Measurement};
 use crate::outbox::Outbox;
 use crate::output::{Estimate, TickOutputs, Verdict};
 use crate::settings::Settings;
@@ -71,56 +72,41 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
 
     fn take_in(&mut self, inputs: &TickInputs<'_>) {
         // Odometry first: should the storage run full, what is folded early has been driven by it.
-        inputs
-            .odometry
-            .iter()
-            .for_each(|&sample| self.admit(Measurement::Odometry(sample)));
-        inputs
-            .sightings
-            .iter()
-            .for_each(|&sighting| self.admit(Measurement::Sighting(sighting)));
-        inputs
-            .neighbours
-            .iter()
-            .for_each(|&neighbour| self.admit(Measurement::Neighbour(neighbour)));
-        inputs
-            .fixes
-            .iter()
-            .for_each(|&fix| self.admit(Measurement::Fix(fix)));
+        for drives in [true, false] {
+            inputs
+                .measurements
+                .iter()
+                .filter(|measurement| measurement.as_odometry().is_some() == drives)
+                .for_each(|measurement| self.admit(measurement));
+        }
     }
 
-    fn admit(&mut self, measurement: Measurement) {
+    fn admit(&mut self, measurement: &Measurement) {
         if let Err(verdict) = self.try_admit(measurement) {
             self.outbox
                 .report(measurement.source(), measurement.stamp(), verdict);
         }
     }
 
-    fn try_admit(&mut self, measurement: Measurement) -> Result<(), Verdict> {
-        self.check(&measurement)?;
+    fn try_admit(&mut self, measurement: &Measurement) -> Result<(), Verdict> {
+        let key = measurement.key();
+        self.check_time(key.stamp)?;
+        measurement.check()?;
+        let mut place = self.history.place_of(&key).ok_or(Verdict::Duplicate)?;
         if self.history.is_full() {
-            self.make_room(measurement.stamp())?;
+            self.make_room(key.stamp)?;
+            place = self.history.place_of(&key).ok_or(Verdict::Duplicate)?;
         }
-        let inserted = self.history.insert(measurement);
+        let inserted = self.history.insert(place, key, measurement);
         inserted.then_some(()).ok_or(Verdict::NoRoom)
     }
 
-    fn check(&self, measurement: &Measurement) -> Result<(), Verdict> {
-        let stamp = measurement.stamp();
+    fn check_time(&self, stamp: Stamp) -> Result<(), Verdict> {
         if stamp > self.now + self.settings.future_tolerance {
             return Err(Verdict::FromFuture);
         }
         if stamp < self.now - self.settings.history || stamp <= self.history.begins() {
             return Err(Verdict::TooOld);
-        }
-        if measurement
-            .as_odometry()
-            .is_some_and(|sample| sample.start >= sample.stamp)
-        {
-            return Err(Verdict::EmptyInterval);
-        }
-        if self.history.contains(measurement) {
-            return Err(Verdict::Duplicate);
         }
         Ok(())
     }

@@ -3,8 +3,8 @@
 //! # Model
 //!
 //! Measurements lie in the order of their stamps; equal stamps form one event, ordered as Algorithm 4 handles it:
-//! odometry, own sightings, neighbours' poses, fixes, then by sender and sequence. Each entry keeps the belief after it.
-//! What lies before the oldest entry is the *base*: a stamp and the belief then.
+//! odometry, own sightings, neighbours' poses, fixes, then by source, session and sequence. Each entry keeps the belief
+//! after it. What lies before the oldest entry is the *base*: a stamp and the belief then.
 //!
 //! Between two entries the belief is propagated leg by leg. At each moment t the first sample in the order that
 //! covers it (start < t ≤ stamp) gives the velocity. Where none does, the last sample that has ended is held, its
@@ -20,20 +20,19 @@
 
 mod drive;
 mod entry;
+mod places;
 mod replay;
 mod ring;
 
-use core::cmp::Ordering;
-
 use crate::belief::Belief;
-use crate::input::OdometrySample;
+use crate::filter::Filter;
+use crate::kind::{Key, Measured, Measurement, OdometrySample};
 use crate::outbox::Outbox;
-use crate::pace::Pace;
 use crate::settings::Settings;
 use crate::stamp::Stamp;
 
-pub(crate) use entry::Measurement;
-use entry::{Checkpoint, Entry, Key};
+use entry::{Checkpoint, Entry};
+pub use places::MOST_SLOTS;
 use ring::Ring;
 
 /// One place in the history's storage; `Slot::default()` is an empty one.
@@ -42,12 +41,12 @@ pub struct Slot(Option<Entry>);
 
 #[derive(Clone, Debug)]
 pub(crate) struct History<S> {
-    /// The belief after everything that has left the history.
+    /// The filter after everything that has left the history.
     base: Checkpoint,
     /// The last odometry sample that has left it.
     base_odometry: Option<OdometrySample>,
     entries: Ring<S>,
-    /// So many entries, from the oldest on, have a belief that is up to date.
+    /// So many entries, from the oldest on, are up to date.
     evaluated: usize,
 }
 
@@ -57,9 +56,8 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         Self {
             base: Checkpoint {
                 stamp,
-                belief,
-                exchanged: false,
-                pace: Pace::beginning(stamp),
+                filter: Filter::beginning(stamp, belief),
+                samples: 0,
             },
             base_odometry: None,
             entries: Ring::new(storage),
@@ -76,20 +74,17 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         self.entries.is_full()
     }
 
-    /// Whether this measurement is in the history already.
-    pub(crate) fn contains(&self, measurement: &Measurement) -> bool {
-        self.place_of(&measurement.key()).is_err()
+    /// Where a measurement with `key` belongs; `None` if it is there already.
+    pub(crate) fn place_of(&self, key: &Key) -> Option<usize> {
+        self.entries.place_of(key).ok()
     }
 
-    /// Puts `measurement` in its place, unless it is there already or the storage is full.
+    /// Puts `measurement` in its `place`; false if the storage is full.
     #[must_use]
-    pub(crate) fn insert(&mut self, measurement: Measurement) -> bool {
-        let Ok(place) = self.place_of(&measurement.key()) else {
-            return false;
-        };
-        let inserted = self.entries.insert(place, measurement);
+    pub(crate) fn insert(&mut self, place: usize, key: Key, measurement: &Measurement) -> bool {
+        let inserted = self.entries.insert(place, key, *measurement);
         if inserted {
-            self.mark_from(self.first_affected(&measurement, place));
+            self.mark_from(self.first_affected(measurement, key, place));
         }
         inserted
     }
@@ -127,21 +122,19 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
 
     /// Forgets all entries; what was believed at `old`, and the velocity held then, are the base at `new`.
     pub(crate) fn rebase(&mut self, old: Stamp, new: Stamp, settings: &Settings) {
-        let belief = self.belief_at(old, &settings.odometry);
-        let pace = self.pace_at(old);
-        let odometry = self.last_sample_before(self.first_after(old)).copied();
         let shift = new - old;
-        self.base = Checkpoint {
-            stamp: new,
-            belief,
-            exchanged: false,
-            pace: pace.shifted(shift),
-        };
+        let filter = self.filter_at(old, &settings.odometry).shifted(shift);
+        let odometry = self.last_sample_before(self.entries.first_sample_after(old));
         self.base_odometry = odometry.map(|sample| OdometrySample {
             start: sample.start + shift,
             stamp: sample.stamp + shift,
-            ..sample
+            ..*sample
         });
+        self.base = Checkpoint {
+            stamp: new,
+            filter,
+            samples: 0,
+        };
         self.entries.clear();
         self.evaluated = 0;
     }
@@ -154,36 +147,20 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         let Some(entry) = self.entries.pop_front() else {
             return;
         };
-        self.evaluated = self.evaluated.saturating_sub(1);
         self.base = entry.after;
-        self.base_odometry = entry
-            .measurement
-            .as_odometry()
-            .copied()
-            .or(self.base_odometry);
-    }
-
-    /// Where an entry with `key` belongs, searched from the new end where most belong; `Err` if it is there.
-    fn place_of(&self, key: &Key) -> Result<usize, usize> {
-        let mut place = self.entries.len();
-        while let Some(before) = place
-            .checked_sub(1)
-            .and_then(|index| self.entries.get(index))
-        {
-            match before.key().cmp(key) {
-                Ordering::Less => break,
-                Ordering::Equal => return Err(place - 1),
-                Ordering::Greater => place -= 1,
-            }
+        if let Some(sample) = entry.measurement.as_odometry() {
+            self.base_odometry = Some(*sample);
         }
-        Ok(place)
+        self.evaluated = self.evaluated.saturating_sub(1);
     }
 
     /// The first entry whose belief the new entry at `place` may change.
-    fn first_affected(&self, measurement: &Measurement, place: usize) -> usize {
-        match measurement.as_odometry() {
-            Some(sample) => place.min(self.first_after(sample.start)),
-            None => place,
+    fn first_affected(&self, measurement: &Measurement, key: Key, place: usize) -> usize {
+        let begins = measurement.begins();
+        if begins < key.stamp {
+            place.min(self.entries.first_after(begins))
+        } else {
+            place
         }
     }
 
@@ -191,32 +168,16 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         self.evaluated = self.evaluated.min(index);
     }
 
-    /// Index of the first entry stamped after `stamp`.
-    fn first_after(&self, stamp: Stamp) -> usize {
-        let mut index = self.entries.len();
-        while index > 0
-            && self
-                .entries
-                .get(index - 1)
-                .is_some_and(|entry| entry.stamp() > stamp)
-        {
-            index -= 1;
-        }
-        index
+    /// The odometry samples from that number on.
+    fn samples_from(&self, number: usize) -> impl Iterator<Item = &OdometrySample> {
+        (number..).map_while(|number| self.entries.sample(number))
     }
 
-    /// The odometry samples among the entries from `index` on.
-    fn samples_from(&self, index: usize) -> impl Iterator<Item = &OdometrySample> {
-        (index..self.entries.len()).filter_map(|index| self.sample(index))
-    }
-
-    /// The last odometry sample before the entry at `index`.
-    fn last_sample_before(&self, index: usize) -> Option<&OdometrySample> {
-        let within = (0..index).rev().find_map(|index| self.sample(index));
+    /// The last odometry sample before that number.
+    fn last_sample_before(&self, number: usize) -> Option<&OdometrySample> {
+        let within = number
+            .checked_sub(1)
+            .and_then(|before| self.entries.sample(before));
         within.or(self.base_odometry.as_ref())
-    }
-
-    fn sample(&self, index: usize) -> Option<&OdometrySample> {
-        self.entries.get(index)?.measurement.as_odometry()
     }
 }

@@ -27,11 +27,13 @@ pub mod convert;
 pub mod covariance;
 pub mod estimator;
 mod factor;
+mod filter;
 pub mod fix;
 pub mod fusion;
 pub mod gate;
 pub mod history;
 pub mod input;
+pub mod kind;
 mod list;
 pub mod motion;
 pub mod noise;
@@ -54,8 +56,11 @@ pub use covariance::{Covariance2, Covariance3, NotACovariance};
 pub use estimator::{Estimator, step};
 pub use fix::FixUpdate;
 pub use fusion::{Fusion, fuse};
-pub use history::Slot;
-pub use input::{NeighbourPose, OdometrySample, PositionFix, RobotId, Sighting, TickInputs};
+pub use history::{MOST_SLOTS, Slot};
+pub use input::TickInputs;
+pub use kind::{
+    Kind, Measurement, NeighbourPose, OdometrySample, Origin, PositionFix, RobotId, Sighting,
+};
 pub use motion::{Motion, propagate};
 pub use noise::OdometryNoise;
 pub use output::{Estimate, OdometryState, OutgoingPose, Report, Source, TickOutputs, Verdict};

@@ -1,7 +1,7 @@
 //! Collects, during a tick, what the tick will hand back.
 
 use crate::convert::GlobalPose;
-use crate::input::Sighting;
+use crate::kind::{Kind, Sighting};
 use crate::list::FixedList;
 use crate::output::{OutgoingPose, Report, Source, Verdict};
 use crate::stamp::Stamp;
@@ -22,7 +22,7 @@ pub(crate) struct Outbox {
 impl Outbox {
     pub(crate) fn new() -> Self {
         let filler = Report {
-            source: Source::Odometry,
+            source: Source::new(Kind::Odometry, 0),
             stamp: Stamp::default(),
             verdict: Verdict::TooOld,
         };

@@ -2,7 +2,7 @@
 
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
-use crate::input::RobotId;
+use crate::kind::{Kind, RobotId};
 use crate::pose::Pose;
 use crate::stamp::Stamp;
 
@@ -66,7 +66,7 @@ pub enum Verdict {
     TooOld,
     /// Stamped beyond the future tolerance.
     FromFuture,
-    /// Same kind, sender, stamp and sequence as one that is in the history.
+    /// Same kind, source, session, stamp and sequence as one that is in the history.
     Duplicate,
     /// An odometry sample that does not end after its start.
     EmptyInterval,
@@ -76,15 +76,19 @@ pub enum Verdict {
 
 /// Which measurement a verdict is about.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Source {
-    /// The wheels.
-    Odometry,
-    /// Own sighting of that robot.
-    Sighting(RobotId),
-    /// Pose received from that robot.
-    Neighbour(RobotId),
-    /// Satellite fix.
-    Fix,
+pub struct Source {
+    /// Of which kind.
+    pub kind: Kind,
+    /// Of which sensor; a neighbour's pose, of which robot.
+    pub number: u16,
+}
+
+impl Source {
+    /// That sensor, or that robot.
+    #[must_use]
+    pub const fn new(kind: Kind, number: u16) -> Self {
+        Self { kind, number }
+    }
 }
 
 /// A measurement's verdict.

@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used)] // A test may panic.
 
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Estimate, Estimator, Motion, OdometrySample, OdometryState,
-    Pose, PositionFix, Report, RobotId, Settings, Sighting, Slot, Source, Span, Stamp, TickInputs,
-    Verdict, step,
+    Belief, Covariance2, Covariance3, Estimate, Estimator, Kind, Measurement, Motion,
+    OdometrySample, OdometryState, Origin, Pose, PositionFix, Report, RobotId, Settings, Sighting,
+    Slot, Source, Span, Stamp, TickInputs, TickOutputs, Verdict, step,
 };
 
 type Robot = Estimator<Vec<Slot>>;
@@ -38,6 +38,7 @@ fn ahead(start: i64, stamp: i64) -> OdometrySample {
         noise,
     };
     OdometrySample {
+        source: 0,
         start: ms(start),
         stamp: ms(stamp),
         motion,
@@ -48,7 +49,7 @@ fn fix(stamp: i64, x: f64) -> PositionFix {
     let covariance = Covariance2::diagonal([0.01, 0.01]).unwrap();
     PositionFix {
         stamp: ms(stamp),
-        sequence: 0,
+        origin: Origin::default(),
         position: [x, 0.0],
         covariance,
     }
@@ -58,34 +59,34 @@ fn sighting(stamp: i64) -> Sighting {
     let covariance = Covariance3::diagonal([0.01, 0.01, 3e-4]).unwrap();
     Sighting {
         stamp: ms(stamp),
-        sequence: 0,
+        origin: Origin::default(),
         observed: RobotId(2),
         relative: Pose::new(2.0, 0.0, 0.0),
         covariance,
     }
 }
 
-fn drive(robot: &mut Robot, stamp: i64, samples: &[OdometrySample]) -> Estimate {
+fn tick<'a, T: Copy + Into<Measurement>>(
+    robot: &'a mut Robot,
+    stamp: Stamp,
+    measured: &[T],
+) -> TickOutputs<'a> {
+    let measurements: Vec<_> = measured.iter().map(|&measured| measured.into()).collect();
     step(
         robot,
         &TickInputs {
-            stamp: ms(stamp),
-            odometry: samples,
-            ..TickInputs::default()
+            stamp,
+            measurements: &measurements,
         },
     )
-    .estimate
+}
+
+fn drive(robot: &mut Robot, stamp: i64, samples: &[OdometrySample]) -> Estimate {
+    tick(robot, ms(stamp), samples).estimate
 }
 
 fn locate(robot: &mut Robot, stamp: i64, fixes: &[PositionFix]) -> (Estimate, Vec<Report>) {
-    let outputs = step(
-        robot,
-        &TickInputs {
-            stamp: ms(stamp),
-            fixes,
-            ..TickInputs::default()
-        },
-    );
+    let outputs = tick(robot, ms(stamp), fixes);
     (outputs.estimate, outputs.reports.to_vec())
 }
 
@@ -161,7 +162,10 @@ fn a_sample_that_comes_late_replaces_what_was_held() {
     assert!(matches!(
         reports[..],
         [Report {
-            source: Source::Fix,
+            source: Source {
+                kind: Kind::Fix,
+                ..
+            },
             verdict: Verdict::Accepted { .. },
             ..
         }]
@@ -186,12 +190,7 @@ fn a_measurement_ahead_of_the_tick_waits_for_it() {
 #[test]
 fn a_sighting_is_told_once_whatever_is_replayed() {
     let mut robot = robot();
-    let inputs = TickInputs {
-        stamp: ms(40),
-        sightings: &[sighting(30)],
-        ..TickInputs::default()
-    };
-    let told = step(&mut robot, &inputs).outgoing.to_vec();
+    let told = tick(&mut robot, ms(40), &[sighting(30)]).outgoing.to_vec();
     assert_eq!(
         told.iter()
             .map(|pose| (pose.to, pose.stamp))
@@ -199,12 +198,8 @@ fn a_sighting_is_told_once_whatever_is_replayed() {
         [(RobotId(2), ms(30))]
     );
     assert_near(told[0].pose.x, 2.0);
-    let late = TickInputs {
-        stamp: ms(60),
-        odometry: &[ahead(0, 30)],
-        ..TickInputs::default()
-    };
-    assert!(step(&mut robot, &late).outgoing.is_empty());
+    let late = tick(&mut robot, ms(60), &[ahead(0, 30)]);
+    assert!(late.outgoing.is_empty());
 }
 
 #[test]
@@ -258,13 +253,9 @@ fn the_ends_of_the_clock_are_survived() {
             stamp,
             ..ahead(0, 1)
         };
-        let inputs = TickInputs {
-            stamp,
-            odometry: &[whole],
-            fixes: &[fix(0, 0.0)],
-            ..TickInputs::default()
-        };
-        assert!(step(&mut robot, &inputs).estimate.belief.pose.is_finite());
+        let inputs: [Measurement; 2] = [whole.into(), fix(0, 0.0).into()];
+        let outputs = tick(&mut robot, stamp, &inputs);
+        assert!(outputs.estimate.belief.pose.is_finite());
     }
 }
 
@@ -304,14 +295,9 @@ fn beliefs_are_known_from_the_history_s_beginning_to_the_tick() {
 fn full_storage_gives_up_its_oldest_for_what_is_newer() {
     let (mut small, mut large) = (robot_with(8), robot());
     let samples: Vec<_> = (0..20).map(|k| ahead(20 * k, 20 * (k + 1))).collect();
-    let inputs = TickInputs {
-        stamp: ms(400),
-        odometry: &samples,
-        ..TickInputs::default()
-    };
-    let outputs = step(&mut small, &inputs);
+    let outputs = tick(&mut small, ms(400), &samples);
     assert_eq!((outputs.folded_early, outputs.reports), (12, &[][..]));
-    assert_eq!(outputs.estimate, step(&mut large, &inputs).estimate);
+    assert_eq!(outputs.estimate, drive(&mut large, 400, &samples));
     let (_, reports) = locate(&mut small, 400, &[fix(240, 0.2)]);
     assert_eq!(reports[0].verdict, Verdict::TooOld);
 }
@@ -332,17 +318,10 @@ fn what_does_not_fit_into_the_lists_is_counted() {
     let mut robot = robot_with(512);
     let sightings: Vec<_> = (0..200)
         .map(|sequence| Sighting {
-            sequence,
+            origin: Origin::counted(sequence),
             ..sighting(10)
         })
         .collect();
-    let outputs = step(
-        &mut robot,
-        &TickInputs {
-            stamp: ms(20),
-            sightings: &sightings,
-            ..TickInputs::default()
-        },
-    );
+    let outputs = tick(&mut robot, ms(20), &sightings);
     assert_eq!((outputs.outgoing.len(), outputs.overflowed), (128, 72));
 }

@@ -5,8 +5,9 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Estimator, Motion, NeighbourPose, OdometrySample, Pose,
-    PositionFix, RobotId, Settings, Sighting, Slot, Span, Stamp, TickInputs, Verdict, step,
+    Belief, Covariance2, Covariance3, Estimator, Measurement, Motion, NeighbourPose,
+    OdometrySample, Origin, Pose, PositionFix, RobotId, Settings, Sighting, Slot, Span, Stamp,
+    TickInputs, Verdict, step,
 };
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -17,59 +18,20 @@ const TICKS: i64 = 25;
 /// By this tick everything has been delivered and is due.
 const LAST_TICK: i64 = TICKS + 2;
 
-#[derive(Copy, Clone, Debug)]
-enum Input {
-    Odometry(OdometrySample),
-    Sighting(Sighting),
-    Neighbour(NeighbourPose),
-    Fix(PositionFix),
-}
-
-impl Input {
-    fn stamp(&self) -> Stamp {
-        match self {
-            Self::Odometry(sample) => sample.stamp,
-            Self::Sighting(sighting) => sighting.stamp,
-            Self::Neighbour(neighbour) => neighbour.stamp,
-            Self::Fix(fix) => fix.stamp,
-        }
-    }
-
-    /// The earliest moment whose belief depends on it.
-    fn begins(&self) -> Stamp {
-        match self {
-            Self::Odometry(sample) => sample.start,
-            other => other.stamp(),
-        }
+/// The earliest moment whose belief depends on it.
+fn begins(measurement: &Measurement) -> Stamp {
+    match measurement {
+        Measurement::Odometry(sample) => sample.start,
+        other => other.stamp(),
     }
 }
 
-#[derive(Clone, Debug, Default)]
-struct Batch {
-    odometry: Vec<OdometrySample>,
-    sightings: Vec<Sighting>,
-    neighbours: Vec<NeighbourPose>,
-    fixes: Vec<PositionFix>,
-}
+type Batch = Vec<Measurement>;
 
-impl Batch {
-    fn push(&mut self, input: Input) {
-        match input {
-            Input::Odometry(sample) => self.odometry.push(sample),
-            Input::Sighting(sighting) => self.sightings.push(sighting),
-            Input::Neighbour(neighbour) => self.neighbours.push(neighbour),
-            Input::Fix(fix) => self.fixes.push(fix),
-        }
-    }
-
-    fn at(&self, stamp: Stamp) -> TickInputs<'_> {
-        TickInputs {
-            stamp,
-            odometry: &self.odometry,
-            sightings: &self.sightings,
-            neighbours: &self.neighbours,
-            fixes: &self.fixes,
-        }
+fn inputs_at(stamp: Stamp, measurements: &Batch) -> TickInputs<'_> {
+    TickInputs {
+        stamp,
+        measurements,
     }
 }
 
@@ -79,7 +41,7 @@ type Schedule = BTreeMap<i64, Batch>;
 /// A measurement and the moments of its arrivals, as fractions of the time in which it may arrive.
 #[derive(Clone, Debug)]
 struct Delivery {
-    input: Input,
+    input: Measurement,
     arrivals: Vec<f64>,
 }
 
@@ -87,7 +49,7 @@ impl Delivery {
     /// Ticks that take it in: neither from the future nor too old.
     fn ticks(&self, settings: &Settings) -> (i64, i64) {
         let earliest = (self.input.stamp() - settings.future_tolerance).as_nanos();
-        let latest = (self.input.begins() + settings.history).as_nanos();
+        let latest = (begins(&self.input) + settings.history).as_nanos();
         (
             earliest.div_euclid(PERIOD_NS).max(0) + 1,
             latest.div_euclid(PERIOD_NS).min(LAST_TICK),
@@ -154,7 +116,7 @@ fn motions() -> impl Strategy<Value = Motion> {
 }
 
 /// Encoder samples end to end, some lost, some late against the tick.
-fn encoder() -> impl Strategy<Value = Vec<Input>> {
+fn encoder() -> impl Strategy<Value = Vec<Measurement>> {
     let jitter = prop_oneof![2 => Just(0), 1 => -9_000_000..9_000_000_i64];
     let sample = (prop::bool::weighted(0.85), jitter, motions());
     prop::collection::vec(sample, usize::try_from(TICKS).unwrap()).prop_map(|samples| {
@@ -166,7 +128,8 @@ fn encoder() -> impl Strategy<Value = Vec<Input>> {
         let all = starts.zip(&ends).zip(&samples);
         all.filter(|(_, (received, ..))| *received)
             .map(|((start, &stamp), &(_, _, motion))| {
-                Input::Odometry(OdometrySample {
+                Measurement::Odometry(OdometrySample {
+                    source: 0,
                     start,
                     stamp,
                     motion,
@@ -177,14 +140,15 @@ fn encoder() -> impl Strategy<Value = Vec<Input>> {
 }
 
 /// A sample that overlaps those of the encoder in any way.
-fn odd_sample() -> impl Strategy<Value = Input> {
+fn odd_sample() -> impl Strategy<Value = Measurement> {
     (
         1..TICKS * PERIOD_NS - 200_000_000,
         1..200_000_000_i64,
         motions(),
     )
         .prop_map(|(start, length, motion)| {
-            Input::Odometry(OdometrySample {
+            Measurement::Odometry(OdometrySample {
+                source: 0,
                 start: ns(start),
                 stamp: ns(start + length),
                 motion,
@@ -193,13 +157,13 @@ fn odd_sample() -> impl Strategy<Value = Input> {
 }
 
 /// Its sequence is filled in by [`world`].
-fn measurement() -> impl Strategy<Value = Input> {
+fn measurement() -> impl Strategy<Value = Measurement> {
     let robots = || (2..6_u16).prop_map(RobotId);
     let sighting = (stamps(), robots(), poses(), covariances()).prop_map(
         |(stamp, observed, relative, covariance)| {
-            Input::Sighting(Sighting {
+            Measurement::Sighting(Sighting {
                 stamp,
-                sequence: 0,
+                origin: Origin::default(),
                 observed,
                 relative,
                 covariance,
@@ -209,10 +173,12 @@ fn measurement() -> impl Strategy<Value = Input> {
     let neighbour = (stamps(), robots(), poses(), covariances(), 0.0..1.0).prop_map(
         |(stamp, sender, pose, total, own)| {
             let independent = total.scaled(own);
-            Input::Neighbour(NeighbourPose {
+            Measurement::Neighbour(NeighbourPose {
                 stamp,
-                sequence: 0,
-                sender,
+                origin: Origin {
+                    source: sender.0,
+                    ..Origin::default()
+                },
                 pose,
                 total,
                 independent,
@@ -221,9 +187,9 @@ fn measurement() -> impl Strategy<Value = Input> {
     );
     let fix = (stamps(), -0.5..0.5, -0.5..0.5).prop_map(|(stamp, x, y)| {
         let covariance = Covariance2::diagonal([0.01, 0.01]).unwrap();
-        Input::Fix(PositionFix {
+        Measurement::Fix(PositionFix {
             stamp,
-            sequence: 0,
+            origin: Origin::default(),
             position: [x, y],
             covariance,
         })
@@ -231,19 +197,14 @@ fn measurement() -> impl Strategy<Value = Input> {
     prop_oneof![1 => sighting, 3 => neighbour, 2 => fix]
 }
 
-fn with_sequence(input: Input, sequence: u64) -> Input {
-    match input {
-        Input::Odometry(_) => input,
-        Input::Sighting(sighting) => Input::Sighting(Sighting {
-            sequence,
-            ..sighting
-        }),
-        Input::Neighbour(neighbour) => Input::Neighbour(NeighbourPose {
-            sequence,
-            ..neighbour
-        }),
-        Input::Fix(fix) => Input::Fix(PositionFix { sequence, ..fix }),
+fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
+    match &mut input {
+        Measurement::Odometry(_) => {}
+        Measurement::Sighting(sighting) => sighting.origin.sequence = sequence,
+        Measurement::Neighbour(neighbour) => neighbour.origin.sequence = sequence,
+        Measurement::Fix(fix) => fix.origin.sequence = sequence,
     }
+    input
 }
 
 /// A set of measurements, shuffled, each with its arrivals; one in five arrives twice.
@@ -302,7 +263,7 @@ fn run(
     let mut account = Account::default();
     for index in ticks {
         let batch = schedule.get(&index).cloned().unwrap_or_default();
-        let outputs = step(estimator, &batch.at(tick(index)));
+        let outputs = step(estimator, &inputs_at(tick(index), &batch));
         assert_eq!((outputs.overflowed, outputs.folded_early), (0, 0));
         account
             .verdicts
@@ -444,18 +405,18 @@ fn one_batch_at_the_end_gives_the_same_bits_as_ticks_on_the_way() {
 }
 
 /// One of each kind of measurement that is refused at tick `now`, and what must be said of them.
-fn refused(now: i64, settings: &Settings, known: Input) -> Vec<(Input, Verdict)> {
+fn refused(now: i64, settings: &Settings, known: Measurement) -> Vec<(Measurement, Verdict)> {
     let fix = |stamp| {
         let covariance = Covariance2::diagonal([0.01, 0.01]).unwrap();
-        Input::Fix(PositionFix {
+        Measurement::Fix(PositionFix {
             stamp,
-            sequence: 900,
+            origin: Origin::counted(900),
             position: [0.1, 0.1],
             covariance,
         })
     };
     let instant = Span::from_nanos(1);
-    let Input::Odometry(sample) = known else {
+    let Measurement::Odometry(sample) = known else {
         panic!("{known:?}")
     };
     vec![
@@ -467,7 +428,7 @@ fn refused(now: i64, settings: &Settings, known: Input) -> Vec<(Input, Verdict)>
         (fix(tick(now) - settings.history - instant), Verdict::TooOld),
         (fix(ns(0)), Verdict::TooOld),
         (
-            Input::Odometry(OdometrySample {
+            Measurement::Odometry(OdometrySample {
                 start: sample.stamp,
                 ..sample
             }),
@@ -484,7 +445,7 @@ fn what_is_refused_changes_nothing() {
         let halfway = TICKS / 2;
         let recent = |delivery: &&Delivery| {
             let age = halfway - delivery.prompt(&settings);
-            matches!(delivery.input, Input::Odometry(_)) && (0..5).contains(&age)
+            matches!(delivery.input, Measurement::Odometry(_)) && (0..5).contains(&age)
         };
         let Some(known) = deliveries.iter().find(recent) else {
             return;
@@ -496,10 +457,9 @@ fn what_is_refused_changes_nothing() {
         let (nuisances, expected): (Vec<_>, Vec<_>) =
             refused(halfway, &settings, known.input).into_iter().unzip();
         for (nuisance, expected) in nuisances.into_iter().zip(expected) {
-            let mut batch = Batch::default();
-            batch.push(nuisance);
+            let batch = vec![nuisance];
             let before = pestered.belief_at(tick(halfway)).unwrap();
-            let outputs = step(&mut pestered, &batch.at(tick(halfway)));
+            let outputs = step(&mut pestered, &inputs_at(tick(halfway), &batch));
             assert_eq!(
                 outputs
                     .reports

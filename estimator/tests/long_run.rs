@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used)] // A test may panic.
 
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Estimator, Motion, NeighbourPose, OdometrySample, Pose,
-    PositionFix, RobotId, Settings, Sighting, Slot, Span, Stamp, TickInputs, TickOutputs, Verdict,
-    step,
+    Belief, Covariance2, Covariance3, Estimator, Measurement, Motion, NeighbourPose,
+    OdometrySample, Origin, Pose, PositionFix, RobotId, Settings, Sighting, Slot, Span, Stamp,
+    TickInputs, TickOutputs, Verdict, step,
 };
 
 const TICKS: i64 = 1_000_000;
@@ -96,16 +96,18 @@ impl Robot {
 
     fn tick(&mut self) -> Belief {
         self.now = self.now + PERIOD;
-        let odometry: Vec<_> = self.odometry().into_iter().collect();
-        let sightings: Vec<_> = self.sighting().into_iter().collect();
-        let neighbours: Vec<_> = self.neighbour().into_iter().collect();
-        let fixes: Vec<_> = self.fix().into_iter().collect();
+        let (odometry, sighting) = (self.odometry(), self.sighting());
+        let (neighbour, fix) = (self.neighbour(), self.fix());
+        let measured = [
+            odometry.map(Measurement::from),
+            sighting.map(Measurement::from),
+            neighbour.map(Measurement::from),
+            fix.map(Measurement::from),
+        ];
+        let measurements: Vec<_> = measured.into_iter().flatten().collect();
         let inputs = TickInputs {
             stamp: self.now,
-            odometry: &odometry,
-            sightings: &sightings,
-            neighbours: &neighbours,
-            fixes: &fixes,
+            measurements: &measurements,
         };
         let outputs = step(&mut self.estimator, &inputs);
         self.account.add(&outputs);
@@ -152,6 +154,7 @@ impl Robot {
             noise,
         };
         Some(OdometrySample {
+            source: 0,
             start,
             stamp,
             motion,
@@ -162,7 +165,7 @@ impl Robot {
         self.rarely()?;
         Some(Sighting {
             stamp: self.random.stamp(self.now),
-            sequence: self.sequence,
+            origin: Origin::counted(self.sequence),
             observed: RobotId(2),
             relative: self.random.near(Pose::default()),
             covariance: self.random.covariance(),
@@ -179,8 +182,10 @@ impl Robot {
         };
         Some(NeighbourPose {
             stamp: self.random.stamp(self.now),
-            sequence: self.sequence,
-            sender: RobotId(3),
+            origin: Origin {
+                source: 3,
+                ..Origin::counted(self.sequence)
+            },
             pose: self.random.near(self.here),
             total,
             independent,
@@ -192,7 +197,7 @@ impl Robot {
         let pose = self.random.near(self.here);
         Some(PositionFix {
             stamp: self.random.stamp(self.now),
-            sequence: self.sequence,
+            origin: Origin::counted(self.sequence),
             position: [pose.x, pose.y],
             covariance: Covariance2::diagonal([0.01 * self.random.signed().powi(2), 0.01]).unwrap(),
         })

@@ -6,9 +6,9 @@ mod support;
 use coloc_estimator::angle::wrap;
 use coloc_estimator::settings::{Criterion, FusionSettings};
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Estimator, Motion, NeighbourPose, OdometrySample,
-    OutgoingPose, Pose, PositionFix, Report, RobotId, Settings, Sighting, Slot, Source, Span,
-    Stamp, TickInputs, Verdict, step,
+    Belief, Covariance2, Covariance3, Estimator, Kind, Measurement, Motion, NeighbourPose,
+    OdometrySample, Origin, OutgoingPose, Pose, PositionFix, Report, RobotId, Settings, Sighting,
+    Slot, Source, Span, Stamp, TickInputs, Verdict, step,
 };
 use nalgebra::{Matrix2, Matrix3, Vector3};
 use serde::Deserialize;
@@ -122,23 +122,21 @@ impl Fleet {
                 .iter()
                 .filter(|seen| number(index) == RobotId(seen.observer))
                 .collect();
-            let sightings: Vec<_> = sightings
-                .iter()
-                .map(|seen| sighting(stamp, seen, noise))
+            let odometry = OdometrySample {
+                source: 0,
+                start,
+                stamp,
+                motion,
+            };
+            let sightings = sightings.iter().map(|seen| sighting(stamp, seen, noise));
+            let measurements: Vec<Measurement> = std::iter::once(odometry.into())
+                .chain(sightings.map(Measurement::from))
                 .collect();
-            let outputs = step(
-                robot,
-                &TickInputs {
-                    stamp,
-                    odometry: &[OdometrySample {
-                        start,
-                        stamp,
-                        motion,
-                    }],
-                    sightings: &sightings,
-                    ..TickInputs::default()
-                },
-            );
+            let inputs = TickInputs {
+                stamp,
+                measurements: &measurements,
+            };
+            let outputs = step(robot, &inputs);
             assert!(outputs.reports.is_empty(), "{:?}", outputs.reports);
             sent.extend(
                 outputs
@@ -162,27 +160,27 @@ impl Fleet {
         let mut reports = Vec::new();
         for (index, robot) in self.robots.iter_mut().enumerate() {
             let own = number(index);
-            let neighbours: Vec<_> = sent
+            let neighbours = sent
                 .iter()
                 .filter(|(_, outgoing)| outgoing.to == own)
-                .map(received)
-                .collect();
-            let fixes: Vec<_> = given
+                .map(received);
+            let fixes = given
                 .dgps
                 .iter()
                 .filter(|fix| RobotId(fix.robot) == own)
                 .map(|fix| PositionFix {
                     stamp,
-                    sequence: 0,
+                    origin: Origin::default(),
                     position: fix.y,
                     covariance: noise,
-                })
+                });
+            let measurements: Vec<Measurement> = neighbours
+                .map(Measurement::from)
+                .chain(fixes.map(Measurement::from))
                 .collect();
             let inputs = TickInputs {
                 stamp,
-                neighbours: &neighbours,
-                fixes: &fixes,
-                ..TickInputs::default()
+                measurements: &measurements,
             };
             let outputs = step(robot, &inputs);
             assert!(outputs.outgoing.is_empty(), "a sighting is told once");
@@ -239,7 +237,7 @@ fn compare_verdicts(given: &Step, reports: &[(RobotId, Report)]) {
         "step {}",
         given.k
     );
-    let find = |robot, source| {
+    let find = |robot, source: Source| {
         let report = reports
             .iter()
             .find(|(own, report)| *own == RobotId(robot) && report.source == source);
@@ -255,11 +253,11 @@ fn compare_verdicts(given: &Step, reports: &[(RobotId, Report)]) {
     };
     for &(receiver, sender, alpha, d2, accepted) in &expected.fusions {
         let interior = (1e-3..=1.0 - 1e-3).contains(&alpha);
-        let verdict = find(receiver, Source::Neighbour(RobotId(sender)));
+        let verdict = find(receiver, Source::new(Kind::Neighbour, sender));
         compare_verdict(verdict, accepted, interior.then_some(d2));
     }
     for &(robot, d2, accepted) in &expected.dgps {
-        compare_verdict(find(robot, Source::Fix), accepted, Some(d2));
+        compare_verdict(find(robot, Source::new(Kind::Fix, 0)), accepted, Some(d2));
     }
 }
 
@@ -348,7 +346,7 @@ fn sighting(stamp: Stamp, seen: &Relative, covariance: Covariance3) -> Sighting 
     let (observed, relative) = (RobotId(seen.observed), pose(seen.y));
     Sighting {
         stamp,
-        sequence: 0,
+        origin: Origin::default(),
         observed,
         relative,
         covariance,
@@ -358,8 +356,10 @@ fn sighting(stamp: Stamp, seen: &Relative, covariance: Covariance3) -> Sighting 
 fn received((sender, outgoing): &(RobotId, OutgoingPose)) -> NeighbourPose {
     NeighbourPose {
         stamp: outgoing.stamp,
-        sequence: 0,
-        sender: *sender,
+        origin: Origin {
+            source: sender.0,
+            ..Origin::default()
+        },
         pose: outgoing.pose,
         total: outgoing.total,
         independent: outgoing.independent,

@@ -5,8 +5,8 @@
 use coloc_estimator::history::Slot;
 use coloc_estimator::output::Report;
 use coloc_estimator::{
-    Belief, Estimate, Estimator, NeighbourPose, OutgoingPose, RobotId, Settings, Stamp, TickInputs,
-    step,
+    Belief, Estimate, Estimator, NeighbourPose, Origin, OutgoingPose, RobotId, Settings, Stamp,
+    TickInputs, step,
 };
 
 /// A team of estimators. Robots are numbered from 0.
@@ -92,8 +92,10 @@ impl Fleet {
 fn neighbour(sender: usize, sequence: u64, outgoing: &OutgoingPose) -> NeighbourPose {
     NeighbourPose {
         stamp: outgoing.stamp,
-        sequence,
-        sender: id(sender),
+        origin: Origin {
+            source: id(sender).0,
+            ..Origin::counted(sequence)
+        },
         pose: outgoing.pose,
         total: outgoing.total,
         independent: outgoing.independent,
@@ -126,17 +128,17 @@ mod tests {
             let stamp = Stamp::from_nanos(nanos);
             let sighting = Sighting {
                 stamp,
-                sequence: 0,
+                origin: Origin::default(),
                 observed: RobotId(observed),
                 relative: Pose::default(),
                 covariance,
             };
             let inputs = TickInputs {
                 stamp,
-                sightings: &[sighting],
-                ..TickInputs::default()
+                measurements: &[sighting.into()],
             };
-            let mut post = |letter: Letter| sequences.push((letter.to, letter.pose.sequence));
+            let mut post =
+                |letter: Letter| sequences.push((letter.to, letter.pose.origin.sequence));
             fleet.tick(0, &inputs, &mut post, &mut |_| ());
         }
         assert_eq!(sequences, [(1, 0), (2, 0), (1, 1)], "nobody is robot 9");

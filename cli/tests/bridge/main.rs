@@ -13,6 +13,7 @@ mod team;
 use std::collections::BTreeMap;
 
 use coloc_daemon::record::Recording;
+use coloc_estimator::Kind;
 use coloc_sim::{Scenario, Sensors, Synthetic, SyntheticConfig, World};
 
 use feed::Feed;
@@ -56,13 +57,13 @@ fn five_daemons_over_shared_memory_believe_what_one_process_does_to_the_last_bit
 
 /// A test in which the daemons heard nothing would prove nothing.
 fn assert_fed(recording: &Recording, robot: usize) {
-    let count = |of: &dyn Fn(&coloc_daemon::record::RecordedTick) -> usize| {
-        recording.ticks.iter().map(of).sum::<usize>()
+    let count = |wanted: Kind| {
+        let ticks = recording.ticks.iter();
+        let measurements = ticks.flat_map(|tick| &tick.measurements);
+        measurements.filter(|it| it.kind() == wanted).count()
     };
-    let odometry = count(&|tick| tick.odometry.len());
-    let sightings = count(&|tick| tick.sightings.len());
-    let neighbours = count(&|tick| tick.neighbours.len());
-    let fixes = count(&|tick| tick.fixes.len());
+    let [odometry, sightings, neighbours, fixes] =
+        [Kind::Odometry, Kind::Sighting, Kind::Neighbour, Kind::Fix].map(count);
     assert!(odometry > 100, "robot {robot}: {odometry} of odometry");
     assert!(
         sightings > 100 && neighbours > 100,

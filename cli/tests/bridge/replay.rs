@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use coloc_daemon::estimate::settings;
 use coloc_daemon::record::{RecordedTick, Recording};
-use coloc_estimator::{Belief, NeighbourPose, RobotId, Sighting, Stamp};
+use coloc_estimator::{Belief, Kind, Measurement, NeighbourPose, RobotId, Sighting, Stamp};
 use coloc_shm_types::Estimate;
 use coloc_sim::{Fleet, Letter};
 
@@ -74,11 +74,11 @@ pub(crate) fn replay(team: &Team, recordings: &[Recording]) -> Played {
         waiting = false;
         for (robot, recording) in recordings.iter().enumerate() {
             while let Some(tick) = recording.ticks.get(played.beliefs[robot].len()) {
-                let Some(neighbours) = received(tick, robot, &letters) else {
+                let Some(measurements) = received(tick, robot, &letters) else {
                     break;
                 };
-                played.messages += neighbours.len();
-                let belief = play(&mut fleet, robot, tick, neighbours, &mut letters);
+                played.messages += neighbours(&measurements);
+                let belief = play(&mut fleet, robot, tick, measurements, &mut letters);
                 played.beliefs[robot].push(belief);
                 waiting = true;
             }
@@ -87,11 +87,12 @@ pub(crate) fn replay(team: &Team, recordings: &[Recording]) -> Played {
     played
 }
 
-/// What was worked out for this robot of what it had received at this tick; `None` while some of it was not sent yet.
-fn received(tick: &RecordedTick, robot: usize, letters: &Letters) -> Option<Vec<NeighbourPose>> {
-    let find = |recorded: &NeighbourPose| {
-        let sender = index(recorded.sender);
-        let sent = letters.get(&(sender, robot, recorded.sequence))?;
+/// What this robot took in at this tick, its neighbours' poses as they were worked out here; `None` while some of
+/// them were not sent yet.
+fn received(tick: &RecordedTick, robot: usize, letters: &Letters) -> Option<Vec<Measurement>> {
+    let sent = |recorded: &NeighbourPose| {
+        let sender = index(recorded.sender());
+        let sent = letters.get(&(sender, robot, recorded.origin.sequence))?;
         // It went through shared memory as it was worked out.
         assert_eq!(
             Published::message(recorded),
@@ -100,28 +101,39 @@ fn received(tick: &RecordedTick, robot: usize, letters: &Letters) -> Option<Vec<
         );
         Some(*sent)
     };
-    tick.neighbours.iter().map(find).collect()
+    let renumbered = |measurement: &Measurement| {
+        Some(match measurement {
+            Measurement::Sighting(sighting) => Measurement::Sighting(Sighting {
+                observed: number(index(sighting.observed)),
+                ..*sighting
+            }),
+            Measurement::Neighbour(neighbour) => sent(neighbour)?.into(),
+            Measurement::Odometry(_) | Measurement::Fix(_) => *measurement,
+        })
+    };
+    tick.measurements.iter().map(renumbered).collect()
+}
+
+/// How many of them are neighbours' poses.
+fn neighbours(measurements: &[Measurement]) -> usize {
+    let kinds = measurements.iter().map(Measurement::kind);
+    kinds.filter(|&kind| kind == Kind::Neighbour).count()
 }
 
 fn play(
     fleet: &mut Fleet,
     robot: usize,
     tick: &RecordedTick,
-    neighbours: Vec<NeighbourPose>,
+    measurements: Vec<Measurement>,
     letters: &mut Letters,
 ) -> Published {
     assert_eq!(tick.rebase, None, "a monotonic clock does not step");
-    let renumbered = |sighting: &Sighting| Sighting {
-        observed: number(index(sighting.observed)),
-        ..*sighting
-    };
     let own = RecordedTick {
-        sightings: tick.sightings.iter().map(renumbered).collect(),
-        neighbours,
+        measurements,
         ..tick.clone()
     };
     let mut post = |letter: Letter| {
-        letters.insert((robot, letter.to, letter.pose.sequence), letter.pose);
+        letters.insert((robot, letter.to, letter.pose.origin.sequence), letter.pose);
     };
     fleet.tick(robot, &own.inputs(), &mut post, &mut |_| ());
     let estimate = fleet.estimate(robot).unwrap();

@@ -1,7 +1,8 @@
 //! The three subscribers: drained, validated, and turned into what the estimator computes on.
 
 use coloc_estimator::{
-    Covariance2, Covariance3, NeighbourPose, Pose, PositionFix, RobotId, Sighting, Span, Stamp,
+    Covariance2, Covariance3, Measurement, NeighbourPose, Origin, Pose, PositionFix, RobotId,
+    Sighting, Span, Stamp,
 };
 use coloc_shm_types::{
     Header, Input, Limits, Message, Neighbour, PortError, Position, Reject, RelativePose, Replay,
@@ -16,18 +17,30 @@ use crate::config::{Config, nanos};
 const SIGHTINGS: usize = 128;
 const FIXES: usize = 32;
 const NEIGHBOURS: usize = 256;
+/// So many of all kinds.
+pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS;
 
 /// The subscribers and what they have received before.
 #[derive(Debug)]
 pub struct Messages {
-    sightings: Subscriber<RelativePose>,
-    fixes: Subscriber<Position>,
-    neighbours: Subscriber<Neighbour>,
+    sightings: Port<RelativePose>,
+    fixes: Port<Position>,
+    neighbours: Port<Neighbour>,
     team: Team,
     seen_sightings: Replay,
     seen_fixes: Replay,
     /// By place in `team.robots`.
     seen_neighbours: Box<[Replay]>,
+}
+
+/// A subscriber, and how much of it a tick takes.
+#[derive(Debug)]
+struct Port<M: Message> {
+    subscriber: Subscriber<M>,
+    input: Input,
+    /// How many messages a tick still takes in, and how many it takes in all.
+    left: usize,
+    most: usize,
 }
 
 /// What a message is held against.
@@ -38,36 +51,6 @@ struct Team {
     history_ns: i64,
     future_tolerance_ns: i64,
     set_back_ns: i64,
-}
-
-/// What this tick's messages are, valid and converted.
-#[derive(Debug)]
-pub struct Received {
-    /// Own sightings.
-    pub sightings: List<Sighting>,
-    /// Poses from neighbours.
-    pub neighbours: List<NeighbourPose>,
-    /// Satellite fixes.
-    pub fixes: List<PositionFix>,
-}
-
-impl Default for Received {
-    fn default() -> Self {
-        Self {
-            sightings: List::with_capacity(SIGHTINGS),
-            neighbours: List::with_capacity(NEIGHBOURS),
-            fixes: List::with_capacity(FIXES),
-        }
-    }
-}
-
-impl Received {
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        self.sightings.clear();
-        self.neighbours.clear();
-        self.fixes.clear();
-    }
 }
 
 impl Messages {
@@ -84,9 +67,9 @@ impl Messages {
         let history_ns = nanos(config.history.length_s);
         let future_tolerance_ns = nanos(config.history.future_tolerance_s);
         let opened = Self {
-            sightings: space.subscriber(name)?,
-            fixes: space.subscriber(name)?,
-            neighbours: space.subscriber(name)?,
+            sightings: Port::new(space.subscriber(name)?, Input::RelativePose, SIGHTINGS),
+            fixes: Port::new(space.subscriber(name)?, Input::Position, FIXES),
+            neighbours: Port::new(space.subscriber(name)?, Input::Neighbour, NEIGHBOURS),
             seen_sightings: Replay::new(),
             seen_fixes: Replay::new(),
             seen_neighbours: robots.iter().map(|_| Replay::new()).collect(),
@@ -100,62 +83,52 @@ impl Messages {
         };
         // Whom this does not reach now the first receive will.
         let _ = (
-            opened.sightings.refresh(),
-            opened.fixes.refresh(),
-            opened.neighbours.refresh(),
+            opened.sightings.subscriber.refresh(),
+            opened.fixes.subscriber.refresh(),
+            opened.neighbours.subscriber.refresh(),
         );
         Ok(opened)
     }
 
     /// Takes in what has arrived until `now`, as far as there is room.
-    pub fn receive(&mut self, now: Stamp, into: &mut Received, account: &mut Account) {
+    pub fn receive(&mut self, now: Stamp, into: &mut List<Measurement>, account: &mut Account) {
         let limits = self.team.limits(now);
         let seen = &mut self.seen_sightings;
-        drain(
-            &self.sightings,
-            &mut into.sightings,
-            Input::RelativePose,
-            account,
-            |message: &RelativePose| {
-                message.validate(&limits)?;
-                let sighting = sighting(message)?;
-                seen.accept(&message.header)
-                    .map(|()| (sighting, message.header))
-            },
-        );
+        self.sightings.drain(into, account, |message| {
+            message.validate(&limits)?;
+            let sighting = sighting(message)?;
+            seen.accept(&message.header)
+                .map(|()| (sighting.into(), message.header))
+        });
         let seen = &mut self.seen_fixes;
-        drain(
-            &self.fixes,
-            &mut into.fixes,
-            Input::Position,
-            account,
-            |message: &Position| {
-                message.validate(&limits)?;
-                let fix = fix(message)?;
-                seen.accept(&message.header).map(|()| (fix, message.header))
-            },
-        );
+        self.fixes.drain(into, account, |message| {
+            message.validate(&limits)?;
+            let fix = fix(message)?;
+            seen.accept(&message.header)
+                .map(|()| (fix.into(), message.header))
+        });
         let seen = &mut self.seen_neighbours;
-        drain(
-            &self.neighbours,
-            &mut into.neighbours,
-            Input::Neighbour,
-            account,
-            |message: &Neighbour| {
-                message.validate(&limits)?;
-                let neighbour = neighbour(message)?;
-                let place = limits
-                    .robots
-                    .iter()
-                    .position(|&robot| robot == message.sender);
-                let window = place
-                    .and_then(|place| seen.get_mut(place))
-                    .ok_or(Reject::UnknownRobot)?;
-                window
-                    .accept(&message.header)
-                    .map(|()| (neighbour, message.header))
-            },
-        );
+        self.neighbours.drain(into, account, |message| {
+            message.validate(&limits)?;
+            let neighbour = neighbour(message)?;
+            let place = limits
+                .robots
+                .iter()
+                .position(|&robot| robot == message.sender);
+            let window = place
+                .and_then(|place| seen.get_mut(place))
+                .ok_or(Reject::UnknownRobot)?;
+            window
+                .accept(&message.header)
+                .map(|()| (neighbour.into(), message.header))
+        });
+    }
+
+    /// The tick is over: the next one takes in as many again.
+    pub fn clear(&mut self) {
+        self.sightings.left = self.sightings.most;
+        self.fixes.left = self.fixes.most;
+        self.neighbours.left = self.neighbours.most;
     }
 
     /// The clock was stepped: sessions that began under the old one say nothing about which is newer, and after a
@@ -185,28 +158,41 @@ impl Team {
     }
 }
 
-fn drain<M: Message, T>(
-    port: &Subscriber<M>,
-    into: &mut List<T>,
-    input: Input,
-    account: &mut Account,
-    mut accept: impl FnMut(&M) -> Result<(T, Header), Reject>,
-) {
-    while !into.is_full() {
-        let message = match port.receive() {
-            Ok(Some(message)) => message,
-            Ok(None) => return,
-            // One publisher's messages cannot be read; the others' come at the next tick.
-            Err(_) => return account.unreadable(input),
-        };
-        match accept(&message) {
-            Ok((value, header)) => {
-                account.valid(input, Stamp::from_nanos(header.stamp_ns));
-                // There is room: the loop's condition.
-                let _ = into.push(value);
+impl<M: Message> Port<M> {
+    fn new(subscriber: Subscriber<M>, input: Input, most: usize) -> Self {
+        Self {
+            subscriber,
+            input,
+            left: most,
+            most,
+        }
+    }
+
+    fn drain(
+        &mut self,
+        into: &mut List<Measurement>,
+        account: &mut Account,
+        mut accept: impl FnMut(&M) -> Result<(Measurement, Header), Reject>,
+    ) {
+        let input = self.input;
+        while self.left > 0 {
+            let message = match self.subscriber.receive() {
+                Ok(Some(message)) => message,
+                Ok(None) => return,
+                // One publisher's messages cannot be read; the others' come at the next tick.
+                Err(_) => return account.unreadable(input),
+            };
+            // Refused ones count: a flood of them must not make the tick longer than a flood of good ones.
+            self.left -= 1;
+            match accept(&message) {
+                Ok((measurement, header)) => {
+                    account.valid(input, Stamp::from_nanos(header.stamp_ns));
+                    // There is room: the list holds what all the ports take in.
+                    let _ = into.push(measurement);
+                }
+                Err(Reject::Replayed) => account.rejected(input, Reject::Replayed),
+                Err(reason) => account.invalid(input, reason),
             }
-            Err(Reject::Replayed) => account.rejected(input, Reject::Replayed),
-            Err(reason) => account.invalid(input, reason),
         }
     }
 }
@@ -214,7 +200,7 @@ fn drain<M: Message, T>(
 fn sighting(message: &RelativePose) -> Result<Sighting, Reject> {
     Ok(Sighting {
         stamp: Stamp::from_nanos(message.header.stamp_ns),
-        sequence: message.header.sequence,
+        origin: Origin::counted(message.header.sequence),
         observed: RobotId(message.observed),
         relative: pose(message.pose),
         covariance: covariance(message.covariance)?,
@@ -224,7 +210,7 @@ fn sighting(message: &RelativePose) -> Result<Sighting, Reject> {
 fn fix(message: &Position) -> Result<PositionFix, Reject> {
     Ok(PositionFix {
         stamp: Stamp::from_nanos(message.header.stamp_ns),
-        sequence: message.header.sequence,
+        origin: Origin::counted(message.header.sequence),
         position: message.position,
         covariance: Covariance2::from_row_major(message.covariance).map_err(not_a_covariance)?,
     })
@@ -233,8 +219,10 @@ fn fix(message: &Position) -> Result<PositionFix, Reject> {
 fn neighbour(message: &Neighbour) -> Result<NeighbourPose, Reject> {
     Ok(NeighbourPose {
         stamp: Stamp::from_nanos(message.header.stamp_ns),
-        sequence: message.header.sequence,
-        sender: RobotId(message.sender),
+        origin: Origin {
+            source: message.sender,
+            ..Origin::counted(message.header.sequence)
+        },
         pose: pose(message.pose),
         total: covariance(message.total)?,
         independent: covariance(message.independent)?,

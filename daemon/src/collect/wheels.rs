@@ -4,7 +4,7 @@ use std::os::fd::{AsFd, BorrowedFd};
 
 use coloc_drivers::can::{self, Bus, Filter};
 use coloc_drivers::encoder::{FrameReject, OdometryCounters, OdometryDecoder, WheelOdometry};
-use coloc_estimator::{Motion, OdometryNoise, OdometrySample, Span, Stamp, noise};
+use coloc_estimator::{Measurement, Motion, OdometryNoise, OdometrySample, Span, Stamp, noise};
 use coloc_shm_types::{BusState, CanCounters, Input};
 use tracing::warn;
 
@@ -15,7 +15,7 @@ use crate::config::{self, Config};
 use crate::start::StartError;
 
 /// A tick takes in so many samples at most: 64 ticks' worth at the usual rate.
-const SAMPLES: usize = 64;
+pub const SAMPLES: usize = 64;
 
 /// The buses and what is made of their frames.
 #[derive(Debug)]
@@ -23,7 +23,8 @@ pub struct Wheels {
     buses: Vec<Bus>,
     decoder: Option<OdometryDecoder>,
     to_motion: ToMotion,
-    samples: List<OdometrySample>,
+    /// How many samples were decoded since the last tick.
+    samples: usize,
     /// Frames that were read and not decoded yet, with the order in which they were.
     inbox: List<(usize, can::Received)>,
     /// Stamps of the newest sample and of the one before \[ns\]; 0 if there was none.
@@ -71,7 +72,7 @@ impl Wheels {
             buses,
             to_motion: ToMotion::new(config),
             decoder,
-            samples: List::with_capacity(SAMPLES),
+            samples: 0,
             newest_ns: [0; 2],
             steps: Span::ZERO,
         })
@@ -90,7 +91,7 @@ impl Wheels {
     }
 
     /// Decodes what was drained before `moment`.
-    pub fn decode(&mut self, moment: &Moment, account: &mut Account) {
+    pub fn decode(&mut self, moment: &Moment, into: &mut List<Measurement>, account: &mut Account) {
         let Some(decoder) = &mut self.decoder else {
             return;
         };
@@ -106,7 +107,9 @@ impl Wheels {
                     self.newest_ns = [sample.stamp.as_nanos(), self.newest_ns[0]];
                     account.valid(Input::Odometry, sample.stamp);
                     // More than fit come only after a stall; counters are cumulative, so the next sample covers them.
-                    let _ = self.samples.push(sample);
+                    if self.samples < SAMPLES && into.push(sample.into()) {
+                        self.samples += 1;
+                    }
                 }
                 Err(reason) if is_wrong(reason) => account.unreadable(Input::Odometry),
                 Ok(None) | Err(_) => {}
@@ -134,15 +137,15 @@ impl Wheels {
         self.buses.iter().map(AsFd::as_fd)
     }
 
-    /// Samples since the last [`Self::clear`].
+    /// How many samples there were since the last [`Self::clear`].
     #[must_use]
-    pub fn samples(&self) -> &[OdometrySample] {
-        self.samples.as_slice()
+    pub fn samples(&self) -> usize {
+        self.samples
     }
 
-    /// Forgets the samples.
+    /// The samples have been used.
     pub fn clear(&mut self) {
-        self.samples.clear();
+        self.samples = 0;
     }
 
     /// Stamp of the newest sample up to `stamp` \[ns\]; 0 if there was none. The very newest may have come after the
@@ -197,6 +200,7 @@ impl ToMotion {
 
     fn sample(self, odometry: &WheelOdometry, steps: Span) -> OdometrySample {
         OdometrySample {
+            source: 0,
             start: Stamp::from_nanos(odometry.start_ns) + steps,
             stamp: Stamp::from_nanos(odometry.stamp_ns) + steps,
             motion: self.motion(odometry.velocity),

@@ -4,8 +4,8 @@ use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Motion, NeighbourPose, NotACovariance, OdometrySample, Pose,
-    PositionFix, RobotId, Sighting, Stamp, TickInputs,
+    Belief, Covariance2, Covariance3, Measurement, Motion, NeighbourPose, NotACovariance,
+    OdometrySample, Origin, Pose, PositionFix, RobotId, Sighting, Stamp, TickInputs,
 };
 
 use super::Record;
@@ -43,14 +43,8 @@ pub struct RecordedTick {
     pub rebase: Option<(Stamp, Stamp)>,
     /// The tick's own stamp.
     pub stamp: Stamp,
-    /// Of the wheels.
-    pub odometry: Vec<OdometrySample>,
-    /// Own ones.
-    pub sightings: Vec<Sighting>,
-    /// From others.
-    pub neighbours: Vec<NeighbourPose>,
-    /// Own ones.
-    pub fixes: Vec<PositionFix>,
+    /// What it took in.
+    pub measurements: Vec<Measurement>,
     /// What was published.
     pub belief: Belief,
 }
@@ -87,10 +81,7 @@ impl RecordedTick {
     pub fn inputs(&self) -> TickInputs<'_> {
         TickInputs {
             stamp: self.stamp,
-            odometry: &self.odometry,
-            sightings: &self.sightings,
-            neighbours: &self.neighbours,
-            fixes: &self.fixes,
+            measurements: &self.measurements,
         }
     }
 
@@ -109,55 +100,68 @@ impl RecordedTick {
     }
 
     fn take(&mut self, record: Record) -> Result<(), Broken> {
-        match record {
-            Record::Odometry { .. } => self.odometry.push(odometry(record)?),
+        self.measurements.push(match record {
+            Record::Odometry { .. } => odometry(record)?.into(),
             Record::Sighting {
                 stamp_ns,
+                source,
+                session,
                 sequence,
                 observed,
                 pose: relative,
                 covariance,
-            } => self.sightings.push(Sighting {
+            } => Measurement::Sighting(Sighting {
                 stamp: Stamp::from_nanos(stamp_ns),
-                sequence,
+                origin: origin(source, session, sequence),
                 observed: RobotId(observed),
                 relative: pose(relative),
                 covariance: Covariance3::from_row_major(covariance)?,
             }),
             Record::Neighbour {
                 stamp_ns,
-                sequence,
                 sender,
+                session,
+                sequence,
                 pose: seen,
                 total,
                 independent,
-            } => self.neighbours.push(NeighbourPose {
+            } => Measurement::Neighbour(NeighbourPose {
                 stamp: Stamp::from_nanos(stamp_ns),
-                sequence,
-                sender: RobotId(sender),
+                origin: origin(sender, session, sequence),
                 pose: pose(seen),
                 total: Covariance3::from_row_major(total)?,
                 independent: Covariance3::from_row_major(independent)?,
             }),
             Record::Fix {
                 stamp_ns,
+                source,
+                session,
                 sequence,
                 position,
                 covariance,
-            } => self.fixes.push(PositionFix {
+            } => Measurement::Fix(PositionFix {
                 stamp: Stamp::from_nanos(stamp_ns),
-                sequence,
+                origin: origin(source, session, sequence),
                 position,
                 covariance: Covariance2::from_row_major(covariance)?,
             }),
             _ => return Err(Broken),
-        }
+        });
         Ok(())
+    }
+}
+
+fn origin(source: u16, session: u64, sequence: u64) -> Origin {
+    Origin {
+        source,
+        session,
+        sequence,
     }
 }
 
 fn odometry(record: Record) -> Result<OdometrySample, Broken> {
     let Record::Odometry {
+        source,
         start_ns,
         stamp_ns,
         holonomic,
@@ -180,6 +184,7 @@ fn odometry(record: Record) -> Result<OdometrySample, Broken> {
         }
     };
     Ok(OdometrySample {
+        source,
         start: Stamp::from_nanos(start_ns),
         stamp: Stamp::from_nanos(stamp_ns),
         motion,
@@ -348,48 +353,51 @@ mod tests {
     fn recorded() -> Recording {
         let stamp = Stamp::from_nanos(i64::MAX / 3);
         let third = Pose::new(1.0 / 3.0, -2e-17, 0.1 + 0.2);
+        let odometry = OdometrySample {
+            source: 0,
+            start: Stamp::from_nanos(1),
+            stamp,
+            motion: OdometryNoise::paper().nonholonomic([0.1, -0.7]),
+        };
         let tick = RecordedTick {
             tick: 0,
             stamp,
-            odometry: vec![OdometrySample {
-                start: Stamp::from_nanos(1),
-                stamp,
-                motion: OdometryNoise::paper().nonholonomic([0.1, -0.7]),
-            }],
-            sightings: vec![Sighting {
-                stamp,
-                sequence: u64::MAX,
-                observed: RobotId(3),
-                relative: third,
-                covariance: cov(1.0),
-            }],
-            neighbours: vec![NeighbourPose {
-                stamp,
-                sequence: 7,
-                sender: RobotId(2),
-                pose: third,
-                total: cov(3.0),
-                independent: Covariance3::ZERO,
-            }],
-            fixes: vec![PositionFix {
-                stamp,
-                sequence: 1,
-                position: [1e-300, 0.1],
-                covariance: Covariance2::diagonal([0.01, 0.1]).unwrap(),
-            }],
+            measurements: vec![
+                odometry.into(),
+                Measurement::Sighting(Sighting {
+                    stamp,
+                    origin: Origin::counted(u64::MAX),
+                    observed: RobotId(3),
+                    relative: third,
+                    covariance: cov(1.0),
+                }),
+                Measurement::Neighbour(NeighbourPose {
+                    stamp,
+                    origin: origin(2, u64::MAX, 7),
+                    pose: third,
+                    total: cov(3.0),
+                    independent: Covariance3::ZERO,
+                }),
+                Measurement::Fix(PositionFix {
+                    stamp,
+                    origin: origin(1, 3, 1),
+                    position: [1e-300, 0.1],
+                    covariance: Covariance2::diagonal([0.01, 0.1]).unwrap(),
+                }),
+            ],
             belief: Belief::independent(third, cov(0.3)),
             rebase: None,
         };
-        let holonomic = OdometrySample {
-            motion: OdometryNoise::paper().holonomic([0.1, 0.2, 0.3]),
-            ..tick.odometry[0]
-        };
-        let second = RecordedTick {
+        let mut second = RecordedTick {
             tick: 1,
-            odometry: vec![holonomic],
             rebase: Some((stamp, Stamp::from_nanos(5))),
             ..tick.clone()
         };
+        second.measurements[0] = Measurement::Odometry(OdometrySample {
+            source: 9,
+            motion: OdometryNoise::paper().holonomic([0.1, 0.2, 0.3]),
+            ..odometry
+        });
         Recording {
             robot: 4,
             stamp,

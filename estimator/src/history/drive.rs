@@ -1,8 +1,8 @@
 //! What drives the robot between two stamps: a sample, a sample held, or nothing that is known.
 
-use crate::belief::Belief;
-use crate::input::OdometrySample;
-use crate::motion::{Motion, propagate};
+use crate::filter::Filter;
+use crate::kind::OdometrySample;
+use crate::motion::Motion;
 use crate::output::OdometryState;
 use crate::settings::OdometrySettings;
 use crate::stamp::{Span, Stamp};
@@ -67,15 +67,16 @@ impl Leg {
         }
     }
 
-    /// The belief at the leg's end, given the one at its beginning `from`.
-    pub(crate) fn propagate(
+    /// The filter at the leg's end, given the one at its beginning `from`.
+    #[inline]
+    pub(crate) fn predict(
         &self,
-        belief: &Belief,
+        filter: Filter,
         from: Stamp,
         settings: &OdometrySettings,
-    ) -> Belief {
+    ) -> Filter {
         let motion = self.drive.motion(from, self.until, settings);
-        propagate(belief, &motion, (self.until - from).as_seconds())
+        filter.predict(&motion, (self.until - from).as_seconds())
     }
 }
 
@@ -135,6 +136,7 @@ mod tests {
             noise,
         };
         OdometrySample {
+            source: 0,
             start: ns(start),
             stamp: ns(stamp),
             motion,

@@ -1,86 +1,124 @@
-//! A ring of entries over storage that the caller supplies.
+//! The entries in their order, over storage that the caller supplies.
 
 use super::Slot;
-use super::entry::{Entry, Measurement};
+use super::entry::Entry;
+use super::places::{Places, count_before};
+use crate::kind::{Key, Measurement, OdometrySample};
+use crate::stamp::Stamp;
 
-/// Entries `0..len`, oldest first. Taking the oldest and appending cost nothing; inserting moves what is newer.
+/// Entries `0..len`, oldest first, and the odometry samples among them.
 #[derive(Clone, Debug)]
 pub(crate) struct Ring<S> {
     storage: S,
-    head: usize,
-    len: usize,
+    entries: Places,
+    samples: Places,
+    /// So many samples have left: the oldest that is here has this number.
+    first_sample: usize,
 }
 
 impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Ring<S> {
     pub(crate) fn new(storage: S) -> Self {
+        let capacity = storage.as_ref().len();
         Self {
             storage,
-            head: 0,
-            len: 0,
+            entries: Places::new(capacity),
+            samples: Places::new(capacity),
+            first_sample: 0,
         }
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.len
     }
 
     pub(crate) fn is_full(&self) -> bool {
-        self.len >= self.storage.as_ref().len()
+        self.entries.is_full()
     }
 
+    #[inline]
     pub(crate) fn get(&self, index: usize) -> Option<&Entry> {
-        let slot = self.slot(index)?;
-        self.storage.as_ref().get(slot)?.0.as_ref()
+        self.in_slot(self.entries.get(index)?)
     }
 
+    #[inline]
     pub(crate) fn get_mut(&mut self, index: usize) -> Option<&mut Entry> {
-        self.slot_mut(index)?.0.as_mut()
+        let slot = self.entries.get(index)?;
+        self.storage.as_mut().get_mut(slot)?.0.as_mut()
     }
 
-    /// Puts `measurement` before the entry at `index`; false if there is no room.
+    /// Where an entry with `key` belongs; `Err` if it is there.
+    pub(crate) fn place_of(&self, key: &Key) -> Result<usize, usize> {
+        let place = count_before(self.entries.len(), |index| {
+            self.get(index).is_some_and(|entry| entry.key < *key)
+        });
+        match self.get(place) {
+            Some(entry) if entry.key == *key => Err(place),
+            _ => Ok(place),
+        }
+    }
+
+    /// Index of the first entry stamped after `stamp`.
+    pub(crate) fn first_after(&self, stamp: Stamp) -> usize {
+        count_before(self.entries.len(), |index| {
+            self.get(index).is_some_and(|entry| entry.stamp() <= stamp)
+        })
+    }
+
+    /// Puts `measurement` before the entry at `place`; false if there is no room.
     #[must_use]
-    pub(crate) fn insert(&mut self, index: usize, measurement: Measurement) -> bool {
-        if self.is_full() || index > self.len {
+    pub(crate) fn insert(&mut self, place: usize, key: Key, measurement: Measurement) -> bool {
+        let Some(slot) = self.entries.free() else {
+            return false;
+        };
+        if !self.entries.insert(place, slot) {
             return false;
         }
-        self.len += 1;
-        for newer in (index + 1..self.len).rev() {
-            self.copy(newer - 1, newer);
+        if measurement.as_odometry().is_some() {
+            let before = self.samples_before(|entry| entry.key < key);
+            // There is room: no more samples than entries.
+            let _ = self.samples.insert(before, slot);
         }
-        if let Some(slot) = self.slot_mut(index) {
-            slot.0 = Some(Entry::new(measurement));
+        if let Some(slot) = self.storage.as_mut().get_mut(slot) {
+            slot.0 = Some(Entry::new(key, measurement));
         }
         true
     }
 
     /// Takes the oldest entry out.
-    pub(crate) fn pop_front(&mut self) -> Option<Entry> {
-        let oldest = self.slot_mut(0)?.0.take();
-        self.head = (self.head + 1) % self.storage.as_ref().len();
-        self.len -= 1;
-        oldest
+    pub(crate) fn pop_front(&mut self) -> Option<&Entry> {
+        let slot = self.entries.pop_front()?;
+        if self.samples.get(0) == Some(slot) {
+            let _ = self.samples.pop_front();
+            self.first_sample += 1;
+        }
+        self.in_slot(slot)
     }
 
     pub(crate) fn clear(&mut self) {
-        while self.pop_front().is_some() {}
+        self.entries.clear();
+        self.samples.clear();
+        self.first_sample = 0;
     }
 
-    fn copy(&mut self, from: usize, to: usize) {
-        let entry = self.get(from).copied();
-        if let Some(slot) = self.slot_mut(to) {
-            slot.0 = entry;
-        }
+    /// The number of the first sample stamped after `stamp`.
+    pub(crate) fn first_sample_after(&self, stamp: Stamp) -> usize {
+        self.first_sample + self.samples_before(|entry| entry.stamp() <= stamp)
     }
 
-    fn slot_mut(&mut self, index: usize) -> Option<&mut Slot> {
-        let slot = self.slot(index)?;
-        self.storage.as_mut().get_mut(slot)
+    /// The sample with that number, counted over all that ever were here; `None` if it has left or is still to come.
+    #[inline]
+    pub(crate) fn sample(&self, number: usize) -> Option<&OdometrySample> {
+        let slot = self.samples.get(number.checked_sub(self.first_sample)?)?;
+        self.in_slot(slot)?.measurement.as_odometry()
     }
 
-    /// Where entry `index` is stored, if there is one.
-    fn slot(&self, index: usize) -> Option<usize> {
-        let capacity = self.storage.as_ref().len();
-        (index < self.len && capacity > 0).then(|| (self.head + index) % capacity)
+    fn samples_before(&self, is_before: impl Fn(&Entry) -> bool) -> usize {
+        count_before(self.samples.len(), |index| {
+            let slot = self.samples.get(index);
+            slot.and_then(|slot| self.in_slot(slot))
+                .is_some_and(&is_before)
+        })
+    }
+
+    #[inline]
+    fn in_slot(&self, slot: usize) -> Option<&Entry> {
+        self.storage.as_ref().get(slot)?.0.as_ref()
     }
 }
 
@@ -88,15 +126,30 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Ring<S> {
 mod tests {
     use super::*;
     use crate::covariance::Covariance2;
-    use crate::input::PositionFix;
-    use crate::stamp::Stamp;
+    use crate::kind::{Measured, Origin, PositionFix};
+    use crate::motion::Motion;
+
+    fn put<const N: usize>(ring: &mut Ring<[Slot; N]>, measurement: Measurement) -> bool {
+        let key = measurement.key();
+        ring.place_of(&key)
+            .is_ok_and(|place| ring.insert(place, key, measurement))
+    }
 
     fn fix(stamp: i64) -> Measurement {
         Measurement::Fix(PositionFix {
             stamp: Stamp::from_nanos(stamp),
-            sequence: 0,
+            origin: Origin::default(),
             position: [0.0; 2],
             covariance: Covariance2::ZERO,
+        })
+    }
+
+    fn sample(stamp: i64) -> Measurement {
+        Measurement::Odometry(OdometrySample {
+            source: 0,
+            start: Stamp::from_nanos(stamp - 1),
+            stamp: Stamp::from_nanos(stamp),
+            motion: Motion::standstill([0.0; 3]),
         })
     }
 
@@ -105,22 +158,49 @@ mod tests {
     }
 
     #[test]
-    fn keeps_its_order_across_the_end_of_the_storage() {
+    fn entries_are_in_the_order_of_their_keys_wherever_they_are_stored() {
         let mut ring = Ring::new([Slot::default(); 4]);
-        for stamp in [1, 2, 4] {
-            assert!(ring.insert(ring.len(), fix(stamp)));
+        for stamp in [2, 1, 4] {
+            assert!(put(&mut ring, fix(stamp)));
         }
-        assert_eq!(ring.pop_front().map(|e| e.stamp().as_nanos()), Some(1));
-        assert_eq!(ring.pop_front().map(|e| e.stamp().as_nanos()), Some(2));
-        assert!(ring.insert(1, fix(6)) && ring.insert(1, fix(5)) && ring.insert(0, fix(3)));
+        for stamp in [1, 2] {
+            let oldest = ring.pop_front().map(Entry::stamp);
+            assert_eq!(oldest, Some(Stamp::from_nanos(stamp)));
+        }
+        assert!([6, 5, 3].map(|stamp| put(&mut ring, fix(stamp))) == [true; 3]);
         assert_eq!(stamps(&ring), [3, 4, 5, 6]);
+        assert_eq!(ring.place_of(&fix(5).key()), Err(2));
+        assert_eq!(ring.first_after(Stamp::from_nanos(4)), 2);
+    }
+
+    #[test]
+    fn samples_keep_their_numbers_when_older_ones_leave() {
+        let mut ring = Ring::new([Slot::default(); 8]);
+        for measurement in [fix(1), sample(2), fix(3), sample(6), fix(5), sample(4)] {
+            assert!(put(&mut ring, measurement));
+        }
+        let stamp_of = |ring: &Ring<[Slot; 8]>, number| {
+            ring.sample(number).map(|sample| sample.stamp.as_nanos())
+        };
+        assert_eq!(
+            [0, 1, 2, 3].map(|n| stamp_of(&ring, n)),
+            [Some(2), Some(4), Some(6), None]
+        );
+        for _ in 0..3 {
+            assert!(ring.pop_front().is_some());
+        }
+        assert_eq!(
+            [0, 1, 2].map(|n| stamp_of(&ring, n)),
+            [None, Some(4), Some(6)]
+        );
+        assert_eq!(ring.first_sample_after(Stamp::from_nanos(5)), 2);
     }
 
     #[test]
     fn refuses_what_does_not_fit() {
         let mut ring = Ring::new([Slot::default(); 1]);
-        assert!(ring.insert(0, fix(1)));
-        assert!(!ring.insert(0, fix(2)));
+        assert!(put(&mut ring, fix(1)));
+        assert!(ring.is_full() && !put(&mut ring, fix(2)));
         assert_eq!(stamps(&ring), [1]);
     }
 
@@ -128,7 +208,7 @@ mod tests {
     fn without_storage_there_is_no_room_and_no_panic() {
         let nothing: [Slot; 0] = [];
         let mut ring = Ring::new(nothing);
-        assert!(!ring.insert(0, fix(1)));
+        assert!(!put(&mut ring, fix(1)));
         assert!(ring.pop_front().is_none());
     }
 }

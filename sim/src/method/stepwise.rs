@@ -1,8 +1,9 @@
 //! The product as a daemon runs it: one estimator with its history per robot, everything through its `step`.
 
-use coloc_estimator::output::{Report, Source, Verdict};
+use coloc_estimator::output::{Report, Verdict};
 use coloc_estimator::{
-    Belief, NeighbourPose, OdometrySample, Pose, PositionFix, Sighting, Stamp, TickInputs,
+    Belief, Kind, Measurement, OdometrySample, Origin, Pose, PositionFix, Sighting, Stamp,
+    TickInputs,
 };
 use nalgebra::Matrix3;
 
@@ -60,18 +61,20 @@ impl Stepwise {
         let motion =
             inputs.odometry[robot].map(|velocity| self.settings.odometry.nonholonomic(velocity));
         let odometry = motion.map(|motion| OdometrySample {
+            source: 0,
             start,
             stamp,
             motion,
         });
-        let sightings: Vec<Sighting> = self.sightings(robot, inputs);
-        let fixes: Vec<PositionFix> = self.fixes(robot, inputs);
+        let odometry = odometry.into_iter().map(Measurement::from);
+        let seen = self.sightings(robot, inputs);
+        let measurements: Vec<_> = odometry
+            .chain(seen)
+            .chain(self.fixes(robot, inputs))
+            .collect();
         let tick = TickInputs {
             stamp,
-            odometry: odometry.as_slice(),
-            sightings: &sightings,
-            neighbours: &[],
-            fixes: &fixes,
+            measurements: &measurements,
         };
         let arrival = |to: usize| {
             let mut seen = inputs.sightings.iter();
@@ -87,44 +90,45 @@ impl Stepwise {
         });
     }
 
-    fn sightings(&self, robot: usize, inputs: &StepInputs) -> Vec<Sighting> {
+    fn sightings(&self, robot: usize, inputs: &StepInputs) -> impl Iterator<Item = Measurement> {
         let own = inputs
             .sightings
             .iter()
-            .filter(|seen| seen.observer == robot);
-        let sighting = |seen: &crate::sensors::Sighting| Sighting {
-            stamp: self.stamp(inputs.step),
-            sequence: inputs.step as u64,
-            observed: id(seen.observed),
-            relative: seen.relative,
-            covariance: self.settings.relative,
-        };
-        own.map(sighting).collect()
+            .filter(move |seen| seen.observer == robot);
+        own.map(|seen| {
+            Measurement::Sighting(Sighting {
+                stamp: self.stamp(inputs.step),
+                origin: Origin::counted(inputs.step as u64),
+                observed: id(seen.observed),
+                relative: seen.relative,
+                covariance: self.settings.relative,
+            })
+        })
     }
 
-    fn fixes(&self, robot: usize, inputs: &StepInputs) -> Vec<PositionFix> {
-        let own = inputs.fixes.iter().filter(|fix| fix.robot == robot);
-        let fix = |fix: &crate::sensors::Fix| PositionFix {
-            stamp: self.stamp(inputs.step),
-            sequence: inputs.step as u64,
-            position: fix.position,
-            covariance: self.settings.fix,
-        };
-        own.map(fix).collect()
+    fn fixes(&self, robot: usize, inputs: &StepInputs) -> impl Iterator<Item = Measurement> {
+        let own = inputs.fixes.iter().filter(move |fix| fix.robot == robot);
+        own.map(|fix| {
+            Measurement::Fix(PositionFix {
+                stamp: self.stamp(inputs.step),
+                origin: Origin::counted(inputs.step as u64),
+                position: fix.position,
+                covariance: self.settings.fix,
+            })
+        })
     }
 
     fn hear(&mut self, robot: usize, now: usize, log: &mut dyn FnMut(Innovation)) {
         let arrived = self.under_way.extract_if(.., |(arrives, letter)| {
             letter.to == robot && *arrives <= now
         });
-        let neighbours: Vec<NeighbourPose> = arrived.map(|(_, letter)| letter.pose).collect();
-        if neighbours.is_empty() {
+        let measurements: Vec<_> = arrived.map(|(_, letter)| letter.pose.into()).collect();
+        if measurements.is_empty() {
             return;
         }
         let tick = TickInputs {
             stamp: self.stamp(now),
-            neighbours: &neighbours,
-            ..TickInputs::default()
+            measurements: &measurements,
         };
         // Nothing is sent twice: the sightings of this stamp were sent when they were taken in.
         self.fleet.tick(robot, &tick, &mut |_| (), &mut |report| {
@@ -134,10 +138,10 @@ impl Stepwise {
 }
 
 fn tell(robot: usize, report: &Report, log: &mut dyn FnMut(Innovation)) {
-    let sensor = match report.source {
-        Source::Neighbour(_) => Sensor::Neighbour,
-        Source::Fix => Sensor::Fix,
-        Source::Odometry | Source::Sighting(_) => return,
+    let sensor = match report.source.kind {
+        Kind::Neighbour => Sensor::Neighbour,
+        Kind::Fix => Sensor::Fix,
+        Kind::Odometry | Kind::Sighting => return,
     };
     let (accepted, d2) = match report.verdict {
         Verdict::Accepted { d2 } => (true, d2),

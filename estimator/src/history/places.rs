@@ -1,0 +1,189 @@
+//! The order of the entries: which slot of the storage is the first, the second and so on.
+//!
+//! Entries are large and stay where they are; what moves when one comes in between is two bytes for each that is newer.
+
+/// So many slots are used at most. A replay of all of them is what a late measurement may cost a tick (see [`super`]).
+pub const MOST_SLOTS: usize = 2048;
+
+/// Slot numbers `0..len`, oldest first, in a circle. Those that are in no place fill the rest of it: it is a permutation,
+/// as long as only they are put into places.
+#[derive(Clone, Debug)]
+pub(crate) struct Places {
+    slots: [u16; MOST_SLOTS],
+    capacity: usize,
+    head: usize,
+    len: usize,
+}
+
+impl Places {
+    /// None yet, with room for `capacity`, at most [`MOST_SLOTS`].
+    pub(crate) fn new(capacity: usize) -> Self {
+        Self {
+            #[allow(clippy::cast_possible_truncation)] // MOST_SLOTS is far below 2^16.
+            slots: core::array::from_fn(|slot| slot as u16),
+            capacity: capacity.min(MOST_SLOTS),
+            head: 0,
+            len: 0,
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    pub(crate) fn is_full(&self) -> bool {
+        self.len >= self.capacity
+    }
+
+    #[inline]
+    pub(crate) fn get(&self, index: usize) -> Option<usize> {
+        if index >= self.len {
+            return None;
+        }
+        self.slots.get(self.at(index)).copied().map(usize::from)
+    }
+
+    /// A slot that is in no place.
+    pub(crate) fn free(&self) -> Option<usize> {
+        let free = self.slots.get(self.at(self.len)).copied();
+        free.filter(|_| !self.is_full()).map(usize::from)
+    }
+
+    /// Puts `slot` before the one at `index`; false if there is no room.
+    #[must_use]
+    pub(crate) fn insert(&mut self, index: usize, slot: usize) -> bool {
+        let Ok(slot) = u16::try_from(slot) else {
+            return false;
+        };
+        if self.is_full() || index > self.len {
+            return false;
+        }
+        self.make_way(index);
+        self.len += 1;
+        let place = self.at(index);
+        if let Some(place) = self.slots.get_mut(place) {
+            *place = slot;
+        }
+        true
+    }
+
+    /// Takes the oldest out.
+    pub(crate) fn pop_front(&mut self) -> Option<usize> {
+        let oldest = self.get(0)?;
+        self.head = self.at(1);
+        self.len -= 1;
+        Some(oldest)
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Moves all from `index` on one place further, in two pieces where they lie across the end of the circle.
+    fn make_way(&mut self, index: usize) {
+        let (from, free) = (self.at(index), self.at(self.len));
+        if from <= free {
+            self.slots.copy_within(from..free, from + 1);
+            return;
+        }
+        let last = self.capacity - 1;
+        self.slots.copy_within(0..free, 1);
+        self.slots.copy_within(last..=last, 0);
+        self.slots.copy_within(from..last, from + 1);
+    }
+
+    /// Where number `index`, at most `capacity`, is in the circle.
+    #[inline]
+    fn at(&self, index: usize) -> usize {
+        let straight = self.head + index;
+        if straight < self.capacity {
+            straight
+        } else {
+            straight - self.capacity
+        }
+    }
+}
+
+/// How many of `len` things come first for which `is_before` holds: for all of these and for none after them. Mostly it
+/// does for nearly all, so the search begins at the end, with strides that double.
+#[inline]
+pub(crate) fn count_before(len: usize, is_before: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high, mut stride) = (0, len, 1);
+    while high > 0 {
+        let probe = high.saturating_sub(stride);
+        if is_before(probe) {
+            low = probe + 1;
+            break;
+        }
+        (high, stride) = (probe, 2 * stride);
+    }
+    while low < high {
+        let middle = low.midpoint(high);
+        if is_before(middle) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn listed(places: &Places) -> [Option<usize>; 5] {
+        core::array::from_fn(|index| places.get(index))
+    }
+
+    #[test]
+    fn the_order_is_kept_wherever_the_circle_begins() {
+        for turned in 0..4 {
+            for index in 0..4 {
+                let mut places = Places::new(4);
+                for _ in 0..turned {
+                    assert!(places.insert(0, 9));
+                    assert_eq!(places.pop_front(), Some(9));
+                }
+                for slot in 0..3 {
+                    assert!(places.insert(slot, slot));
+                }
+                assert!(places.insert(index, 7));
+                let mut expected = [Some(0), Some(1), Some(2), None, None];
+                expected[index..4].rotate_right(1);
+                expected[index] = Some(7);
+                assert_eq!(listed(&places), expected, "{index} of {turned}");
+                assert!(places.is_full() && !places.insert(0, 8));
+            }
+        }
+    }
+
+    #[test]
+    fn a_slot_is_free_until_it_has_a_place_and_again_when_it_was_taken_out() {
+        let mut places = Places::new(3);
+        for index in [0, 0, 1] {
+            let free = places.free().unwrap();
+            assert!(places.insert(index, free));
+        }
+        let mut taken = [(); 3].map(|()| places.pop_front().unwrap());
+        taken.sort_unstable();
+        assert_eq!(taken, [0, 1, 2]);
+        assert!(places.insert(0, 1) && places.free() != Some(1));
+    }
+
+    #[test]
+    fn without_room_there_is_no_place_and_no_panic() {
+        let mut places = Places::new(0);
+        assert!(places.is_full() && !places.insert(0, 0));
+        assert_eq!((places.pop_front(), places.free()), (None, None));
+    }
+
+    #[test]
+    fn what_comes_before_is_counted_for_every_length() {
+        for len in 0..40 {
+            for before in 0..=len {
+                assert_eq!(count_before(len, |index| index < before), before);
+            }
+        }
+    }
+}

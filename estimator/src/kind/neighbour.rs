@@ -1,0 +1,58 @@
+//! What a neighbour says about this robot: Algorithm 3.
+
+use super::{Key, Kind, Measured, Origin, RobotId};
+use crate::convert::GlobalPose;
+use crate::covariance::Covariance3;
+use crate::filter::Filter;
+use crate::outbox::Outbox;
+use crate::output::Source;
+use crate::pose::Pose;
+use crate::settings::Settings;
+use crate::stamp::Stamp;
+
+/// Pose of this robot in the common frame, as a neighbour computed it from its own belief and its sighting of us.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct NeighbourPose {
+    /// When the neighbour saw us.
+    pub stamp: Stamp,
+    /// Who saw us, and its count of what it sent to us.
+    pub origin: Origin,
+    /// y*, in the common frame.
+    pub pose: Pose,
+    /// R* = R*_i + R*_d.
+    pub total: Covariance3,
+    /// R*_i.
+    pub independent: Covariance3,
+}
+
+impl NeighbourPose {
+    /// Who saw us.
+    #[must_use]
+    pub fn sender(&self) -> RobotId {
+        RobotId(self.origin.source)
+    }
+}
+
+impl Measured for NeighbourPose {
+    #[inline]
+    fn key(&self) -> Key {
+        Key::new(self.stamp, Kind::Neighbour, self.origin)
+    }
+
+    fn source(&self) -> Source {
+        Source::new(Kind::Neighbour, self.origin.source)
+    }
+
+    fn apply(&self, filter: Filter, settings: &Settings, world: Option<&mut Outbox>) -> Filter {
+        let received = GlobalPose {
+            pose: self.pose,
+            total: self.total,
+            independent: self.independent,
+        };
+        let (filter, gate) = filter.hear(self.stamp, &received, settings);
+        if let Some(world) = world {
+            world.report(self.source(), self.stamp, gate.verdict());
+        }
+        filter
+    }
+}

@@ -1,0 +1,47 @@
+//! This robot's sighting of another one: news for that one, Algorithm 2.
+
+use super::{Key, Kind, Measured, Origin, RobotId};
+use crate::covariance::Covariance3;
+use crate::filter::Filter;
+use crate::outbox::Outbox;
+use crate::output::Source;
+use crate::pose::Pose;
+use crate::settings::Settings;
+use crate::stamp::Stamp;
+
+/// This robot's sighting of another one.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Sighting {
+    /// When the sensor saw it.
+    pub stamp: Stamp,
+    /// Which sensor.
+    pub origin: Origin,
+    /// Who was seen.
+    pub observed: RobotId,
+    /// Pose of the observed robot in this robot's body frame.
+    pub relative: Pose,
+    /// Noise of `relative`, R.
+    pub covariance: Covariance3,
+}
+
+impl Measured for Sighting {
+    #[inline]
+    fn key(&self) -> Key {
+        Key {
+            source: u32::from(self.observed.0) << 16 | u32::from(self.origin.source),
+            ..Key::new(self.stamp, Kind::Sighting, self.origin)
+        }
+    }
+
+    fn source(&self) -> Source {
+        Source::new(Kind::Sighting, self.origin.source)
+    }
+
+    /// The belief is still the predicted one: sightings come before all that changes it.
+    fn apply(&self, filter: Filter, settings: &Settings, world: Option<&mut Outbox>) -> Filter {
+        if let Some(world) = world {
+            world.send(self, &filter.tell(&self.relative, &self.covariance));
+        }
+        filter.told(settings)
+    }
+}
