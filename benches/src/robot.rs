@@ -12,11 +12,16 @@ use coloc_estimator::{
 use crate::case;
 
 const PERIOD: Span = Span::from_millis(20);
-const SLOTS: usize = 8192;
+const SLOTS: usize = 4096;
 const MOST_NEIGHBOURS: usize = 64;
 
+/// The default of `history.capacity`.
+pub const DEFAULT_SLOTS: usize = 1024;
+/// So many messages the daemon takes in with one tick, at most.
+pub const BURST: usize = 480;
+
 /// A robot, its clock and its neighbours.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Robot {
     estimator: Estimator<Vec<Slot>>,
     now: Stamp,
@@ -32,23 +37,59 @@ impl Robot {
     /// # Errors
     /// None, unless a number of [`case`] is changed for the worse.
     pub fn warm(neighbours: usize) -> Result<Self, NotACovariance> {
+        let mut robot = Self::with_slots(SLOTS)?;
+        for _ in 0..60 {
+            robot.tick_hearing(neighbours);
+        }
+        Ok(robot)
+    }
+
+    /// A robot whose history of `slots` is full of what costs most, neighbours' poses, each at a moment of its own; and a
+    /// burst on its way that is as late as it may be.
+    ///
+    /// # Errors
+    /// As [`Self::warm`].
+    pub fn crowded(slots: usize) -> Result<Self, NotACovariance> {
+        let mut robot = Self::with_slots(slots)?;
+        let history = robot.estimator.settings().history.as_nanos();
+        let [messages, burst] =
+            [slots, BURST].map(|count| i64::try_from(count).unwrap_or(i64::MAX));
+        let oldest = robot.now + Span::from_nanos(history / messages);
+        robot.now = robot.now + Span::from_nanos(history);
+        for message in 0..messages {
+            robot.hear(oldest + Span::from_nanos(message * (history / messages)));
+        }
+        robot.step();
+        robot.heard.clear();
+        (1..=burst).for_each(|instant| robot.hear(oldest + Span::from_nanos(instant)));
+        Ok(robot)
+    }
+
+    /// The worst tick there is: the burst reaches a [`Self::crowded`] robot. Each message makes the oldest leave, and in the
+    /// end all that is left is applied again.
+    pub fn tick_crowded(&mut self) -> f64 {
+        self.step()
+    }
+
+    fn hear(&mut self, stamp: Stamp) {
+        let message = self.neighbour(1, stamp);
+        self.heard.push(message.into());
+    }
+
+    fn with_slots(slots: usize) -> Result<Self, NotACovariance> {
         let mut settings = Settings::default();
         // Every message is worth its cost: none is gated out, whatever the robot has come to believe.
         settings.fusion.gate = f64::INFINITY;
         settings.position_gate = f64::INFINITY;
         let now = Stamp::from_nanos(1_000_000_000);
-        let storage = vec![Slot::default(); SLOTS];
-        let mut robot = Self {
+        let storage = vec![Slot::default(); slots];
+        Ok(Self {
             estimator: Estimator::new(settings, now, case::belief()?, storage),
             now,
             sequence: 0,
             word: case::received(0.5)?,
             heard: Vec::with_capacity(MOST_NEIGHBOURS + 2),
-        };
-        for _ in 0..60 {
-            robot.tick_hearing(neighbours);
-        }
-        Ok(robot)
+        })
     }
 
     /// The next tick, with a message of each of `neighbours`; x of the estimate.
@@ -122,6 +163,10 @@ impl Robot {
             stamp: self.now,
             motion: case::motion(),
         }));
+        self.step()
+    }
+
+    fn step(&mut self) -> f64 {
         let inputs = TickInputs {
             stamp: self.now,
             measurements: &self.heard,

@@ -287,6 +287,8 @@ fn reason(verdict: Verdict) -> Option<Reject> {
         Verdict::FromFuture => Some(Reject::FromFuture),
         Verdict::Duplicate | Verdict::EmptyInterval => Some(Reject::Replayed),
         Verdict::NoRoom => Some(Reject::HistoryFull),
+        Verdict::NotFinite => Some(Reject::NotFinite),
+        Verdict::NoNoise => Some(Reject::BadQuality),
     }
 }
 

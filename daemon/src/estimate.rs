@@ -4,8 +4,8 @@ use std::hint::black_box;
 
 use coloc_estimator::settings::{Criterion, GateWeight};
 use coloc_estimator::{
-    Belief, Covariance3, Estimator, FusionSettings, OdometrySettings, Pose, Settings, Slot, Span,
-    Stamp, TickInputs, TickOutputs, step,
+    Belief, Covariance3, Estimator, Floors, FusionSettings, OdometrySettings, Pose, Settings, Slot,
+    Span, Stamp, TickInputs, TickOutputs, step,
 };
 
 use crate::config::{self, Config, nanos};
@@ -64,6 +64,7 @@ pub fn settings(config: &Config) -> Settings {
     Settings {
         fusion: fusion(&config.fusion),
         position_gate: config.fusion.position_gate,
+        floors: Floors::default(),
         odometry: OdometrySettings {
             reference_period: span(config.motion.reference_period_s),
             hold: span(config.motion.hold_s),

@@ -130,7 +130,7 @@ fn a_value_out_of_range_names_line_value_and_range() {
 #[test]
 fn the_limits_themselves_are_allowed() {
     let allowed = "[tick]\nrate_hz = 1000\n[fusion]\ndamping = 1\nneighbour_gate = inf\n\
-                   [realtime]\npriority = 99\ncpus = [0, 1023]\n[history]\ncapacity = 1_048_576";
+                   [realtime]\npriority = 99\ncpus = [0, 1023]\n[history]\nlength_s = 0.2775\ncapacity = 555";
     assert!(Config::parse(&format!("{MINIMAL}{allowed}"), Path::new("robot.toml")).is_ok());
 }
 
@@ -244,10 +244,28 @@ fn the_team_must_agree_with_the_robot_and_with_itself() {
 
 #[test]
 fn a_default_that_no_longer_fits_names_the_setting_that_made_it_so() {
-    let refusal = refusal_of("[history]\n\nlength_s = 60");
+    let refusal = refusal_of("[history]\n\nlength_s = 40");
     assert_eq!(
         refusal,
-        "robot.toml:6: history.capacity = 1024: must be 6000 or more, two places for every tick of history.length_s"
+        "robot.toml:6: history.capacity = 1024: must be 4000 or more, two places for every tick of history.length_s"
+    );
+}
+
+#[test]
+fn a_history_that_a_tick_cannot_go_through_in_time_is_refused() {
+    assert_eq!(
+        refusal_of("[history]\ncapacity = 200_000"),
+        "robot.toml:5: history.capacity = 200000: must be a whole number, 64 to 4096"
+    );
+    assert_eq!(
+        refusal_of("[tick]\nrate_hz = 200\n[history]\ncapacity = 3000"),
+        "robot.toml:7: history.capacity = 3000: must be 2777 or less, for a tick to apply all of them again in a quarter of \
+         its period"
+    );
+    assert_eq!(
+        refusal_of("[history]\nlength_s = 60"),
+        "robot.toml:5: history.length_s = 60: must be 40.96 s or less at 50 Hz: a tick can apply 4096 measurements again in a \
+         quarter of its period, and there are two places for each"
     );
 }
 

@@ -1,7 +1,10 @@
 //! What the robot believes: a pose and how well it knows it.
 
+use core::fmt;
+
 use nalgebra::Matrix3;
 
+use crate::clip::positive_part;
 use crate::covariance::Covariance3;
 use crate::pose::Pose;
 
@@ -18,6 +21,26 @@ pub struct Belief {
     pub independent: Covariance3,
 }
 
+/// Why something is not a belief.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum NotABelief {
+    /// A coordinate is not a finite number.
+    NotFinite,
+    /// `P − P_i` has a negative eigenvalue.
+    IndependentExceedsTotal,
+}
+
+impl fmt::Display for NotABelief {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "a coordinate of the pose is not a finite number",
+            Self::IndependentExceedsTotal => "the independent covariance exceeds the total",
+        })
+    }
+}
+
+impl core::error::Error for NotABelief {}
+
 impl Belief {
     /// A belief that owes nothing to anybody: `P_i = P` (the initial state of Algorithm 4).
     #[must_use]
@@ -29,6 +52,61 @@ impl Belief {
         }
     }
 
+    /// A belief from outside: finite, and `P_i` a part of P.
+    ///
+    /// # Errors
+    /// What it is not.
+    pub fn new(
+        pose: Pose,
+        total: Covariance3,
+        independent: Covariance3,
+    ) -> Result<Self, NotABelief> {
+        if !pose.is_finite() {
+            return Err(NotABelief::NotFinite);
+        }
+        if !total.contains(&independent) {
+            return Err(NotABelief::IndependentExceedsTotal);
+        }
+        Ok(Self {
+            pose,
+            total,
+            independent,
+        })
+    }
+
+    /// The same with P no smaller than its parts: `P := P_i + (P − P_i)⁺` where `P − P_i` has an eigenvalue below zero
+    /// by more than rounding. The cubature transform, of P and `P_i` each by itself, can come to that while the heading is
+    /// all but unknown; what is fused is always the two parts, so this only says what is meant.
+    #[must_use]
+    #[inline]
+    pub fn with_parts_kept(&self) -> Self {
+        if self.total.contains(&self.independent) {
+            return *self;
+        }
+        self.with_total_of_parts()
+    }
+
+    #[cold]
+    fn with_total_of_parts(&self) -> Self {
+        let (total, independent) = (self.total.symmetric(), self.independent.symmetric());
+        let dependent = positive_part(&(total - independent));
+        Self {
+            total: Covariance3::trusted(&(independent + dependent)),
+            ..*self
+        }
+    }
+
+    /// Whether every number in it is one.
+    #[must_use]
+    #[inline]
+    pub(crate) fn is_finite(&self) -> bool {
+        let [p, i] = [&self.total, &self.independent].map(Covariance3::symmetric);
+        let sum = (p.xx + p.xy + p.xp + p.yy + p.yp + p.pp)
+            + (i.xx + i.xy + i.xp + i.yy + i.yp + i.pp)
+            + (self.pose.x + self.pose.y + self.pose.phi);
+        sum.is_finite()
+    }
+
     /// `P_d = P − P_i`, symmetric; rounding may leave eigenvalues a little below zero.
     #[must_use]
     pub fn dependent(&self) -> Matrix3<f64> {
@@ -38,5 +116,74 @@ impl Belief {
     /// Everything that was known is now shared: `P_i := 0` (Algorithm 4, line 19).
     pub fn make_dependent(&mut self) {
         self.independent = Covariance3::ZERO;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::{Motion, propagate};
+
+    fn diagonal(variances: [f64; 3]) -> Covariance3 {
+        Covariance3::diagonal(variances).unwrap()
+    }
+
+    #[test]
+    fn a_belief_from_outside_is_one_or_is_refused() {
+        let (pose, total) = (Pose::new(1.0, 2.0, 3.0), diagonal([0.1, 0.2, 0.3]));
+        assert!(Belief::new(pose, total, total).is_ok());
+        let nowhere = Pose {
+            x: f64::NAN,
+            ..pose
+        };
+        assert_eq!(
+            Belief::new(nowhere, total, total),
+            Err(NotABelief::NotFinite)
+        );
+        let more = diagonal([0.1, 0.2001, 0.3]);
+        assert_eq!(
+            Belief::new(pose, total, more),
+            Err(NotABelief::IndependentExceedsTotal)
+        );
+    }
+
+    /// The points on a heading known to 1 rad turn by more than a right angle: less of their sine is across.
+    #[test]
+    fn parts_that_the_cubature_made_larger_than_the_whole_are_kept() {
+        let belief = Belief {
+            pose: Pose::default(),
+            total: diagonal([1e-4, 1e-4, 1.0]),
+            independent: diagonal([1e-4, 1e-4, 0.49]),
+        };
+        let noise = diagonal([0.0; 3]);
+        let moved = propagate(
+            &belief,
+            &Motion::Holonomic {
+                velocity: [1.0, 0.0, 0.0],
+                noise,
+            },
+            1.0,
+        );
+        assert!(!moved.total.contains(&moved.independent), "the case is one");
+        let kept = moved.with_parts_kept();
+        assert!(kept.total.contains(&kept.independent) && kept.total.contains(&moved.total));
+        assert_eq!(
+            (kept.pose, kept.independent),
+            (moved.pose, moved.independent)
+        );
+        assert_eq!(kept.with_parts_kept(), kept);
+    }
+
+    #[test]
+    fn what_is_sound_is_left_alone_to_the_bit() {
+        let total = Covariance3::from_row_major([0.1, 0.03, 0.0, 0.03, 0.1, 0.01, 0.0, 0.01, 0.3]);
+        for part in [0.0, 1.0 / 3.0, 1.0] {
+            let belief = Belief {
+                independent: total.unwrap().scaled(part),
+                total: total.unwrap(),
+                pose: Pose::default(),
+            };
+            assert_eq!(belief.with_parts_kept(), belief);
+        }
     }
 }

@@ -73,7 +73,7 @@ impl Covariance3 {
         Self::new(Matrix3::from_diagonal(&variances.into()))
     }
 
-    /// Uncorrelated coordinates; a variance that is not a positive finite number counts as zero.
+    /// Uncorrelated coordinates; a variance below zero counts as zero, one that is no number or too large as the largest.
     pub(crate) fn clamped_diagonal(variances: [f64; 3]) -> Self {
         Self(Matrix3::from_diagonal(&variances.map(clamped).into()))
     }
@@ -100,10 +100,48 @@ impl Covariance3 {
         }
     }
 
-    /// `factor · Σ`; a factor that is not a positive finite number counts as zero.
+    /// `factor · Σ`; a factor below zero counts as zero. Where the result is no covariance that can be computed with,
+    /// nothing is known: every variance is the largest.
     #[must_use]
+    #[inline]
     pub fn scaled(&self, factor: f64) -> Self {
-        Self(self.0 * clamped(factor))
+        let scaled = self.0 * positive(factor);
+        if (scaled.m11 + scaled.m22) + scaled.m33 <= LARGEST {
+            return Self(scaled);
+        }
+        Self::clamped_diagonal([LARGEST; 3])
+    }
+
+    /// With no variance below that of `floor`, whose variances are added where they are missing.
+    #[must_use]
+    pub fn with_floor(&self, floor: [f64; 3]) -> Self {
+        let mut raised = self.0;
+        for (axis, least) in floor.into_iter().enumerate() {
+            if let Some(variance) = raised.get_mut((axis, axis)) {
+                *variance = variance.max(clamped(least));
+            }
+        }
+        Self(raised)
+    }
+
+    /// Its diagonal.
+    #[must_use]
+    #[inline]
+    pub fn variances(&self) -> [f64; 3] {
+        [self.0.m11, self.0.m22, self.0.m33]
+    }
+
+    /// Whether `Σ − part` is positive semidefinite, to rounding: so that both are what they are called.
+    #[must_use]
+    #[inline]
+    pub fn contains(&self, part: &Self) -> bool {
+        let whole = self.symmetric();
+        let rest = whole - part.symmetric();
+        let is_left = |rest: f64, whole: f64| rest >= -ROUNDING * whole;
+        is_left(rest.xx, whole.xx)
+            && is_left(rest.yy, whole.yy)
+            && is_left(rest.pp, whole.pp)
+            && is_semidefinite_beside(&rest, &whole)
     }
 
     /// The matrix.
@@ -153,15 +191,36 @@ impl Covariance2 {
         Self::new(Matrix2::from_diagonal(&variances.into()))
     }
 
-    /// Uncorrelated coordinates; a variance that is not a positive finite number counts as zero.
+    /// Uncorrelated coordinates; a variance below zero counts as zero, one that is no number or too large as the largest.
     pub(crate) fn clamped_diagonal(variances: [f64; 2]) -> Self {
         Self(Matrix2::from_diagonal(&variances.map(clamped).into()))
     }
 
-    /// `factor · Σ`; a factor that is not a positive finite number counts as zero.
+    /// `factor · Σ`, as that of [`Covariance3`].
     #[must_use]
+    #[inline]
     pub fn scaled(&self, factor: f64) -> Self {
-        Self(self.0 * clamped(factor))
+        let scaled = self.0 * positive(factor);
+        if scaled.m11 + scaled.m22 <= LARGEST {
+            return Self(scaled);
+        }
+        Self::clamped_diagonal([LARGEST; 2])
+    }
+
+    /// With no variance below that of `floor`, whose variances are added where they are missing.
+    #[must_use]
+    pub fn with_floor(&self, floor: [f64; 2]) -> Self {
+        let [x, y] = floor.map(clamped);
+        let mut raised = self.0;
+        (raised.m11, raised.m22) = (raised.m11.max(x), raised.m22.max(y));
+        Self(raised)
+    }
+
+    /// Its diagonal.
+    #[must_use]
+    #[inline]
+    pub fn variances(&self) -> [f64; 2] {
+        [self.0.m11, self.0.m22]
     }
 
     /// The matrix.
@@ -178,8 +237,19 @@ impl Covariance2 {
     }
 }
 
-fn clamped(a: f64) -> f64 {
-    if a > 0.0 && a.is_finite() { a } else { 0.0 }
+/// A variance: none is below zero, and one that is no number or too large says that nothing is known.
+fn clamped(variance: f64) -> f64 {
+    if variance <= LARGEST {
+        positive(variance)
+    } else {
+        LARGEST
+    }
+}
+
+/// What is no number stays none.
+#[inline]
+fn positive(a: f64) -> f64 {
+    if a <= 0.0 { 0.0 } else { a }
 }
 
 /// The checks of [`Covariance3::new`], in the order of [`NotACovariance`].
@@ -216,14 +286,22 @@ fn merged(a: f64, b: f64, scale: f64) -> Result<f64, NotACovariance> {
 
 /// Whether the matrix, its diagonal raised by [`ROUNDING`], has positive pivots: so has the correlation matrix then.
 fn is_semidefinite(s: &Symmetric3) -> bool {
-    if s.xx.min(s.yy).min(s.pp) < 0.0 || varies_without_variance(s) {
-        return false;
-    }
-    let [xx, yy, pp] = [s.xx, s.yy, s.pp].map(raised);
+    let is_possible = s.xx.min(s.yy).min(s.pp) >= 0.0 && !varies_without_variance(s);
+    is_possible && is_semidefinite_beside(s, s)
+}
+
+/// The same, its diagonal raised by [`ROUNDING`] of another matrix's: what is left of that one's precision.
+#[inline]
+fn is_semidefinite_beside(s: &Symmetric3, scale: &Symmetric3) -> bool {
+    let (xx, yy, pp) = (
+        s.xx + raise(scale.xx),
+        s.yy + raise(scale.yy),
+        s.pp + raise(scale.pp),
+    );
     let (l21, l31) = (s.xy / xx, s.xp / xx);
     let d2 = yy - l21 * s.xy;
     let rest = s.yp - l31 * s.xy;
-    d2 > 0.0 && pp - l31 * s.xp - rest / d2 * rest > 0.0
+    xx > 0.0 && d2 > 0.0 && pp - l31 * s.xp - rest / d2 * rest > 0.0
 }
 
 /// A coordinate without variance is correlated with nothing.
@@ -232,11 +310,12 @@ fn varies_without_variance(s: &Symmetric3) -> bool {
     of(s.xx, s.xy, s.xp) || of(s.yy, s.xy, s.yp) || of(s.pp, s.xp, s.yp)
 }
 
-fn raised(variance: f64) -> f64 {
+#[inline]
+fn raise(variance: f64) -> f64 {
     if variance == 0.0 {
         1.0
     } else {
-        variance * (1.0 + ROUNDING)
+        variance * ROUNDING
     }
 }
 
@@ -315,13 +394,50 @@ mod tests {
     }
 
     #[test]
-    fn factors_that_are_none_count_as_zero() {
-        let one = Covariance3::diagonal([1.0; 3]).unwrap();
+    fn a_number_that_is_none_never_makes_anything_certain() {
+        let [one, unknown] = [1.0, LARGEST].map(|v| Covariance3::diagonal([v; 3]).unwrap());
+        let flat = Covariance2::diagonal([1.0; 2]).unwrap();
         assert_eq!(one.scaled(0.25), Covariance3::diagonal([0.25; 3]).unwrap());
-        assert_eq!(one.scaled(f64::NAN), Covariance3::ZERO);
         assert_eq!(
-            Covariance3::clamped_diagonal([1.0, -1.0, f64::INFINITY]).to_row_major()[..5],
-            [1.0, 0.0, 0.0, 0.0, 0.0]
+            (one.scaled(-1.0), one.scaled(0.0)),
+            (Covariance3::ZERO, Covariance3::ZERO)
         );
+        for factor in [f64::NAN, f64::INFINITY, 1e308, 1e61] {
+            assert_eq!(one.scaled(factor), unknown);
+            assert_eq!(
+                flat.scaled(factor),
+                Covariance2::diagonal([LARGEST; 2]).unwrap()
+            );
+        }
+        let variances = Covariance3::clamped_diagonal([-1.0, f64::INFINITY, f64::NAN]);
+        assert_eq!(
+            variances,
+            Covariance3::diagonal([0.0, LARGEST, LARGEST]).unwrap()
+        );
+        assert_eq!(
+            Covariance2::clamped_diagonal([1e308, 2.0]),
+            Covariance2::diagonal([LARGEST, 2.0]).unwrap()
+        );
+    }
+
+    #[test]
+    fn a_floor_raises_what_is_below_it_and_nothing_else() {
+        let low = Covariance3::from_row_major([0.01, 0.01, 0.0, 0.01, 0.04, 0.0, 0.0, 0.0, 0.0]);
+        let raised = low.unwrap().with_floor([0.02, 0.02, 0.003]).to_row_major();
+        assert_eq!(raised, [0.02, 0.01, 0.0, 0.01, 0.04, 0.0, 0.0, 0.0, 0.003]);
+        let flat = Covariance2::ZERO.with_floor([0.02, -1.0]).to_row_major();
+        assert_eq!(flat, [0.02, 0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_part_is_contained_to_rounding_and_no_further() {
+        let whole = Covariance3::from_row_major(GOOD).unwrap();
+        for part in [0.0, 0.5, 1.0, 1.0 + 1e-12] {
+            assert!(whole.contains(&whole.scaled(part)));
+        }
+        assert!(!whole.contains(&whole.scaled(1.0 + 1e-6)));
+        assert!(!whole.contains(&Covariance3::diagonal([1.0, 8.5, 0.11]).unwrap()));
+        assert!(Covariance3::ZERO.contains(&Covariance3::ZERO));
+        assert!(!Covariance3::ZERO.contains(&Covariance3::diagonal([1e-9, 0.0, 0.0]).unwrap()));
     }
 }

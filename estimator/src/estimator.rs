@@ -3,10 +3,10 @@
 use crate::belief::Belief;
 use crate::history::{History, Slot};
 use crate::input::TickInputs;
-use crate::kind::{Measured, Measurement};
+use crate::kind::{Key, Measured, Measurement};
 use crate::outbox::Outbox;
 use crate::output::{Estimate, TickOutputs, Verdict};
-use crate::settings::Settings;
+use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
 
 /// One robot's estimator. `S` is the history's storage: an array, a `Vec` or a borrowed slice of [`Slot`]s; it is
@@ -92,6 +92,14 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         let key = measurement.key();
         self.check_time(key.stamp)?;
         measurement.check()?;
+        if self.settings.floors == Floors::default() {
+            self.take(key, measurement)
+        } else {
+            self.take(key, &measurement.with_floor(&self.settings.floors))
+        }
+    }
+
+    fn take(&mut self, key: Key, measurement: &Measurement) -> Result<(), Verdict> {
         let mut place = self.history.place_of(&key).ok_or(Verdict::Duplicate)?;
         if self.history.is_full() {
             self.make_room(key.stamp)?;

@@ -68,13 +68,14 @@ impl Factor {
     }
 }
 
-/// The pivot and its reciprocal, both zero if it is rounding of `diagonal`.
+/// The pivot and its reciprocal, both zero if it is rounding of `diagonal`. What is no number stays none: taken for zero, it
+/// would be certainty.
 #[inline]
 fn pivot(d: f64, diagonal: f64) -> (f64, f64) {
-    if d > RELATIVE * diagonal && d > ABSOLUTE {
-        (d, 1.0 / d)
-    } else {
+    if d <= RELATIVE * diagonal || d <= ABSOLUTE {
         (0.0, 0.0)
+    } else {
+        (d, 1.0 / d)
     }
 }
 
@@ -107,6 +108,20 @@ mod tests {
         assert_eq!(factor.pivots, [2.0, 0.0, 0.0]);
         let gain = a.times(&factor.inverse());
         assert_eq!(gain.congruence(&a), a); // (A A⁻) A (A A⁻)ᵀ
+    }
+
+    #[test]
+    fn what_is_no_number_is_not_taken_for_zero() {
+        let nothing = Symmetric3 {
+            yy: f64::NAN,
+            ..Symmetric3::outer(1.0, [1.0, 0.0, 0.0])
+        };
+        assert!(
+            Factor::new(&nothing)
+                .inverse()
+                .quadratic([0.0, 1.0, 0.0])
+                .is_nan()
+        );
     }
 
     #[test]

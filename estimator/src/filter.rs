@@ -56,7 +56,17 @@ impl Filter {
 
     /// Algorithm 2: where the robot that was seen is.
     pub(crate) fn tell(&self, relative: &Pose, covariance: &Covariance3) -> GlobalPose {
-        to_global(&self.belief, relative, covariance)
+        let told = to_global(&self.belief, relative, covariance);
+        let kept = Belief {
+            pose: told.pose,
+            total: told.total,
+            independent: told.independent,
+        }
+        .with_parts_kept();
+        GlobalPose {
+            total: kept.total,
+            ..told
+        }
     }
 
     /// After it was told.

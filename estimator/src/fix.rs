@@ -47,9 +47,10 @@ pub fn update(own: &Belief, position: [f64; 2], covariance: &Covariance2, gate: 
         total: joseph(&own.total),
         independent: joseph(&own.independent),
     };
+    let accepted = belief.is_finite();
     FixUpdate {
-        belief,
-        accepted: true,
+        belief: if accepted { belief } else { *own },
+        accepted,
         d2,
     }
 }

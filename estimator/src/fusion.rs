@@ -63,9 +63,10 @@ pub fn fuse(own: &Belief, received: &GlobalPose, settings: &FusionSettings) -> F
     }
     let belief = Gains::new(&prior, &message, weights, &inverse)
         .update(&own.pose, innovation, &prior, &message);
+    let accepted = belief.is_finite();
     Fusion {
-        belief,
-        accepted: true,
+        belief: if accepted { belief } else { *own },
+        accepted,
         alpha,
         d2,
     }

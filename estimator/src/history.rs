@@ -17,6 +17,24 @@
 //! Entries leave at the old end only, a whole event at a time: the belief after the event becomes the base, so nothing is
 //! recomputed and the beliefs after it are the same bits as before. What arrives for a stamp at or before the base is too old.
 //! An odometry sample that began before the base but ends after it still drives what is after.
+//!
+//! # Worst case
+//!
+//! Entries stay where they are in the storage; their order is kept in numbers of two bytes. A tick with K
+//! measurements and a history of N entries takes
+//!
+//! ```text
+//! K searches (log₂ N looks each)  +  K moves of at most 2N bytes  +  at most N + K entries applied again
+//! ```
+//!
+//! however late they come and in whatever order: the replay is one, from the earliest entry that is touched; where the storage
+//! is full, each newcomer makes the oldest event leave, which is applied once more before it does. To apply an entry
+//! takes some 60 to 450 ns, the most where it is a neighbour's pose. Where odometry is missing between two entries, the samples
+//! after the gap are looked through for one that has begun: at most N²/4 looks in all, each about a nanosecond.
+//!
+//! The replay is not spread over ticks on purpose: while it went on, the estimate would be one of the past, and a late
+//! measurement a tick would keep it there. Instead the number of entries is bounded, by [`MOST_SLOTS`] and by who reserves
+//! the storage; a benchmark (`tick-worst-of-1024`) holds the bound.
 
 mod drive;
 mod entry;

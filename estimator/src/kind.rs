@@ -16,8 +16,11 @@ pub use sighting::Sighting;
 use crate::filter::Filter;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
-use crate::settings::Settings;
+use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
+
+/// No robot is farther away and none is faster \[m, rad, per s\]; the squares of what is could not be computed with.
+const FARTHEST: f64 = 1e12;
 
 /// The number that a robot has in its team's configuration.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -61,9 +64,11 @@ pub(crate) trait Measured {
     }
 
     /// Whether it can be used at all.
-    fn check(&self) -> Result<(), Verdict> {
-        Ok(())
-    }
+    fn check(&self) -> Result<(), Verdict>;
+
+    /// With no variance below its kind's floor.
+    #[must_use]
+    fn with_floor(&self, floors: &Floors) -> Self;
 
     /// The filter after it, given the one before it at the same stamp. What the world is to hear goes to `world`, if given.
     fn apply(&self, filter: Filter, settings: &Settings, world: Option<&mut Outbox>) -> Filter;
@@ -115,6 +120,10 @@ macro_rules! kinds {
                 match self { $(Self::$kind(measured) => measured.check(),)* }
             }
 
+            fn with_floor(&self, floors: &Floors) -> Self {
+                match self { $(Self::$kind(measured) => Self::$kind(measured.with_floor(floors)),)* }
+            }
+
             #[inline]
             fn apply(&self, filter: Filter, settings: &Settings, world: Option<&mut Outbox>) -> Filter {
                 match self { $(Self::$kind(measured) => measured.apply(filter, settings, world),)* }
@@ -132,6 +141,22 @@ kinds! {
     Neighbour(NeighbourPose),
     /// Own position, from satellites or a beacon.
     Fix(PositionFix),
+}
+
+/// Whether these are coordinates of something in this world.
+#[inline]
+fn check_numbers(numbers: &[f64]) -> Result<(), Verdict> {
+    let is_near = |number: &f64| number.abs() <= FARTHEST;
+    let all = numbers.iter().all(is_near);
+    all.then_some(()).ok_or(Verdict::NotFinite)
+}
+
+/// A variance of zero says that a coordinate is known exactly. No sensor knows one so; it is what is sent where nothing is
+/// known of the noise.
+#[inline]
+fn check_variances(variances: &[f64]) -> Result<(), Verdict> {
+    let all = variances.iter().all(|&variance| variance > 0.0);
+    all.then_some(()).ok_or(Verdict::NoNoise)
 }
 
 impl Origin {

@@ -70,6 +70,10 @@ pub enum Verdict {
     Duplicate,
     /// An odometry sample that does not end after its start.
     EmptyInterval,
+    /// A number in it is none, or of no place or velocity in this world.
+    NotFinite,
+    /// A variance in it is zero: it claims to know something exactly, or says that it does not know how well.
+    NoNoise,
     /// The history's storage is full of newer entries, or of entries that wait for a later tick.
     NoRoom,
 }

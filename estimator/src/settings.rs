@@ -1,6 +1,7 @@
 //! How the estimator is to behave. `Default` is coloc's own choice; [`Settings::paper`] is the paper to the letter.
 
 use crate::gate::{CHI2_2_99, CHI2_3_99};
+use crate::motion::Motion;
 use crate::stamp::Span;
 
 /// What the weight α of split covariance intersection minimises.
@@ -58,6 +59,17 @@ pub struct OdometrySettings {
     pub outage_variance: [f64; 3],
 }
 
+/// No source is more certain than this, whatever it says: variances below these are raised to them. Zero: no floor.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct Floors {
+    /// Own sightings `[x, y, φ]` \[m², m², rad²\].
+    pub sighting: [f64; 3],
+    /// Neighbours' poses `[x, y, φ]` \[m², m², rad²\].
+    pub neighbour: [f64; 3],
+    /// Position fixes `[x, y]` \[m²\].
+    pub fix: [f64; 2],
+}
+
 /// All settings of one estimator.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -65,6 +77,8 @@ pub struct Settings {
     pub fusion: FusionSettings,
     /// Accept a fix if d² is at most this (χ² with two degrees of freedom).
     pub position_gate: f64,
+    /// What is not believed to be better.
+    pub floors: Floors,
     /// Between the samples.
     pub odometry: OdometrySettings,
     /// A measurement older than the tick by more than this is rejected as too old.
@@ -113,6 +127,14 @@ impl Default for OdometrySettings {
     }
 }
 
+impl OdometrySettings {
+    /// `motion` with the noise that it has over `span`, measured: Q · T/dt, exactly Q for a whole period.
+    #[inline]
+    pub(crate) fn measured(&self, motion: &Motion, span: Span) -> Motion {
+        motion.with_noise_scaled(self.reference_period.as_seconds() / span.as_seconds())
+    }
+}
+
 impl Settings {
     /// The paper to the letter ([`FusionSettings::paper`]).
     #[must_use]
@@ -129,6 +151,7 @@ impl Default for Settings {
         Self {
             fusion: FusionSettings::default(),
             position_gate: CHI2_2_99,
+            floors: Floors::default(),
             odometry: OdometrySettings::default(),
             history: Span::from_millis(1000),
             future_tolerance: Span::from_millis(100),

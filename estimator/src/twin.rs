@@ -45,22 +45,22 @@ impl Twin {
         }
     }
 
-    /// The larger of each pair, none of which is NaN.
+    /// The larger of each pair; `b` is a number.
     #[inline]
     pub(crate) fn larger(self, b: f64) -> Self {
-        self.zip(Self::both(b), |a, b| if a > b { a } else { b })
+        self.zip(Self::both(b), |a, b| if a <= b { b } else { a })
     }
 
-    /// Itself where it exceeds `limit`, elsewhere `otherwise`.
+    /// Itself where it exceeds `limit` or is no number, elsewhere `otherwise`.
     #[inline]
     pub(crate) fn above(self, limit: Self, otherwise: f64) -> Self {
-        self.zip(limit, |a, limit| if a > limit { a } else { otherwise })
+        self.zip(limit, |a, limit| if a <= limit { otherwise } else { a })
     }
 
-    /// Itself where `test` is not zero, elsewhere zero.
+    /// Itself where `test`, which is not negative, is not zero; elsewhere zero.
     #[inline]
     pub(crate) fn unless_zero(self, test: Self) -> Self {
-        self.zip(test, |a, test| if test > 0.0 { a } else { 0.0 })
+        self.zip(test, |a, test| if test <= 0.0 { 0.0 } else { a })
     }
 
     /// Whether both are below `limit`.

@@ -1,10 +1,11 @@
 //! Gaps in the odometry, stamps from the future, clocks that jump, storage that runs full.
 #![allow(clippy::unwrap_used)] // A test may panic.
 
+use coloc_estimator::noise::Variance;
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimate, Estimator, Kind, Measurement, Motion,
-    OdometrySample, OdometryState, Origin, Pose, PositionFix, Report, RobotId, Settings, Sighting,
-    Slot, Source, Span, Stamp, TickInputs, TickOutputs, Verdict, step,
+    NeighbourPose, OdometryNoise, OdometrySample, OdometryState, Origin, Pose, PositionFix, Report,
+    RobotId, Settings, Sighting, Slot, Source, Span, Stamp, TickInputs, TickOutputs, Verdict, step,
 };
 
 type Robot = Estimator<Vec<Slot>>;
@@ -188,6 +189,33 @@ fn a_measurement_ahead_of_the_tick_waits_for_it() {
 }
 
 #[test]
+fn the_tolerance_and_the_history_reach_to_their_last_nanosecond() {
+    let settings = Settings::default();
+    let (now, instant) = (ms(5000), Span::from_nanos(1));
+    for (stamp, refused) in [
+        (now + settings.future_tolerance, None),
+        (
+            now + settings.future_tolerance + instant,
+            Some(Verdict::FromFuture),
+        ),
+        (now - settings.history, None),
+        (now - settings.history - instant, Some(Verdict::TooOld)),
+    ] {
+        let mut robot = robot();
+        let at = PositionFix {
+            stamp,
+            ..fix(0, 0.0)
+        };
+        let reports = tick(&mut robot, now, &[at]).reports.to_vec();
+        let verdict = reports.first().map(|report| report.verdict);
+        let passed = matches!(verdict, None | Some(Verdict::Accepted { .. }));
+        assert_eq!(verdict.filter(|_| !passed), refused, "{stamp:?}");
+        let later = tick::<Measurement>(&mut robot, now + settings.future_tolerance, &[]);
+        assert_eq!(later.reports.len(), usize::from(stamp > now && passed));
+    }
+}
+
+#[test]
 fn a_sighting_is_told_once_whatever_is_replayed() {
     let mut robot = robot();
     let told = tick(&mut robot, ms(40), &[sighting(30)]).outgoing.to_vec();
@@ -314,6 +342,21 @@ fn full_storage_refuses_what_is_older_than_all_in_it() {
 }
 
 #[test]
+fn full_storage_does_not_give_up_what_waits_for_its_tick() {
+    let mut robot = robot_with(4);
+    let early: Vec<_> = (1..5).map(|k| fix(20 + 10 * k, 0.0)).collect();
+    assert_eq!(locate(&mut robot, 20, &early).1, []);
+    let (_, reports) = locate(&mut robot, 20, &[fix(70, 0.0)]);
+    assert_eq!(
+        reports[0].verdict,
+        Verdict::NoRoom,
+        "all that is there is still to come"
+    );
+    let (_, reports) = locate(&mut robot, 60, &[]);
+    assert_eq!(reports.len(), 4, "and comes");
+}
+
+#[test]
 fn what_does_not_fit_into_the_lists_is_counted() {
     let mut robot = robot_with(512);
     let sightings: Vec<_> = (0..200)
@@ -324,4 +367,214 @@ fn what_does_not_fit_into_the_lists_is_counted() {
         .collect();
     let outputs = tick(&mut robot, ms(20), &sightings);
     assert_eq!((outputs.outgoing.len(), outputs.overflowed), (128, 72));
+}
+
+/// The measurement, what is to be said of it.
+fn verdict_of(measurement: impl Into<Measurement>) -> Option<Verdict> {
+    let mut robot = robot();
+    let before = idle(&mut robot, 20);
+    let outputs = tick(&mut robot, ms(20), &[measurement.into()]);
+    let verdict = outputs.reports.first().map(|report| report.verdict);
+    if !matches!(verdict, Some(Verdict::Accepted { .. }) | None) {
+        assert_eq!(outputs.estimate, before, "what is refused changes nothing");
+    }
+    verdict
+}
+
+#[test]
+fn a_variance_of_zero_is_no_measurement() {
+    let line = Covariance2::from_row_major([0.01, 0.01, 0.01, 0.01]).unwrap();
+    assert!(matches!(
+        verdict_of(fix(20, 0.0)),
+        Some(Verdict::Accepted { .. })
+    ));
+    let along = PositionFix {
+        covariance: line,
+        ..fix(20, 0.0)
+    };
+    assert!(
+        matches!(verdict_of(along), Some(Verdict::Accepted { .. })),
+        "singular is legal"
+    );
+    for covariance in [
+        Covariance2::ZERO,
+        Covariance2::diagonal([0.01, 0.0]).unwrap(),
+    ] {
+        let fix = PositionFix {
+            covariance,
+            ..fix(20, 0.0)
+        };
+        assert_eq!(verdict_of(fix), Some(Verdict::NoNoise));
+    }
+    for covariance in [
+        Covariance3::ZERO,
+        Covariance3::diagonal([0.01, 0.01, 0.0]).unwrap(),
+    ] {
+        let seen = Sighting {
+            covariance,
+            ..sighting(20)
+        };
+        assert_eq!(verdict_of(seen), Some(Verdict::NoNoise));
+        assert_eq!(verdict_of(heard(covariance)), Some(Verdict::NoNoise));
+    }
+}
+
+fn heard(total: Covariance3) -> NeighbourPose {
+    NeighbourPose {
+        stamp: ms(20),
+        origin: Origin {
+            source: 3,
+            ..Origin::default()
+        },
+        pose: Pose::default(),
+        total,
+        independent: Covariance3::ZERO,
+    }
+}
+
+#[test]
+fn what_is_no_number_or_nowhere_is_refused() {
+    for odd in [f64::NAN, f64::INFINITY, -1e13] {
+        let somewhere = Pose {
+            x: odd,
+            ..Pose::default()
+        };
+        let noise = Covariance3::diagonal([0.01; 3]).unwrap();
+        let motion = Motion::Holonomic {
+            velocity: [0.0, odd, 0.0],
+            noise,
+        };
+        let refused: [Measurement; 4] = [
+            PositionFix {
+                position: [0.0, odd],
+                ..fix(20, 0.0)
+            }
+            .into(),
+            Sighting {
+                relative: somewhere,
+                ..sighting(20)
+            }
+            .into(),
+            NeighbourPose {
+                pose: somewhere,
+                ..heard(noise)
+            }
+            .into(),
+            OdometrySample {
+                motion,
+                ..ahead(0, 20)
+            }
+            .into(),
+        ];
+        for measurement in refused {
+            assert_eq!(
+                verdict_of(measurement),
+                Some(Verdict::NotFinite),
+                "{measurement:?}"
+            );
+        }
+    }
+}
+
+/// Two receivers with equal stamps and counts, one session each: two fixes, whoever is heard first.
+#[test]
+fn two_receivers_are_two_whatever_they_count() {
+    let of = |source, session| PositionFix {
+        origin: Origin {
+            source,
+            session,
+            sequence: 7,
+        },
+        ..fix(20, 0.1 * f64::from(source))
+    };
+    let beliefs = [[of(0, 9), of(1, 2)], [of(1, 9), of(0, 2)]].map(|fixes| {
+        let mut robot = robot();
+        let outputs = tick(&mut robot, ms(20), &fixes);
+        let sources = outputs.reports.iter().map(|report| report.source.number);
+        assert_eq!(
+            sources.collect::<Vec<_>>(),
+            [0, 1],
+            "sources come before sessions"
+        );
+        outputs.estimate.belief
+    });
+    assert_eq!(beliefs[0], beliefs[1]);
+}
+
+#[test]
+fn no_source_is_more_certain_than_its_floor() {
+    let mut settings = Settings::default();
+    settings.floors.fix = [0.04; 2];
+    settings.floors.neighbour = [0.04, 0.04, 0.01];
+    let believing = |covariance: f64, settings: Settings| {
+        let initial =
+            Belief::independent(Pose::default(), Covariance3::diagonal([1.0; 3]).unwrap());
+        let mut robot = Estimator::new(settings, ms(0), initial, vec![Slot::default(); 8]);
+        let diagonal = Covariance2::diagonal([covariance; 2]).unwrap();
+        let fix = PositionFix {
+            covariance: diagonal,
+            ..fix(20, 0.0)
+        };
+        let total = Covariance3::diagonal([covariance, covariance, 0.25 * covariance]).unwrap();
+        tick::<Measurement>(&mut robot, ms(20), &[heard(total).into(), fix.into()]).estimate
+    };
+    assert_eq!(
+        believing(0.0001, settings),
+        believing(0.04, Settings::default())
+    );
+    assert_eq!(
+        believing(0.05, settings),
+        believing(0.05, Settings::default())
+    );
+}
+
+#[test]
+fn noise_beyond_all_numbers_is_not_taken_for_none() {
+    let wild = Variance {
+        a: 1e308,
+        b: 1e308,
+        c: 1e308,
+    };
+    let noise = OdometryNoise {
+        forward: wild,
+        sideways: wild,
+        turning: wild,
+    };
+    for motion in [
+        noise.nonholonomic([1.0, 2.0]),
+        noise.holonomic([1.0, 1.0, 2.0]),
+    ] {
+        let mut robot = robot();
+        let sample = OdometrySample {
+            motion,
+            ..ahead(0, 20)
+        };
+        let driven = drive(&mut robot, 20, &[sample]);
+        assert!(is_lost(&driven), "{driven:?}");
+        assert!(is_lost(&idle(&mut robot, 100)), "held");
+        let (located, _) = locate(&mut robot, 120, &[fix(120, 0.0)]);
+        assert!(
+            x_variance(&located) > 0.0099,
+            "no more certain than the fix"
+        );
+    }
+    let mut settings = Settings::default();
+    settings.odometry.outage_variance = [1e308, f64::INFINITY, f64::NAN];
+    settings.odometry.hold_growth = 1e308;
+    let initial = Belief::independent(Pose::default(), Covariance3::ZERO);
+    let mut robot = Estimator::new(settings, ms(0), initial, vec![Slot::default(); 8]);
+    assert!(is_lost(&idle(&mut robot, 20)), "an outage");
+    drive(&mut robot, 40, &[ahead(20, 40)]);
+    assert!(
+        is_lost(&idle(&mut robot, 60)),
+        "held with a growth beyond all numbers"
+    );
+}
+
+/// Finite, and as uncertain as can be, ahead and about where ahead is.
+fn is_lost(estimate: &Estimate) -> bool {
+    let Belief { total, pose, .. } = estimate.belief;
+    let p = total.matrix();
+    let [along, _, heading] = total.variances();
+    pose.is_finite() && p.iter().all(|entry| entry.is_finite()) && along.min(heading) > 1e20
 }

@@ -43,6 +43,14 @@ fn pose() -> impl Strategy<Value = Pose> {
     (-20.0..20.0, -20.0..20.0, -4.0..4.0).prop_map(|(x, y, phi)| Pose::new(x, y, phi))
 }
 
+/// `c cᵀ`
+fn line() -> impl Strategy<Value = Covariance3> {
+    (unit(), unit(), unit()).prop_map(|(x, y, phi)| {
+        let c = Vector3::new(x, y, phi);
+        Covariance3::new(c * c.transpose()).unwrap()
+    })
+}
+
 fn covariance() -> impl Strategy<Value = Covariance3> {
     factor().prop_map(|m| Covariance3::new(m).unwrap())
 }
@@ -133,6 +141,20 @@ proptest! {
         assert_valid(&fusion.belief);
         let noise = Covariance2::new(sighting.1.matrix().fixed_view::<2, 2>(0, 0).into_owned()).unwrap();
         assert_valid(&fix::update(&own, at, &noise, f64::INFINITY).belief);
+    }
+
+    /// What is known along a line only, or in no direction at all, told by what is known along another.
+    #[test]
+    fn singular_covariances_leave_no_variance_below_zero(
+        own in line(), independent in 0.0..=1.0, told in line(), settings in settings(), at in [unit(), unit()],
+    ) {
+        let own = Belief { pose: Pose::default(), total: own, independent: own.scaled(independent) };
+        let message = GlobalPose { pose: Pose::default(), total: told, independent: told.scaled(1.0 - independent) };
+        let noise = Covariance2::new(told.matrix().fixed_view::<2, 2>(0, 0).into_owned()).unwrap();
+        for belief in [fix::update(&own, at, &noise, f64::INFINITY).belief, fuse(&own, &message, &settings).belief] {
+            let variances = [belief.total.variances(), belief.independent.variances()];
+            prop_assert!(variances.iter().flatten().all(|variance| *variance >= 0.0), "{belief:?}");
+        }
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! What is allowed beyond a value by itself: the values against one another, and what only a program can look up.
 
 use coloc_drivers::encoder::{ConfigError, OdometryDecoder};
+use coloc_estimator::MOST_SLOTS;
 
-use super::{Config, Scheduler, WaitMode};
+use super::{Config, History, Scheduler, WaitMode};
 
 /// Values that are allowed each, but not so.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -108,19 +109,54 @@ fn odometry(config: &Config) -> Option<Refusal> {
     })
 }
 
-/// A history that is full forgets.
+/// What it takes to apply a measurement of the history again, where it is a neighbour's pose \[s\].
+const REPLAY_S: f64 = 450e-9;
+
+/// A history that is full forgets. One that is large makes a long tick of a late measurement: everything since is applied
+/// again.
 fn capacity(config: &Config) -> Option<Refusal> {
     let (history, rate_hz) = (&config.history, config.tick.rate_hz);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // At most 60 s × 1 kHz × 2.
-    let least = (2.0 * history.length_s * rate_hz).ceil() as usize;
-    let problem = format!(
-        " = {}: must be {least} or more, two places for every tick of history.length_s",
-        history.capacity
-    );
-    (history.capacity < least).then(|| Refusal {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    // 60 s × 1 kHz × 2; 1 s / 4 / 450 ns.
+    let [least, most] = [
+        (2.0 * history.length_s * rate_hz).ceil(),
+        0.25 / rate_hz / REPLAY_S,
+    ]
+    .map(|count| count as usize);
+    let most = most.min(MOST_SLOTS);
+    if least > most {
+        return Some(length(history, rate_hz, most));
+    }
+    let problem = match history.capacity {
+        capacity if capacity < least => {
+            format!("{least} or more, two places for every tick of history.length_s")
+        }
+        capacity if capacity > most => {
+            format!(
+                "{most} or less, for a tick to apply all of them again in a quarter of its period"
+            )
+        }
+        _ => return None,
+    };
+    let problem = format!(" = {}: must be {problem}", history.capacity);
+    Some(Refusal {
         or: &["history.length_s", "tick.rate_hz"],
         ..Refusal::new("history.capacity", problem)
     })
+}
+
+fn length(history: &History, rate_hz: f64, most: usize) -> Refusal {
+    #[allow(clippy::cast_precision_loss)] // Thousands.
+    let longest_s = most as f64 / (2.0 * rate_hz);
+    let problem = format!(
+        " = {}: must be {longest_s} s or less at {rate_hz} Hz: a tick can apply {most} measurements again in a quarter of \
+         its period, and there are two places for each",
+        history.length_s
+    );
+    Refusal {
+        or: &["tick.rate_hz"],
+        ..Refusal::new("history.length_s", problem)
+    }
 }
 
 /// The kernel takes a real-time thread that never sleeps off its processor for 50 ms of every second.

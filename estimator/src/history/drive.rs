@@ -101,9 +101,9 @@ impl Drive {
     /// time held. Both factors make the noise that a stretch of time adds independent of how it is cut.
     fn motion(&self, from: Stamp, until: Stamp, settings: &OdometrySettings) -> Motion {
         let period = settings.reference_period;
-        let white = ratio(period, until - from); // Exactly 1 for a whole period.
+        let white = ratio(period, until - from);
         match self {
-            Self::Measured(motion) => motion.with_noise_scaled(white),
+            Self::Measured(motion) => settings.measured(motion, until - from),
             Self::Held { motion, since } => {
                 let held = 0.5 * (ratio(from - *since, period) + ratio(until - *since, period));
                 motion.with_noise_scaled(white * (1.0 + settings.hold_growth * held))

@@ -2,8 +2,8 @@
 //!
 //! Entries are large and stay where they are; what moves when one comes in between is two bytes for each that is newer.
 
-/// So many slots are used at most. A replay of all of them is what a late measurement may cost a tick (see [`super`]).
-pub const MOST_SLOTS: usize = 2048;
+/// So many slots are used at most; a late measurement can make a tick apply all of them again (see [`super`]).
+pub const MOST_SLOTS: usize = 4096;
 
 /// Slot numbers `0..len`, oldest first, in a circle. Those that are in no place fill the rest of it: it is a permutation,
 /// as long as only they are put into places.

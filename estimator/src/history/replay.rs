@@ -40,7 +40,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
 
     /// The belief at `stamp` as the up-to-date entries give it; the base's belief for a stamp before it.
     pub(crate) fn belief_at(&self, stamp: Stamp, settings: &OdometrySettings) -> Belief {
-        self.filter_at(stamp, settings).settle()
+        self.filter_at(stamp, settings).settle().with_parts_kept()
     }
 
     /// What drives the robot at `stamp`, that is over the instant which ends there.

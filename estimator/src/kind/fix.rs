@@ -1,11 +1,11 @@
 //! A position fix: the Kalman filter's update, after the exchange is over.
 
-use super::{Key, Kind, Measured, Origin};
+use super::{Key, Kind, Measured, Origin, check_numbers, check_variances};
 use crate::covariance::Covariance2;
 use crate::filter::Filter;
 use crate::outbox::Outbox;
-use crate::output::Source;
-use crate::settings::Settings;
+use crate::output::{Source, Verdict};
+use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
 
 /// A satellite fix in the common frame.
@@ -29,6 +29,18 @@ impl Measured for PositionFix {
 
     fn source(&self) -> Source {
         Source::new(Kind::Fix, self.origin.source)
+    }
+
+    fn check(&self) -> Result<(), Verdict> {
+        check_numbers(&self.position)?;
+        check_variances(&self.covariance.variances())
+    }
+
+    fn with_floor(&self, floors: &Floors) -> Self {
+        Self {
+            covariance: self.covariance.with_floor(floors.fix),
+            ..*self
+        }
     }
 
     fn apply(&self, filter: Filter, settings: &Settings, world: Option<&mut Outbox>) -> Filter {

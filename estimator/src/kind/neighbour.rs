@@ -1,13 +1,13 @@
 //! What a neighbour says about this robot: Algorithm 3.
 
-use super::{Key, Kind, Measured, Origin, RobotId};
+use super::{Key, Kind, Measured, Origin, RobotId, check_numbers, check_variances};
 use crate::convert::GlobalPose;
 use crate::covariance::Covariance3;
 use crate::filter::Filter;
 use crate::outbox::Outbox;
-use crate::output::Source;
+use crate::output::{Source, Verdict};
 use crate::pose::Pose;
-use crate::settings::Settings;
+use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
 
 /// Pose of this robot in the common frame, as a neighbour computed it from its own belief and its sighting of us.
@@ -41,6 +41,19 @@ impl Measured for NeighbourPose {
 
     fn source(&self) -> Source {
         Source::new(Kind::Neighbour, self.origin.source)
+    }
+
+    fn check(&self) -> Result<(), Verdict> {
+        check_numbers(self.pose.to_vector().as_slice())?;
+        check_variances(&self.total.variances())
+    }
+
+    /// What is added may be anything: it is dependent.
+    fn with_floor(&self, floors: &Floors) -> Self {
+        Self {
+            total: self.total.with_floor(floors.neighbour),
+            ..*self
+        }
     }
 
     fn apply(&self, filter: Filter, settings: &Settings, world: Option<&mut Outbox>) -> Filter {

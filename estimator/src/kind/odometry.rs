@@ -1,11 +1,11 @@
 //! What the wheels say: a velocity over an interval. It drives the prediction and corrects nothing.
 
-use super::{Key, Kind, Measured, Origin};
+use super::{Key, Kind, Measured, Origin, check_numbers};
 use crate::filter::Filter;
 use crate::motion::Motion;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
-use crate::settings::Settings;
+use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
 
 /// The mean velocity over `(start, stamp]`, as the wheels saw it.
@@ -44,11 +44,15 @@ impl Measured for OdometrySample {
 
     #[inline]
     fn check(&self) -> Result<(), Verdict> {
-        if self.start < self.stamp {
-            Ok(())
-        } else {
-            Err(Verdict::EmptyInterval)
+        if self.start >= self.stamp {
+            return Err(Verdict::EmptyInterval);
         }
+        check_numbers(&self.motion.velocity())
+    }
+
+    /// Its noise is the settings' already.
+    fn with_floor(&self, _: &Floors) -> Self {
+        *self
     }
 
     /// It has driven the prediction.

@@ -1,12 +1,12 @@
 //! This robot's sighting of another one: news for that one, Algorithm 2.
 
-use super::{Key, Kind, Measured, Origin, RobotId};
+use super::{Key, Kind, Measured, Origin, RobotId, check_numbers, check_variances};
 use crate::covariance::Covariance3;
 use crate::filter::Filter;
 use crate::outbox::Outbox;
-use crate::output::Source;
+use crate::output::{Source, Verdict};
 use crate::pose::Pose;
-use crate::settings::Settings;
+use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
 
 /// This robot's sighting of another one.
@@ -35,6 +35,18 @@ impl Measured for Sighting {
 
     fn source(&self) -> Source {
         Source::new(Kind::Sighting, self.origin.source)
+    }
+
+    fn check(&self) -> Result<(), Verdict> {
+        check_numbers(self.relative.to_vector().as_slice())?;
+        check_variances(&self.covariance.variances())
+    }
+
+    fn with_floor(&self, floors: &Floors) -> Self {
+        Self {
+            covariance: self.covariance.with_floor(floors.sighting),
+            ..*self
+        }
     }
 
     /// The belief is still the predicted one: sightings come before all that changes it.

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use coloc_benches::case;
-use coloc_benches::robot::Robot;
+use coloc_benches::robot::{DEFAULT_SLOTS, Robot};
 use coloc_estimator::settings::{Criterion, FusionSettings};
 use coloc_estimator::{NotACovariance, convert, fix, fusion, gate, propagate};
 
@@ -19,10 +19,11 @@ pub(crate) enum Case {
     Tick,
     TickOfFour,
     LateByFifty,
+    Crowded,
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 9] = [
+    pub(crate) const ALL: [Self; 10] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -32,6 +33,7 @@ impl Case {
         Self::Tick,
         Self::TickOfFour,
         Self::LateByFifty,
+        Self::Crowded,
     ];
 
     pub(crate) fn name(self) -> &'static str {
@@ -45,7 +47,23 @@ impl Case {
             Self::Tick => "tick-alone",
             Self::TickOfFour => "tick-4-neighbours-and-fix",
             Self::LateByFifty => "tick-late-by-50",
+            Self::Crowded => "tick-worst-of-1024",
         }
+    }
+
+    /// How often it is called, few and many times: what takes a thousand times as long, a hundred times less often.
+    pub(crate) fn counts(self) -> [u64; 2] {
+        if self == Self::Crowded {
+            [1, 11]
+        } else {
+            [100, 1100]
+        }
+    }
+
+    /// What a call may take at most, whatever is committed: for the worst tick, a quarter of a period of 50 Hz on a
+    /// processor that makes two instructions a nanosecond.
+    pub(crate) fn bound(self) -> Option<u64> {
+        (self == Self::Crowded).then_some(2 * 5_000_000)
     }
 
     pub(crate) fn named(name: &str) -> Option<Self> {
@@ -93,6 +111,10 @@ impl Case {
             Self::LateByFifty => {
                 let mut robot = Robot::warm(0)?;
                 repeat(iterations, || robot.tick_late(50));
+            }
+            Self::Crowded => {
+                let robot = Robot::crowded(DEFAULT_SLOTS)?;
+                repeat(iterations, || robot.clone().tick_crowded());
             }
         }
         Ok(())

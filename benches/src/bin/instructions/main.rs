@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! instructions            print the figures beside the committed ones
-//! instructions --check    the same, and fail if a function grew by more than 5 %
+//! instructions --check    the same, and fail if a function grew by more than 5 %, or the worst tick takes too long
 //! instructions --write    commit to the figures: write benches/instructions.tsv
 //! ```
 //!
@@ -25,8 +25,6 @@ use figures::Figures;
 
 /// Growth beyond this fails `--check`.
 const TOLERANCE: f64 = 0.05;
-const FEW: u64 = 100;
-const MANY: u64 = 1100;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -51,9 +49,9 @@ fn run(name: &str, iterations: &str) -> Result<(), Box<dyn Error>> {
 fn measure() -> Result<Figures, Box<dyn Error>> {
     let mut figures = Figures::default();
     for case in Case::ALL {
-        let few = collected(case, FEW)?;
-        let many = collected(case, MANY)?;
-        figures.push(case.name(), many.saturating_sub(few) / (MANY - FEW));
+        let [few, many] = case.counts();
+        let grown = collected(case, many)?.saturating_sub(collected(case, few)?);
+        figures.push(case.name(), grown / (many - few));
     }
     Ok(figures)
 }
@@ -84,7 +82,9 @@ fn compare() -> Result<bool, Box<dyn Error>> {
     let mut within = true;
     for (name, now) in measured.iter() {
         let change = committed.get(name).map(|before| relative(before, now));
-        let grown = change.is_none_or(|change| change > TOLERANCE);
+        let bound = Case::named(name).and_then(Case::bound);
+        let too_much = bound.is_some_and(|bound| now > bound);
+        let grown = change.is_none_or(|change| change > TOLERANCE) || too_much;
         within &= !grown;
         print_line(&format!(
             "{name:<28} {:>12} {now:>12} {:>8}{}",
@@ -92,7 +92,13 @@ fn compare() -> Result<bool, Box<dyn Error>> {
                 .get(name)
                 .map_or("none".into(), |count| count.to_string()),
             change.map_or(String::new(), |change| format!("{:+.1} %", 100.0 * change)),
-            if grown { "  <- grew" } else { "" },
+            if too_much {
+                "  <- too much"
+            } else if grown {
+                "  <- grew"
+            } else {
+                ""
+            },
         ));
     }
     if !within {
