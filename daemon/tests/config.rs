@@ -255,7 +255,7 @@ fn a_default_that_no_longer_fits_names_the_setting_that_made_it_so() {
 fn a_history_that_a_tick_cannot_go_through_in_time_is_refused() {
     assert_eq!(
         refusal_of("[history]\ncapacity = 200_000"),
-        "robot.toml:5: history.capacity = 200000: must be a whole number, 64 to 4096"
+        "robot.toml:5: history.capacity = 200_000: must be a whole number, 64 to 4096"
     );
     assert_eq!(
         refusal_of("[tick]\nrate_hz = 200\n[history]\ncapacity = 3000"),
