@@ -74,37 +74,29 @@ impl Belief {
         })
     }
 
-    /// The same with P no smaller than its parts: `P := P_i + (P − P_i)⁺` where `P − P_i` has an eigenvalue below zero
-    /// by more than rounding. The cubature transform, of P and `P_i` each by itself, can come to that while the heading is
-    /// all but unknown; what is fused is always the two parts, so this only says what is meant.
-    #[must_use]
+    /// Makes P no smaller than its parts: `P := P_i + (P − P_i)⁺` where `P − P_i` has an eigenvalue below zero by more than
+    /// rounding. The cubature transform, of P and `P_i` each by itself, comes to that where the heading is uncertain; what
+    /// is fused is always the two parts, so this only says what is meant.
     #[inline]
-    pub fn with_parts_kept(&self) -> Self {
-        if self.total.contains(&self.independent) {
-            return *self;
+    pub fn keep_parts(&mut self) {
+        if !self.total.contains(&self.independent) {
+            self.total = self.total_of_parts();
         }
-        self.with_total_of_parts()
     }
 
     #[cold]
-    fn with_total_of_parts(&self) -> Self {
+    fn total_of_parts(&self) -> Covariance3 {
         let (total, independent) = (self.total.symmetric(), self.independent.symmetric());
-        let dependent = positive_part(&(total - independent));
-        Self {
-            total: Covariance3::trusted(&(independent + dependent)),
-            ..*self
-        }
+        Covariance3::trusted(&(independent + positive_part(&(total - independent))))
     }
 
-    /// Whether every number in it is one.
+    /// Whether the pose and all variances are numbers.
     #[must_use]
     #[inline]
     pub(crate) fn is_finite(&self) -> bool {
-        let [p, i] = [&self.total, &self.independent].map(Covariance3::symmetric);
-        let sum = (p.xx + p.xy + p.xp + p.yy + p.yp + p.pp)
-            + (i.xx + i.xy + i.xp + i.yy + i.yp + i.pp)
-            + (self.pose.x + self.pose.y + self.pose.phi);
-        sum.is_finite()
+        let ([a, b, c], [d, e, f]) = (self.total.variances(), self.independent.variances());
+        let Pose { x, y, phi } = self.pose;
+        ((a + b + c) + (d + e + f) + (x + y + phi)).is_finite()
     }
 
     /// `P_d = P − P_i`, symmetric; rounding may leave eigenvalues a little below zero.
@@ -165,13 +157,16 @@ mod tests {
             1.0,
         );
         assert!(!moved.total.contains(&moved.independent), "the case is one");
-        let kept = moved.with_parts_kept();
+        let mut kept = moved;
+        kept.keep_parts();
         assert!(kept.total.contains(&kept.independent) && kept.total.contains(&moved.total));
         assert_eq!(
             (kept.pose, kept.independent),
             (moved.pose, moved.independent)
         );
-        assert_eq!(kept.with_parts_kept(), kept);
+        let once = kept;
+        kept.keep_parts();
+        assert_eq!(kept, once);
     }
 
     #[test]
@@ -183,7 +178,9 @@ mod tests {
                 total: total.unwrap(),
                 pose: Pose::default(),
             };
-            assert_eq!(belief.with_parts_kept(), belief);
+            let mut kept = belief;
+            kept.keep_parts();
+            assert_eq!(kept, belief);
         }
     }
 }

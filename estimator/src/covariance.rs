@@ -136,12 +136,7 @@ impl Covariance3 {
     #[inline]
     pub fn contains(&self, part: &Self) -> bool {
         let whole = self.symmetric();
-        let rest = whole - part.symmetric();
-        let is_left = |rest: f64, whole: f64| rest >= -ROUNDING * whole;
-        is_left(rest.xx, whole.xx)
-            && is_left(rest.yy, whole.yy)
-            && is_left(rest.pp, whole.pp)
-            && is_semidefinite_beside(&rest, &whole)
+        is_semidefinite_beside(&(whole - part.symmetric()), &whole)
     }
 
     /// The matrix.
@@ -310,13 +305,10 @@ fn varies_without_variance(s: &Symmetric3) -> bool {
     of(s.xx, s.xy, s.xp) || of(s.yy, s.xy, s.yp) || of(s.pp, s.xp, s.yp)
 }
 
+/// Next to nothing where there is no variance: a pivot is to be divided by.
 #[inline]
 fn raise(variance: f64) -> f64 {
-    if variance == 0.0 {
-        1.0
-    } else {
-        variance * ROUNDING
-    }
+    variance * ROUNDING + f64::MIN_POSITIVE
 }
 
 #[cfg(test)]

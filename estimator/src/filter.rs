@@ -44,97 +44,86 @@ impl Filter {
         }
     }
 
-    /// After `dt_s` seconds of `motion`.
+    /// `dt_s` seconds of `motion` pass.
     #[inline]
-    pub(crate) fn predict(self, motion: &Motion, dt_s: f64) -> Self {
-        Self {
-            belief: propagate(&self.settle(), motion, dt_s),
-            exchanged: false,
-            ..self
-        }
+    pub(crate) fn predict(&mut self, motion: &Motion, dt_s: f64) {
+        self.close();
+        self.belief = propagate(&self.belief, motion, dt_s);
     }
 
     /// Algorithm 2: where the robot that was seen is.
     pub(crate) fn tell(&self, relative: &Pose, covariance: &Covariance3) -> GlobalPose {
-        let told = to_global(&self.belief, relative, covariance);
-        let kept = Belief {
+        let mut told = to_global(&self.belief, relative, covariance);
+        let mut belief = Belief {
             pose: told.pose,
             total: told.total,
             independent: told.independent,
-        }
-        .with_parts_kept();
-        GlobalPose {
-            total: kept.total,
-            ..told
-        }
+        };
+        belief.keep_parts();
+        told.total = belief.total;
+        told
     }
 
-    /// After it was told.
-    pub(crate) fn told(self, settings: &Settings) -> Self {
-        Self {
-            exchanged: self.exchanged || settings.fusion.reset_on_transmit,
-            ..self
-        }
+    /// It was told.
+    #[inline]
+    pub(crate) fn told(&mut self, settings: &Settings) {
+        self.exchanged |= settings.fusion.reset_on_transmit;
     }
 
     /// Algorithm 3, and what the gate said.
     pub(crate) fn hear(
-        self,
+        &mut self,
         stamp: Stamp,
         received: &GlobalPose,
         settings: &Settings,
-    ) -> (Self, Gate) {
-        let pace = self.pace.heard(stamp);
-        let fusion = fuse(&self.belief, received, &pace.damped(&settings.fusion));
-        let after = Self {
-            belief: fusion.belief,
-            exchanged: true,
-            pace,
-        };
-        let gate = Gate {
+    ) -> Gate {
+        self.pace = self.pace.heard(stamp);
+        let fusion = fuse(&self.belief, received, &self.pace.damped(&settings.fusion));
+        self.belief = fusion.belief;
+        self.exchanged = true;
+        Gate {
             accepted: fusion.accepted,
             d2: fusion.d2,
-        };
-        (after, gate)
+        }
     }
 
     /// A position fix, and what the gate said.
     pub(crate) fn correct(
-        self,
+        &mut self,
         position: [f64; 2],
         covariance: &Covariance2,
         settings: &Settings,
-    ) -> (Self, Gate) {
-        let update = fix::update(&self.settle(), position, covariance, settings.position_gate);
-        let after = Self {
-            belief: update.belief,
-            exchanged: false,
-            ..self
-        };
-        let gate = Gate {
+    ) -> Gate {
+        self.close();
+        let update = fix::update(&self.belief, position, covariance, settings.position_gate);
+        self.belief = update.belief;
+        Gate {
             accepted: update.accepted,
             d2: update.d2,
-        };
-        (after, gate)
+        }
+    }
+
+    /// No neighbour's pose can follow at this stamp.
+    #[inline]
+    fn close(&mut self) {
+        if self.exchanged {
+            self.belief.make_dependent();
+            self.exchanged = false;
+        }
     }
 
     /// The belief once no neighbour's pose can follow at this stamp.
     #[inline]
-    pub(crate) fn settle(&self) -> Belief {
-        let mut belief = self.belief;
-        if self.exchanged {
-            belief.make_dependent();
-        }
-        belief
+    pub(crate) fn settle(mut self) -> Belief {
+        self.close();
+        self.belief
     }
 
     /// The same on a clock that is `shift` ahead, with nothing of an event left open.
-    pub(crate) fn shifted(&self, shift: Span) -> Self {
-        Self {
-            belief: self.settle(),
-            exchanged: false,
-            pace: self.pace.shifted(shift),
-        }
+    pub(crate) fn shifted(mut self, shift: Span) -> Self {
+        self.close();
+        self.pace = self.pace.shifted(shift);
+        self
     }
 }
 
@@ -163,7 +152,12 @@ mod tests {
 
     #[test]
     fn telling_moves_the_independent_part_only_where_the_settings_say_so() {
-        let told = predicted().told(&Settings::default());
+        let after = |settings: &Settings| {
+            let mut filter = predicted();
+            filter.told(settings);
+            filter
+        };
+        let told = after(&Settings::default());
         assert_eq!(
             told.belief,
             predicted().belief,
@@ -171,10 +165,7 @@ mod tests {
         );
         assert_eq!(told.settle().independent, Covariance3::ZERO);
         assert_eq!(told.settle().total, predicted().belief.total);
-        assert_eq!(
-            predicted().told(&Settings::paper()).settle(),
-            predicted().belief
-        );
+        assert_eq!(after(&Settings::paper()).settle(), predicted().belief);
     }
 
     #[test]
@@ -185,7 +176,8 @@ mod tests {
             independent: Covariance3::ZERO,
         };
         for settings in [Settings::default(), Settings::paper()] {
-            let (heard, gate) = predicted().hear(Stamp::default(), &improbable, &settings);
+            let mut heard = predicted();
+            let gate = heard.hear(Stamp::default(), &improbable, &settings);
             assert!(matches!(gate.verdict(), Verdict::Gated { d2 } if d2 > 1e4));
             assert_eq!(heard.belief, predicted().belief);
             assert_eq!(heard.settle().independent, Covariance3::ZERO);

@@ -100,7 +100,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// Puts `measurement` in its `place`; false if the storage is full.
     #[must_use]
     pub(crate) fn insert(&mut self, place: usize, key: Key, measurement: &Measurement) -> bool {
-        let inserted = self.entries.insert(place, key, *measurement);
+        let inserted = self.entries.insert(place, key, measurement);
         if inserted {
             self.mark_from(self.first_affected(measurement, key, place));
         }

@@ -70,8 +70,9 @@ pub(crate) trait Measured {
     #[must_use]
     fn with_floor(&self, floors: &Floors) -> Self;
 
-    /// The filter after it, given the one before it at the same stamp. What the world is to hear goes to `world`, if given.
-    fn apply(&self, filter: Filter, settings: &Settings, world: Option<&mut Outbox>) -> Filter;
+    /// Makes of the filter before it, at the same stamp, the one after it. What the world is to hear goes to `world`, if
+    /// given.
+    fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>);
 }
 
 /// The list: [`Kind`], [`Measurement`] and what is the same for all of them.
@@ -125,7 +126,7 @@ macro_rules! kinds {
             }
 
             #[inline]
-            fn apply(&self, filter: Filter, settings: &Settings, world: Option<&mut Outbox>) -> Filter {
+            fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>) {
                 match self { $(Self::$kind(measured) => measured.apply(filter, settings, world),)* }
             }
         }

@@ -67,16 +67,11 @@ impl Leg {
         }
     }
 
-    /// The filter at the leg's end, given the one at its beginning `from`.
+    /// Brings the filter from the leg's beginning `from` to its end.
     #[inline]
-    pub(crate) fn predict(
-        &self,
-        filter: Filter,
-        from: Stamp,
-        settings: &OdometrySettings,
-    ) -> Filter {
+    pub(crate) fn predict(&self, filter: &mut Filter, from: Stamp, settings: &OdometrySettings) {
         let motion = self.drive.motion(from, self.until, settings);
-        filter.predict(&motion, (self.until - from).as_seconds())
+        filter.predict(&motion, (self.until - from).as_seconds());
     }
 }
 

@@ -25,13 +25,19 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    pub(crate) fn new(key: Key, measurement: Measurement) -> Self {
+    pub(crate) fn new(key: Key, measurement: &Measurement) -> Self {
         Self {
             key,
-            measurement,
+            measurement: *measurement,
             after: Checkpoint::default(),
             announced: false,
         }
+    }
+
+    /// [`Self::new`] in the place of an old one.
+    pub(crate) fn become_new(&mut self, key: Key, measurement: &Measurement) {
+        (self.key, self.measurement) = (key, *measurement);
+        self.announced = false;
     }
 
     pub(crate) fn stamp(&self) -> Stamp {

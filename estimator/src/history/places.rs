@@ -5,8 +5,8 @@
 /// So many slots are used at most; a late measurement can make a tick apply all of them again (see [`super`]).
 pub const MOST_SLOTS: usize = 4096;
 
-/// Slot numbers `0..len`, oldest first, in a circle. Those that are in no place fill the rest of it: it is a permutation,
-/// as long as only they are put into places.
+/// Slot numbers `0..len`, oldest first, in a circle of [`MOST_SLOTS`]. Behind them are those that are in no place, up to
+/// `capacity` in all: together they are each slot once, as long as only free ones are put into places.
 #[derive(Clone, Debug)]
 pub(crate) struct Places {
     slots: [u16; MOST_SLOTS],
@@ -14,6 +14,9 @@ pub(crate) struct Places {
     head: usize,
     len: usize,
 }
+
+const LAST: usize = MOST_SLOTS - 1;
+const _: () = assert!(MOST_SLOTS.is_power_of_two());
 
 impl Places {
     /// None yet, with room for `capacity`, at most [`MOST_SLOTS`].
@@ -37,16 +40,12 @@ impl Places {
 
     #[inline]
     pub(crate) fn get(&self, index: usize) -> Option<usize> {
-        if index >= self.len {
-            return None;
-        }
-        self.slots.get(self.at(index)).copied().map(usize::from)
+        (index < self.len).then(|| self.slot(index))
     }
 
     /// A slot that is in no place.
     pub(crate) fn free(&self) -> Option<usize> {
-        let free = self.slots.get(self.at(self.len)).copied();
-        free.filter(|_| !self.is_full()).map(usize::from)
+        (!self.is_full()).then(|| self.slot(self.len))
     }
 
     /// Puts `slot` before the one at `index`; false if there is no room.
@@ -58,18 +57,20 @@ impl Places {
         if self.is_full() || index > self.len {
             return false;
         }
-        self.make_way(index);
-        self.len += 1;
-        let place = self.at(index);
-        if let Some(place) = self.slots.get_mut(place) {
-            *place = slot;
+        if index < self.len {
+            self.make_way(index);
         }
+        self.len += 1;
+        self.put(index, slot);
         true
     }
 
-    /// Takes the oldest out.
+    /// Takes the oldest out; it is the last of the free ones.
+    #[inline]
     pub(crate) fn pop_front(&mut self) -> Option<usize> {
         let oldest = self.get(0)?;
+        #[allow(clippy::cast_possible_truncation)] // It came out of one.
+        self.put(self.capacity, oldest as u16);
         self.head = self.at(1);
         self.len -= 1;
         Some(oldest)
@@ -86,21 +87,30 @@ impl Places {
             self.slots.copy_within(from..free, from + 1);
             return;
         }
-        let last = self.capacity - 1;
         self.slots.copy_within(0..free, 1);
-        self.slots.copy_within(last..=last, 0);
-        self.slots.copy_within(from..last, from + 1);
+        self.slots.copy_within(LAST..=LAST, 0);
+        self.slots.copy_within(from..LAST, from + 1);
     }
 
-    /// Where number `index`, at most `capacity`, is in the circle.
+    #[inline]
+    fn slot(&self, index: usize) -> usize {
+        self.slots
+            .get(self.at(index))
+            .map_or(0, |&slot| usize::from(slot)) // It is in the circle.
+    }
+
+    #[inline]
+    fn put(&mut self, index: usize, slot: u16) {
+        let place = self.at(index);
+        if let Some(place) = self.slots.get_mut(place) {
+            *place = slot;
+        }
+    }
+
+    /// Where number `index` is in the circle.
     #[inline]
     fn at(&self, index: usize) -> usize {
-        let straight = self.head + index;
-        if straight < self.capacity {
-            straight
-        } else {
-            straight - self.capacity
-        }
+        self.head.wrapping_add(index) & LAST
     }
 }
 
@@ -138,13 +148,10 @@ mod tests {
 
     #[test]
     fn the_order_is_kept_wherever_the_circle_begins() {
-        for turned in 0..4 {
+        for turned in 0..5 {
             for index in 0..4 {
                 let mut places = Places::new(4);
-                for _ in 0..turned {
-                    assert!(places.insert(0, 9));
-                    assert_eq!(places.pop_front(), Some(9));
-                }
+                places.head = LAST - 3 + turned;
                 for slot in 0..3 {
                     assert!(places.insert(slot, slot));
                 }

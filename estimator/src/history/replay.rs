@@ -22,14 +22,11 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             .get(self.evaluated)
             .filter(|entry| entry.stamp() <= until)
         {
-            let before = self.checkpoint_before(self.evaluated);
-            let predicted = self.predict(before, entry.stamp(), &settings.odometry);
+            let mut after = *self.checkpoint_before(self.evaluated);
+            self.predict(&mut after, entry.stamp(), &settings.odometry);
             let world = (!entry.announced).then_some(&mut *outbox);
-            let after = Checkpoint {
-                stamp: predicted.stamp,
-                filter: entry.measurement.apply(predicted.filter, settings, world),
-                samples: before.samples + usize::from(entry.measurement.as_odometry().is_some()),
-            };
+            entry.measurement.apply(&mut after.filter, settings, world);
+            after.samples += usize::from(entry.measurement.as_odometry().is_some());
             if let Some(entry) = self.entries.get_mut(self.evaluated) {
                 entry.after = after;
                 entry.announced = true;
@@ -40,7 +37,9 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
 
     /// The belief at `stamp` as the up-to-date entries give it; the base's belief for a stamp before it.
     pub(crate) fn belief_at(&self, stamp: Stamp, settings: &OdometrySettings) -> Belief {
-        self.filter_at(stamp, settings).settle().with_parts_kept()
+        let mut belief = self.filter_at(stamp, settings).settle();
+        belief.keep_parts();
+        belief
     }
 
     /// What drives the robot at `stamp`, that is over the instant which ends there.
@@ -53,26 +52,19 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// The filter at `stamp` as the up-to-date entries give it.
     pub(crate) fn filter_at(&self, stamp: Stamp, settings: &OdometrySettings) -> Filter {
         let next = self.entries.first_after(stamp).min(self.evaluated);
-        self.predict(self.checkpoint_before(next), stamp, settings)
-            .filter
+        let mut checkpoint = *self.checkpoint_before(next);
+        self.predict(&mut checkpoint, stamp, settings);
+        checkpoint.filter
     }
 
-    /// The checkpoint `last`, brought forward to `stamp`.
-    fn predict(&self, last: &Checkpoint, stamp: Stamp, settings: &OdometrySettings) -> Checkpoint {
-        let Checkpoint {
-            stamp: mut from,
-            mut filter,
-            samples,
-        } = *last;
-        while from < stamp {
-            let leg = self.leg(from, stamp, samples, settings);
-            filter = leg.predict(filter, from, settings);
-            from = leg.until;
-        }
-        Checkpoint {
-            stamp: from,
-            filter,
-            samples,
+    /// Brings a checkpoint forward to `to`.
+    #[inline]
+    fn predict(&self, checkpoint: &mut Checkpoint, to: Stamp, settings: &OdometrySettings) {
+        while checkpoint.stamp < to {
+            let from = checkpoint.stamp;
+            let leg = self.leg(from, to, checkpoint.samples, settings);
+            leg.predict(&mut checkpoint.filter, from, settings);
+            checkpoint.stamp = leg.until;
         }
     }
 

@@ -62,7 +62,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Ring<S> {
 
     /// Puts `measurement` before the entry at `place`; false if there is no room.
     #[must_use]
-    pub(crate) fn insert(&mut self, place: usize, key: Key, measurement: Measurement) -> bool {
+    pub(crate) fn insert(&mut self, place: usize, key: Key, measurement: &Measurement) -> bool {
         let Some(slot) = self.entries.free() else {
             return false;
         };
@@ -75,7 +75,10 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Ring<S> {
             let _ = self.samples.insert(before, slot);
         }
         if let Some(slot) = self.storage.as_mut().get_mut(slot) {
-            slot.0 = Some(Entry::new(key, measurement));
+            match &mut slot.0 {
+                Some(entry) => entry.become_new(key, measurement), // Of what was here nothing is left.
+                empty => *empty = Some(Entry::new(key, measurement)),
+            }
         }
         true
     }
@@ -132,7 +135,7 @@ mod tests {
     fn put<const N: usize>(ring: &mut Ring<[Slot; N]>, measurement: Measurement) -> bool {
         let key = measurement.key();
         ring.place_of(&key)
-            .is_ok_and(|place| ring.insert(place, key, measurement))
+            .is_ok_and(|place| ring.insert(place, key, &measurement))
     }
 
     fn fix(stamp: i64) -> Measurement {

@@ -43,11 +43,10 @@ impl Measured for PositionFix {
         }
     }
 
-    fn apply(&self, filter: Filter, settings: &Settings, world: Option<&mut Outbox>) -> Filter {
-        let (filter, gate) = filter.correct(self.position, &self.covariance, settings);
+    fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>) {
+        let gate = filter.correct(self.position, &self.covariance, settings);
         if let Some(world) = world {
             world.report(self.source(), self.stamp, gate.verdict());
         }
-        filter
     }
 }

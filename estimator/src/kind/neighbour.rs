@@ -56,16 +56,15 @@ impl Measured for NeighbourPose {
         }
     }
 
-    fn apply(&self, filter: Filter, settings: &Settings, world: Option<&mut Outbox>) -> Filter {
+    fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>) {
         let received = GlobalPose {
             pose: self.pose,
             total: self.total,
             independent: self.independent,
         };
-        let (filter, gate) = filter.hear(self.stamp, &received, settings);
+        let gate = filter.hear(self.stamp, &received, settings);
         if let Some(world) = world {
             world.report(self.source(), self.stamp, gate.verdict());
         }
-        filter
     }
 }

@@ -57,9 +57,7 @@ impl Measured for OdometrySample {
 
     /// It has driven the prediction.
     #[inline]
-    fn apply(&self, filter: Filter, _: &Settings, _: Option<&mut Outbox>) -> Filter {
-        filter
-    }
+    fn apply(&self, _: &mut Filter, _: &Settings, _: Option<&mut Outbox>) {}
 }
 
 /// Numbers that are in the order of the signed ones.

@@ -50,10 +50,10 @@ impl Measured for Sighting {
     }
 
     /// The belief is still the predicted one: sightings come before all that changes it.
-    fn apply(&self, filter: Filter, settings: &Settings, world: Option<&mut Outbox>) -> Filter {
+    fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>) {
         if let Some(world) = world {
             world.send(self, &filter.tell(&self.relative, &self.covariance));
         }
-        filter.told(settings)
+        filter.told(settings);
     }
 }
