@@ -5,7 +5,7 @@
 //! is there before the first segment and goes after the last one.
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::os::fd::AsFd;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -118,7 +118,8 @@ pub(super) fn sweep(root: &Path, own: Option<Key>) -> std::io::Result<usize> {
         let of = root_and_key(space);
         let is_same_root = of.is_some_and(|(of, _)| of == hash);
         let is_own = is_same_root && of.map(|(_, key)| key) == own;
-        if is_own || (is_same_root || is_old(space)) && is_abandoned(space) {
+        if is_own || (is_same_root || is_old(space)) && is_abandoned(space) && !may_be_mapped(space)
+        {
             removed += remove(space, &names)?;
         }
     }
@@ -140,9 +141,43 @@ fn is_abandoned(space: &str) -> bool {
     let key = std::fs::read_to_string(Path::new(&root).join(key::FILE));
     match (key, root_and_key(space)) {
         (Ok(text), Some((_, key))) => Key::parse(&text) != Some(key),
-        (Err(error), Some(_)) => error.kind() == std::io::ErrorKind::NotFound,
+        (Err(error), Some(_)) => error.kind() == ErrorKind::NotFound,
         (_, None) => false,
     }
+}
+
+/// Whether a process that knows nothing of the locks may use the space: iceoryx2 from another language, say. Processes of
+/// others have none of our files, which are private.
+fn may_be_mapped(space: &str) -> bool {
+    let Ok(processes) = std::fs::read_dir("/proc") else {
+        return true;
+    };
+    let mut numbered = processes.flatten().filter(|entry| {
+        let name = entry.file_name();
+        name.as_encoded_bytes().iter().all(u8::is_ascii_digit)
+    });
+    numbered.any(|process| maps(&process.path(), space))
+}
+
+fn maps(process: &Path, space: &str) -> bool {
+    match std::fs::read(process.join("maps")) {
+        Ok(maps) => maps
+            .windows(space.len())
+            .any(|window| window == space.as_bytes()),
+        // One of ours with rights of its own does not let us look; nor need the system's first one, which runs no robots.
+        Err(error) => {
+            let is_first = process.file_name() == Some("1".as_ref());
+            error.kind() == ErrorKind::PermissionDenied && !is_first && is_own(process)
+        }
+    }
+}
+
+/// By what it runs as: what is below `/proc` belongs to the superuser if a process has rights of its own.
+fn is_own(process: &Path) -> bool {
+    let status = std::fs::read_to_string(process.join("status")).unwrap_or_default();
+    let users = status.lines().find_map(|line| line.strip_prefix("Uid:"));
+    let mut users = users.unwrap_or_default().split_ascii_whitespace();
+    users.any(|user| user.parse() == Ok(own_user()))
 }
 
 /// Removes the files of the space, its lock last, unless somebody holds that.
