@@ -30,8 +30,8 @@ use watchdog::Watchdog;
 /// How often the ring is emptied.
 const PERIOD: Duration = Duration::from_millis(50);
 
-/// How often the shared memory is looked after.
-const CHECK_PERIOD: Duration = Duration::from_millis(500);
+/// How often the shared memory is looked after: its loss is noticed within a second.
+const CHECK_PERIOD: Duration = Duration::from_millis(800);
 
 /// How long disks may take for what is left at the end.
 const LAST_WRITES: Duration = Duration::from_millis(100);
@@ -130,7 +130,7 @@ impl Telemetry {
             self.watchdog.look(self.link.last_beat());
             if checked.elapsed() >= CHECK_PERIOD {
                 checked = Instant::now();
-                self.status.check()?;
+                self.status.look_after_space()?;
             }
         }
         self.drain();

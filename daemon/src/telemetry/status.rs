@@ -18,6 +18,8 @@ pub(super) struct StatusPort {
     retry: Retry,
     sequence: u64,
     reaches_all: bool,
+    /// Connections that could not be made yet.
+    waiting: usize,
 }
 
 impl StatusPort {
@@ -30,12 +32,37 @@ impl StatusPort {
             retry: Retry::default(),
             sequence: 0,
             reaches_all: true,
+            waiting: 0,
         }
     }
 
-    /// Whether the space is still where others look for it.
-    pub(super) fn check(&mut self) -> Result<(), Lost> {
-        self.space().map_or(Ok(()), Space::check)
+    /// Whether the space is still where others look for it. What the dead have left there is removed.
+    pub(super) fn look_after_space(&mut self) -> Result<(), Lost> {
+        let Some(space) = self.space() else {
+            return Ok(());
+        };
+        space.check()?;
+        let files = space.tidy();
+        if files > 0 {
+            info!(
+                files,
+                "removed what dead processes have left in shared memory"
+            );
+        }
+        self.tell_waiting(Space::waiting_connections());
+        Ok(())
+    }
+
+    fn tell_waiting(&mut self, waiting: usize) {
+        match (self.waiting, waiting) {
+            (0, 1..) => warn!(
+                waiting,
+                "connections to other programs wait: there is no room in shared memory, or no descriptor left"
+            ),
+            (1.., 0) => info!("all connections to other programs are made"),
+            _ => {}
+        }
+        self.waiting = waiting;
     }
 
     fn space(&mut self) -> Option<&Space> {
