@@ -157,6 +157,29 @@ fn what_the_killed_leave_is_removed_at_the_next_start() {
     assert_eq!(remains(root.path(), &prefix), Vec::<String>::new());
 }
 
+/// As a power cut does.
+#[test]
+fn what_is_left_is_removed_and_said_though_its_key_and_lock_are_spoiled() {
+    let root = tempfile::tempdir().unwrap();
+    let prefix = full_prefix(root.path());
+    for spoil_key in [true, false] {
+        kill(start_ready("daemon", root.path()));
+        if spoil_key {
+            std::fs::remove_file(root.path().join("key")).unwrap();
+        }
+        for name in remains(root.path(), &prefix) {
+            if name.ends_with("lock") {
+                std::fs::write(Path::new("/dev/shm").join(name), "noise").unwrap();
+            }
+        }
+        let space = open(root.path());
+        let said: Vec<_> = space.remarks().iter().map(ToString::to_string).collect();
+        assert!(said.iter().any(|line| line.contains("removed")), "{said:?}");
+        drop(space);
+        assert_eq!(remains(root.path(), &prefix), Vec::<String>::new());
+    }
+}
+
 #[test]
 fn kills_at_any_moment_do_not_accumulate() {
     let root = tempfile::tempdir().unwrap();

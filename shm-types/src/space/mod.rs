@@ -61,9 +61,11 @@ impl Space {
         let residence = Residence::enter(root, prefix)?;
         let node = create_node(residence.place(), name)?;
         leftovers::remove(residence.place());
-        Ok(Self {
+        let space = Self {
             tenancy: Arc::new(Tenancy { node, residence }),
-        })
+        };
+        space.look_around();
+        Ok(space)
     }
 
     /// Takes part in the space that is used if no other is configured: [`places::shared_memory_root`] and
@@ -81,7 +83,9 @@ impl Space {
     /// # Errors
     /// Each [`PortError`] says what to do about it.
     pub fn publisher<M: Message>(&self, robot: &RobotName) -> Result<Publisher<M>, PortError> {
-        Publisher::open(self, robot)
+        let publisher = Publisher::open(self, robot)?;
+        self.look_around();
+        Ok(publisher)
     }
 
     /// A port that receives `robot`'s messages of type `M`; of channels with a history, first the newest so far.
@@ -89,7 +93,9 @@ impl Space {
     /// # Errors
     /// Each [`PortError`] says what to do about it.
     pub fn subscriber<M: Message>(&self, robot: &RobotName) -> Result<Subscriber<M>, PortError> {
-        Subscriber::open(self, robot)
+        let subscriber = Subscriber::open(self, robot)?;
+        self.look_around();
+        Ok(subscriber)
     }
 
     /// Makes this process the only one that may act for `robot`, and for any robot with the number `id`, until the claim
@@ -146,6 +152,12 @@ impl Space {
     #[must_use]
     pub fn middleware_prefix(&self) -> &str {
         self.place().prefix()
+    }
+
+    /// What is there now is what has to stay: for right after it was made.
+    fn look_around(&self) {
+        // What is lost already is told by the next check.
+        let _ = self.check();
     }
 
     pub(crate) fn place(&self) -> &Place {

@@ -179,6 +179,7 @@ fn clean(directory: &PrivateDirectory) -> Result<Option<Remark>, OpenError> {
     if is_inhabited(directory) {
         return Ok(Some(Remark::Kept { root: root.into() }));
     }
+    let was_empty = directory.entries()?.is_empty();
     let key = Key::read(directory).unwrap_or_default();
     let files = segments::sweep(root, key).map_err(|source| OpenError::System {
         action: "clean up",
@@ -189,7 +190,7 @@ fn clean(directory: &PrivateDirectory) -> Result<Option<Remark>, OpenError> {
     for name in OURS {
         directory.remove(name.as_ref())?;
     }
-    Ok((files > 0).then(|| Remark::Swept {
+    Ok((files > 0 || !was_empty).then(|| Remark::Swept {
         root: root.into(),
         files,
     }))

@@ -106,9 +106,10 @@ pub(super) fn is_in_place(file: impl AsFd) -> bool {
     rustix::fs::fstat(file).is_ok_and(|found| found.st_nlink > 0)
 }
 
-/// Removes what spaces have left in which nobody is any more: that of `root` with the key `own`, for whoever is alone in
-/// there, and those whose root has gone or begun anew; but what is young and of another root only concerns those who use
-/// that. How many files it was.
+/// Removes what spaces have left in which nobody is any more: how many files it was.
+///
+/// That of `root` with the key `own`, for whoever is alone in there; all others that ever had this root, even if a power cut
+/// has spoiled what their locks say; and old ones whose root has gone or begun anew.
 pub(super) fn sweep(root: &Path, own: Option<Key>) -> std::io::Result<usize> {
     let names = list()?;
     let spaces: BTreeSet<_> = names.iter().filter_map(|name| space_of(name)).collect();
@@ -118,8 +119,8 @@ pub(super) fn sweep(root: &Path, own: Option<Key>) -> std::io::Result<usize> {
         let of = root_and_key(space);
         let is_same_root = of.is_some_and(|(of, _)| of == hash);
         let is_own = is_same_root && of.map(|(_, key)| key) == own;
-        if is_own || (is_same_root || is_old(space)) && is_abandoned(space) && !may_be_mapped(space)
-        {
+        let is_past = is_same_root || is_old(space) && is_abandoned(space);
+        if is_own || is_past && !may_be_mapped(space) {
             removed += remove(space, &names)?;
         }
     }
