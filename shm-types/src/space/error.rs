@@ -177,6 +177,14 @@ pub enum Remark {
         /// Files in `/dev/shm`, of all spaces in which nobody is.
         files: usize,
     },
+    /// Processes that were killed had left something, among what is of those who live.
+    #[error("removed {files} files that processes had left in {} which were killed", .root.display())]
+    Tidied {
+        /// The root directory.
+        root: PathBuf,
+        /// Files, in `/dev/shm` as well.
+        files: usize,
+    },
     /// Somebody who does not take part in the locks may be alive inside.
     #[error("what is in {} stays, because programs of iceoryx2 may be alive in it", .root.display())]
     Kept {

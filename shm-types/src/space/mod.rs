@@ -58,9 +58,15 @@ impl Space {
     pub fn open(root: &Path, prefix: &str, name: &str) -> Result<Self, OpenError> {
         // Its errors come back as values; printing them would wait for whoever reads standard error, also within a tick.
         set_log_level(LogLevel::Fatal);
-        let residence = Residence::enter(root, prefix)?;
+        let mut residence = Residence::enter(root, prefix)?;
         let node = create_node(residence.place(), name)?;
-        leftovers::remove(residence.place());
+        let files = leftovers::remove(residence.place());
+        if files > 0 {
+            residence.remark(Remark::Tidied {
+                root: residence.place().root().into(),
+                files,
+            });
+        }
         let space = Self {
             tenancy: Arc::new(Tenancy { node, residence }),
         };
@@ -220,7 +226,7 @@ fn refused(place: &Place, site: Site, error: Errno) -> OpenError {
     OpenError::Refused {
         root: place.root().into(),
         source: error.into(),
-        advice: site.advice(),
+        advice: site.advice(error),
     }
 }
 

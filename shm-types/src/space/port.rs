@@ -251,7 +251,7 @@ fn failed(service: String, reason: impl Debug) -> PortError {
         Some((site, error)) => PortError::Refused {
             service,
             source: error.into(),
-            advice: site.advice(),
+            advice: site.advice(error),
         },
         None => PortError::Transport {
             service,

@@ -91,6 +91,10 @@ impl Residence {
         &self.remarks
     }
 
+    pub(crate) fn remark(&mut self, remark: Remark) {
+        self.remarks.push(remark);
+    }
+
     /// Whether the directory, what is in it, and what is in `/dev/shm` are still those of the beginning.
     pub(crate) fn check(&self) -> Result<(), Lost> {
         let root = self.directory.path();

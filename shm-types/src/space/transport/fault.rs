@@ -14,12 +14,18 @@ pub(crate) enum Site {
 
 impl Site {
     /// What a person can do about it.
-    pub(crate) const fn advice(self) -> &'static str {
-        match self {
-            Self::Memory => {
+    pub(crate) const fn advice(self, error: Errno) -> &'static str {
+        match (error, self) {
+            (Errno::MFILE | Errno::NFILE, _) => {
+                "allow more open files (ulimit -n; LimitNOFILE= in a unit)"
+            }
+            (Errno::NOMEM | Errno::AGAIN, _) => {
+                "allow more memory, or more of it locked (ulimit -v, ulimit -l; LimitMEMLOCK= in a unit)"
+            }
+            (_, Self::Memory) => {
                 "check that /dev/shm is mounted and writable, has room, and holds no files of another user that begin with the prefix"
             }
-            Self::Root => {
+            (_, Self::Root) => {
                 "check that the disk of the shared-memory root is writable and has room (df, df -i)"
             }
         }
