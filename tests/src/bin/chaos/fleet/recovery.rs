@@ -41,8 +41,8 @@ impl Fleet {
         }
         round.tally.ends.push(again.program.terminate()?);
         self.other_goes_on()?;
-        let files = self.files();
-        self.litter.look(files)
+        let (files, held) = (self.files(), self.held());
+        self.litter.look(files, &held)
     }
 
     /// Somebody comes, and is to end at once.
