@@ -9,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use coloc_shm_types::{Estimate, RobotName, Space};
+use coloc_shm_types::{Estimate, Remark, RobotName, Space};
 
 const PART: &str = "COLOC_TEST_PART";
 const ROOT: &str = "COLOC_TEST_ROOT";
@@ -201,6 +201,19 @@ fn half_made_segments_of_the_dead_lock_nobody_out() {
         segments(prefix) == before
     }));
     listener.assert_alone(root.path());
+}
+
+#[test]
+fn it_is_said_what_was_removed() {
+    let root = tempfile::tempdir().unwrap();
+    let listener = Listener::new(root.path());
+    let orphan = format!("/dev/shm/{}orphan.data", listener.space.middleware_prefix());
+    make_half_made(Path::new(&orphan));
+    let remarks = open(root.path()).remarks().to_vec();
+    assert!(
+        matches!(remarks.as_slice(), [Remark::Tidied { files: 1, .. }]),
+        "{remarks:?}"
+    );
 }
 
 #[test]

@@ -12,7 +12,7 @@ mod segments;
 mod transport;
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use iceoryx2::node::NodeCreationFailure;
@@ -26,6 +26,7 @@ pub use port::{Publisher, Subscriber};
 use crate::private::PrivateDirectory;
 use crate::{Message, RobotName, places};
 use config::Place;
+use leftovers::{Broom, Turn};
 use residence::Residence;
 use transport::fault::{self, Site};
 
@@ -45,6 +46,7 @@ pub struct Space {
 struct Tenancy {
     node: Node,
     residence: Residence,
+    broom: Mutex<Broom>,
 }
 
 impl Space {
@@ -60,7 +62,7 @@ impl Space {
         set_log_level(LogLevel::Fatal);
         let mut residence = Residence::enter(root, prefix)?;
         let node = create_node(residence.place(), name)?;
-        let files = leftovers::remove(residence.place());
+        let files = leftovers::remove(residence.place(), Turn::ALL);
         if files > 0 {
             residence.remark(Remark::Tidied {
                 root: residence.place().root().into(),
@@ -68,7 +70,11 @@ impl Space {
             });
         }
         let space = Self {
-            tenancy: Arc::new(Tenancy { node, residence }),
+            tenancy: Arc::new(Tenancy {
+                node,
+                residence,
+                broom: Mutex::default(),
+            }),
         };
         space.look_around();
         Ok(space)
@@ -128,7 +134,9 @@ impl Space {
         self.tenancy.residence.remarks()
     }
 
-    /// Removes what processes have left that died, and says how many files of theirs it was: for whoever lives long.
+    /// Removes what processes have left that died, and says how many files of theirs it was: for whoever lives long, now
+    /// and then. In a big fleet it takes several calls until everything was looked at, and some do nothing, so that it
+    /// never takes more than half a percent of a processor.
     ///
     /// Not for a thread that must not wait: it looks through directories.
     #[allow(
@@ -136,9 +144,17 @@ impl Space {
         reason = "most callers do not care how many"
     )]
     pub fn tidy(&self) -> usize {
+        // Whoever holds it is at it.
+        let Ok(mut broom) = self.tenancy.broom.try_lock() else {
+            return 0;
+        };
+        broom.sweep(|turn| self.remove_leftovers(turn))
+    }
+
+    fn remove_leftovers(&self, turn: Turn) -> usize {
         let place = self.place();
         Node::try_cleanup_dead_nodes(place.config());
-        leftovers::remove(place)
+        leftovers::remove(place, turn)
     }
 
     /// How many connections of this process to others wait for memory or descriptors to be made.
@@ -196,7 +212,7 @@ fn create_node(place: &Place, name: &str) -> Result<Node, OpenError> {
                 if fault::peek().is_none() && tries.next().is_some() =>
             {
                 std::thread::sleep(PAUSE);
-                leftovers::remove(place);
+                leftovers::remove(place, Turn::ALL);
             }
             result => return result.map_err(|reason| failed(place, reason)),
         }

@@ -15,6 +15,7 @@ use iceoryx2::service::builder::publish_subscribe::{
 };
 
 use super::error::{PortError, ReceiveError, SendError};
+use super::leftovers::Turn;
 use super::transport::{self, fault};
 use super::{Node, Space};
 use crate::{Message, RobotName};
@@ -182,7 +183,7 @@ fn open_service<M: Message>(space: &Space, service: &str) -> Result<Factory<M>, 
         match try_open_service(space.node(), &name) {
             Err(error) if is_passing(error) && start.elapsed() < PATIENCE => {
                 std::thread::sleep(PAUSE);
-                space.tidy();
+                space.remove_leftovers(Turn::ALL);
             }
             result => return result.map_err(|error| explain(error, service.into())),
         }
@@ -264,7 +265,7 @@ fn failed(service: String, reason: impl Debug) -> PortError {
 fn reaping<T, E>(space: &Space, mut create: impl FnMut() -> Result<T, E>) -> Result<T, E> {
     fault::take();
     create().or_else(|_| {
-        space.tidy();
+        space.remove_leftovers(Turn::ALL);
         fault::take();
         create()
     })

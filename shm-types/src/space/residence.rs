@@ -19,6 +19,7 @@ use rustix::fs::AtFlags;
 use super::config::{self, Place};
 use super::error::{Lost, OpenError, Remark};
 use super::key::{self, Key};
+use super::leftovers::Turn;
 use super::{Node, claim, leftovers, lock, segments};
 use crate::private::PrivateDirectory;
 
@@ -228,7 +229,7 @@ fn is_alive(root: &Path, prefix: &str) -> bool {
         return true;
     };
     // One of which nothing can be read would hide all others.
-    leftovers::remove_nodes(root, prefix);
+    leftovers::remove_nodes(root, prefix, Turn::ALL);
     let mut alive = false;
     let listed = Node::list(&config, |node| {
         alive |= !matches!(node, NodeState::Dead(_));

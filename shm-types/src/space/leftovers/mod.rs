@@ -3,6 +3,7 @@
 //!
 //! Whoever uses or makes a file has it open or mapped, however long it is stopped. So what nobody holds is dead, and the
 //! kernel tells ([`Lease`]). Where it does not, files stay until the space is empty.
+mod broom;
 mod lease;
 mod nodes;
 mod segments;
@@ -14,6 +15,7 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{AtFlags, CWD, Mode};
 
 use super::config::Place;
+pub(super) use broom::{Broom, Turn};
 use lease::Lease;
 pub(super) use nodes::remove as remove_nodes;
 
@@ -27,12 +29,12 @@ struct Found {
     length: u64,
 }
 
-/// Removes it all while others live, and says how many files it was.
-pub(crate) fn remove(place: &Place) -> usize {
+/// Removes it while others live, and says how many files it was.
+pub(crate) fn remove(place: &Place, turn: Turn) -> usize {
     let segments = segments::list(place);
-    services::remove(place, &segments)
-        + segments::remove(&segments)
-        + nodes::remove(place.root(), place.prefix())
+    services::remove(place, &segments, turn)
+        + segments::remove(&segments, turn)
+        + nodes::remove(place.root(), place.prefix(), turn)
 }
 
 impl Found {

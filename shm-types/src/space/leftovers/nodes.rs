@@ -1,16 +1,16 @@
 //! Below `nodes`: for each who takes part three files, and a directory of what it uses.
 //!
 //! iceoryx2 cleans up after a dead node if these are complete. If not, it never looks at them, or stops looking at any.
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use rustix::fs::Mode;
 
-use super::{Found, Lease};
+use super::{Found, Lease, Turn};
 
 const DIRECTORY: &str = "nodes";
-const DETAILS: &str = ".details";
+const DETAILS: &str = "node.details";
 
 /// By which a process says who it is: the first to be made and the last to go. Who lives holds it.
 const CONTEXT: &str = ".node_monitor_context";
@@ -25,48 +25,52 @@ const UNFINISHED: Mode = Mode::WUSR;
 /// Whoever makes a directory has a file in it after this time.
 const MOMENT: Duration = Duration::from_secs(1);
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Node {
     context: Option<Found>,
     locks: Vec<Found>,
-    directory: Option<PathBuf>,
-    contents: Vec<Found>,
+    directory: PathBuf,
+    details: Option<Found>,
 }
 
 /// Removes those which are incomplete, and of nobody.
-pub(crate) fn remove(root: &Path, prefix: &str) -> usize {
-    nodes(root, prefix).values().map(Node::remove_if_dead).sum()
+pub(crate) fn remove(root: &Path, prefix: &str, turn: Turn) -> usize {
+    let nodes = root.join(DIRECTORY);
+    let numbers: BTreeSet<_> = super::list(&nodes)
+        .map(|path| number(&path, prefix))
+        .collect();
+    let numbers: Vec<_> = numbers.into_iter().collect();
+    turn.of(&numbers)
+        .map(|number| Node::look(&nodes, prefix, number).remove_if_dead())
+        .sum()
 }
 
-/// By number.
-fn nodes(root: &Path, prefix: &str) -> BTreeMap<String, Node> {
-    let mut nodes: BTreeMap<String, Node> = BTreeMap::new();
-    for path in super::list(&root.join(DIRECTORY)) {
-        let name = super::name(&path).to_owned();
-        let monitor = name.strip_prefix(prefix).unwrap_or_default();
-        if let Some(number) = monitor.strip_suffix(CONTEXT) {
-            nodes.entry(number.into()).or_default().context = Found::look(path);
-        } else if let Some(number) = LOCKS.iter().find_map(|lock| monitor.strip_suffix(lock)) {
-            nodes
-                .entry(number.into())
-                .or_default()
-                .locks
-                .extend(Found::look(path));
-        } else if path.symlink_metadata().is_ok_and(|found| found.is_dir()) {
-            let node = nodes.entry(name).or_default();
-            node.contents = super::list(&path).filter_map(Found::look).collect();
-            node.directory = Some(path);
-        }
-    }
-    nodes
+/// Of a node's file, or of its directory, which has no other name.
+fn number(path: &Path, prefix: &str) -> String {
+    let name = super::name(path);
+    let monitor = name.strip_prefix(prefix).unwrap_or(name);
+    let mut endings = LOCKS.iter().chain([&CONTEXT]);
+    let number = endings.find_map(|ending| monitor.strip_suffix(ending));
+    number.unwrap_or(name).to_owned()
 }
 
 impl Node {
+    fn look(nodes: &Path, prefix: &str, number: &str) -> Self {
+        let file = |ending| Found::look(nodes.join(format!("{prefix}{number}{ending}")));
+        let directory = nodes.join(number);
+        Self {
+            context: file(CONTEXT),
+            locks: LOCKS.into_iter().filter_map(file).collect(),
+            details: Found::look(directory.join(format!("{prefix}{DETAILS}"))),
+            directory,
+        }
+    }
+
     fn remove_if_dead(&self) -> usize {
         if self.is_complete() {
             return 0;
         }
-        let witness = self.context.as_ref().or_else(|| self.details());
+        let witness = self.context.as_ref().or(self.details.as_ref());
         match witness.map(Lease::take) {
             Some(Some(_lease)) => self.remove(),
             None if self.locks.is_empty() && self.has_rested() => self.remove(),
@@ -74,41 +78,27 @@ impl Node {
         }
     }
 
-    fn details(&self) -> Option<&Found> {
-        self.contents
-            .iter()
-            .find(|file| file.name().ends_with(DETAILS))
-    }
-
     fn is_complete(&self) -> bool {
         let context = |file: &Found| file.mode != UNFINISHED && file.length == CONTEXT_LENGTH;
-        self.details().is_some()
+        self.details.is_some()
             && self.context.as_ref().is_some_and(context)
             && self.locks.len() == LOCKS.len()
             && self.locks.iter().all(|file| file.mode != UNFINISHED)
     }
 
     fn has_rested(&self) -> bool {
-        let age = |directory: &PathBuf| {
-            directory
-                .metadata()?
-                .modified()?
-                .elapsed()
-                .map_err(std::io::Error::other)
-        };
-        self.directory
-            .as_ref()
-            .is_some_and(|directory| age(directory).is_ok_and(|age| age > MOMENT))
+        let modified = self.directory.metadata().and_then(|found| found.modified());
+        let age = modified.map(|modified| modified.elapsed());
+        age.is_ok_and(|age| age.is_ok_and(|age| age > MOMENT))
     }
 
     fn remove(&self) -> usize {
-        let files = self.contents.iter().chain(&self.locks).chain(&self.context);
+        let contents: Vec<_> = super::list(&self.directory)
+            .filter_map(Found::look)
+            .collect();
+        let files = contents.iter().chain(&self.locks).chain(&self.context);
         let removed = files.filter(|file| file.remove()).count();
         // Not if somebody has put something in it.
-        let directory = self
-            .directory
-            .iter()
-            .filter(|path| std::fs::remove_dir(path).is_ok());
-        removed + directory.count()
+        removed + usize::from(std::fs::remove_dir(&self.directory).is_ok())
     }
 }

@@ -1,11 +1,11 @@
 //! In `/dev/shm`.
 use std::io::Read;
 use std::os::unix::fs::OpenOptionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rustix::fs::{Mode, OFlags};
 
-use super::{Found, remove_unless_held};
+use super::{Found, Turn, remove_unless_held};
 use crate::space::config::Place;
 use crate::space::transport::{SHARED_MEMORY, is_complete};
 
@@ -13,19 +13,18 @@ use crate::space::transport::{SHARED_MEMORY, is_complete};
 const COUNTER: &str = ".global_mgmt";
 
 /// All segments of the space.
-pub(super) fn list(place: &Place) -> Vec<Found> {
+pub(super) fn list(place: &Place) -> Vec<PathBuf> {
     super::list(Path::new(SHARED_MEMORY))
         .filter(|path| super::name(path).starts_with(place.prefix()))
-        .filter_map(Found::look)
         .collect()
 }
 
 /// Removes those which nobody holds.
-pub(super) fn remove(segments: &[Found]) -> usize {
-    segments
-        .iter()
+pub(super) fn remove(segments: &[PathBuf], turn: Turn) -> usize {
+    turn.of(segments)
+        .filter_map(|path| Found::look(path.clone()))
         .filter(|file| !file.name().ends_with(COUNTER) || is_unusable(file))
-        .map(|file| remove_unless_held(&[file]))
+        .map(|file| remove_unless_held(&[&file]))
         .sum()
 }
 
