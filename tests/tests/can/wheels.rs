@@ -50,8 +50,6 @@ impl Wheels {
 
     fn send(&mut self) {
         std::thread::sleep(self.next.saturating_duration_since(Instant::now()));
-        // Never two at once, also when this machine has lost time: no encoder does that.
-        self.next = Instant::now() + PERIOD;
         for (sender, frame) in self
             .senders
             .iter_mut()
@@ -59,5 +57,8 @@ impl Wheels {
         {
             sender.send(&frame).unwrap();
         }
+        // From the later frame on: where this machine lost time between the two, the next pair would follow at once, which no
+        // encoder does.
+        self.next = Instant::now() + PERIOD;
     }
 }
