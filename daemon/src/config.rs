@@ -136,17 +136,6 @@ fn example_of_odometry() -> OdometryConfig {
 }
 
 impl Config {
-    /// A DBC file is looked for where the configuration is.
-    fn resolve(&mut self, directory: &Path) {
-        if let Some(dbc) = self
-            .odometry
-            .as_mut()
-            .and_then(|odometry| odometry.dbc.as_mut())
-        {
-            *dbc = directory.join(&*dbc);
-        }
-    }
-
     /// The team without this robot.
     pub fn peers(&self) -> impl Iterator<Item = &Member> {
         self.team.iter().filter(|member| member.id != self.robot.id)

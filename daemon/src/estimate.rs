@@ -53,8 +53,8 @@ impl Estimate {
 pub fn initial(config: &Config) -> Belief {
     let [x, y, phi] = config.initial.pose;
     // Squares of numbers that were checked with the configuration: always a covariance.
-    let covariance = Covariance3::diagonal(config.initial.sigma.map(|sigma| sigma * sigma))
-        .unwrap_or(Covariance3::ZERO);
+    let covariance =
+        Covariance3::diagonal(config.initial.sigma.map(square)).unwrap_or(Covariance3::ZERO);
     Belief::independent(Pose::new(x, y, phi), covariance)
 }
 
@@ -64,7 +64,7 @@ pub fn settings(config: &Config) -> Settings {
     Settings {
         fusion: fusion(&config.fusion),
         position_gate: config.fusion.position_gate,
-        floors: Floors::default(),
+        floors: floors(&config.fusion),
         odometry: OdometrySettings {
             reference_period: span(config.motion.reference_period_s),
             hold: span(config.motion.hold_s),
@@ -74,6 +74,18 @@ pub fn settings(config: &Config) -> Settings {
         history: span(config.history.length_s),
         future_tolerance: span(config.history.future_tolerance_s),
     }
+}
+
+fn floors(fusion: &config::Fusion) -> Floors {
+    Floors {
+        sighting: fusion.relative_pose_floor.map(square),
+        neighbour: fusion.neighbour_floor.map(square),
+        fix: fusion.position_floor.map(square),
+    }
+}
+
+fn square(sigma: f64) -> f64 {
+    sigma * sigma
 }
 
 fn fusion(fusion: &config::Fusion) -> FusionSettings {
@@ -125,6 +137,21 @@ mod tests {
     #[test]
     fn the_defaults_are_the_estimators() {
         assert_eq!(settings(&config("")), Settings::default());
+    }
+
+    #[test]
+    fn floors_reach_the_estimator_as_variances() {
+        let floors = settings(&config(
+            "[fusion]\nrelative_pose_floor = [0.5, 0.25, 0.125]\nneighbour_floor = [1.0, 2.0, 3.0]\n\
+             position_floor = [0.25, 4.0]\n",
+        ))
+        .floors;
+        let expected = Floors {
+            sighting: [0.25, 0.0625, 0.015_625],
+            neighbour: [1.0, 4.0, 9.0],
+            fix: [0.0625, 16.0],
+        };
+        assert_eq!(floors, expected);
     }
 
     #[test]

@@ -270,6 +270,70 @@ fn a_history_that_a_tick_cannot_go_through_in_time_is_refused() {
 }
 
 #[test]
+fn a_history_without_length_is_refused() {
+    assert_eq!(
+        refusal_of("[history]\nlength_s = 0"),
+        "robot.toml:5: history.length_s = 0: must be a number above 0, at most 60 s"
+    );
+    assert_eq!(
+        refusal_of("[history]\nlength_s = 0.01"),
+        "robot.toml:5: history.length_s = 0.01: must be 0.02 s or more at 50 Hz, a tick's period: what came right after the last \
+         tick would be rejected as too old"
+    );
+}
+
+#[test]
+fn noise_that_computes_to_none_or_to_infinity_is_refused() {
+    for (setting, value) in [
+        ("[motion]\nforward.b", "1e308"),
+        ("[motion]\nturning.c", "inf"),
+        ("[motion]\nhold_growth", "1e308"),
+        ("[motion]\noutage_variance", "[1.0, 1.0, 1e308]"),
+        ("[initial]\nsigma", "[1e308, 1.0, 1.0]"),
+        ("[fusion]\nposition_floor", "[1e308, 1.0]"),
+    ] {
+        let said = refusal_of(&format!("{setting} = {value}"));
+        assert!(said.starts_with("robot.toml:5: "), "{said}");
+        assert!(said.contains(": must be a number, 0 to 1"), "{said}");
+    }
+    assert_eq!(
+        refusal_of("[motion]\noutage_variance = [1.0, 1e-300, 1.0]"),
+        "robot.toml:5: motion.outage_variance.1 = 1e-300: must be 0, or 1e-18 or more: less is lost in rounding"
+    );
+    assert_eq!(
+        refusal_of("[initial]\nsigma = [0.1, 1e-10, 0.1]"),
+        "robot.toml:5: initial.sigma.1 = 1e-10: must be 0, or 1e-9 or more: less is lost in rounding"
+    );
+}
+
+#[test]
+fn a_team_for_which_there_are_no_ports_is_refused() {
+    let member = |id: u16| format!("[[team]]\nname = \"r{id}\"\nid = {id}\n");
+    let team = |last: u16| (2..=last).map(member).collect::<String>();
+    assert_eq!(
+        refusal_of(&team(66)),
+        "robot.toml:4: team: has 65 other robots, and there is room for 64: list those only that this robot can see or hear"
+    );
+    assert!(Config::parse(&format!("{MINIMAL}{}", team(65)), Path::new("robot.toml")).is_ok());
+}
+
+#[test]
+fn two_things_in_one_place_are_refused() {
+    assert_eq!(
+        refusal_of("[telemetry]\nlog_file = \"/tmp/x\"\nrecord = \"/tmp/x\""),
+        "robot.toml:6: telemetry.record = \"/tmp/x\": is the file of telemetry.log_file too"
+    );
+    let twice = WHEELS.replace(
+        "\"socketcan:can0\"",
+        "\"socketcan:can0\", \"socketcan:can0\"",
+    );
+    assert_eq!(
+        refusal(&format!("{MINIMAL}{twice}")),
+        "robot.toml:6: odometry.buses.1 = \"socketcan:can0\": is listed twice; frames of one bus are heard once"
+    );
+}
+
+#[test]
 fn what_is_no_toml_names_its_line_and_shows_it() {
     let said = |lines: &str| refusal_of(lines);
     assert_eq!(

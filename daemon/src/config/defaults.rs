@@ -78,6 +78,9 @@ impl Default for Fusion {
             neighbour_gate: 11.344_866_730_144_373,
             gate_weight: GateWeight::Update,
             position_gate: 9.210_340_371_976_182,
+            relative_pose_floor: [0.0; 3],
+            neighbour_floor: [0.0; 3],
+            position_floor: [0.0; 2],
         }
     }
 }

@@ -1,5 +1,8 @@
-//! Where shared memory and state are: as configured, or in their default places.
+//! Where shared memory, state and other files are: as configured, or in their default places.
 
+use std::path::{Path, PathBuf};
+
+use coloc_drivers::can::BusSpec;
 use coloc_shm_types::places::{self, NoPlace, SharedMemoryRoot};
 use coloc_shm_types::private::{OwnFile, PrivateDirectory};
 use coloc_shm_types::{OpenError, Space};
@@ -7,6 +10,32 @@ use coloc_shm_types::{OpenError, Space};
 use super::Config;
 
 impl Config {
+    /// A relative path begins in `directory`, where the configuration is, whatever directory the daemon was started in.
+    pub(super) fn resolve(&mut self, directory: &Path) {
+        // Where the working directory is gone there is nothing better than the path as it is written.
+        let directory = std::path::absolute(Path::new(".").join(directory))
+            .unwrap_or_else(|_| directory.into());
+        let written = |path: &&mut PathBuf| !path.as_os_str().is_empty();
+        self.paths()
+            .filter(written)
+            .for_each(|path| *path = directory.join(&*path));
+    }
+
+    /// Of everything that is read, written or listened to below a path.
+    fn paths(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let files = &mut self.telemetry;
+        let written = [
+            &mut files.log_file,
+            &mut files.state_file,
+            &mut files.record,
+        ];
+        let wheels = self.odometry.as_mut().map(|odometry| {
+            let buses = odometry.buses.iter_mut().filter_map(bus_path);
+            odometry.dbc.iter_mut().chain(buses)
+        });
+        written.into_iter().chain(wheels.into_iter().flatten())
+    }
+
     /// Root of the shared memory: as configured, or the default place.
     ///
     /// # Errors
@@ -43,10 +72,17 @@ impl Config {
     }
 }
 
+/// Where its log or its sockets are.
+fn bus_path(bus: &mut BusSpec) -> Option<&mut PathBuf> {
+    match bus {
+        BusSpec::SocketCan { .. } => None,
+        BusSpec::Candump { path, .. } => Some(path),
+        BusSpec::Local { directory } => Some(directory),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
 
     #[test]
@@ -55,5 +91,44 @@ mod tests {
         let config = Config::parse(text, Path::new("a.toml")).unwrap();
         assert_eq!(config.shm_root().ok(), places::shared_memory_root().ok());
         assert_eq!(config.shm.prefix, places::DEFAULT_PREFIX);
+    }
+
+    /// Every path that a configuration can have, all of them `path`.
+    fn with_paths(path: &str) -> String {
+        format!(
+            "[robot]\nname = \"a\"\nid = 3\n\
+             [telemetry]\nlog_file = \"{path}\"\nstate_file = \"{path}1\"\nrecord = \"{path}2\"\n\
+             [odometry]\nbuses = [\"candump:{path}?interface=can0\", \"local:{path}\", \"socketcan:can0\"]\n\
+             max_speed_mps = 2.0\n[odometry.wheels]\ntrack_m = 0.3\n\
+             left = {{ message = \"WheelLeft\", signal = \"Ticks\", metres_per_tick = 1e-4 }}\n\
+             right = {{ message = \"WheelRight\", signal = \"Ticks\", metres_per_tick = 1e-4 }}\n"
+        )
+    }
+
+    fn paths_of(text: &str, file: &str) -> Vec<PathBuf> {
+        let mut config = Config::parse(text, Path::new(file)).unwrap();
+        config.paths().map(|path| path.clone()).collect()
+    }
+
+    #[test]
+    fn relative_paths_begin_where_the_configuration_is() {
+        let below = |name: &str| PathBuf::from(format!("/etc/coloc/{name}"));
+        assert_eq!(
+            paths_of(&with_paths("x"), "/etc/coloc/robot.toml"),
+            ["x", "x1", "x2", "x", "x"].map(below)
+        );
+        let here = std::env::current_dir().unwrap().join("x");
+        assert_eq!(paths_of(&with_paths("x"), "robot.toml")[0], here);
+        let absolute = PathBuf::from("/x");
+        assert_eq!(paths_of(&with_paths("/x"), "/etc/a.toml")[0], absolute);
+    }
+
+    #[test]
+    fn a_file_that_is_not_configured_stays_so() {
+        let minimal = "[robot]\nname = \"a\"\nid = 3\n";
+        assert_eq!(
+            paths_of(minimal, "/etc/coloc/robot.toml"),
+            vec![PathBuf::new(); 3]
+        );
     }
 }

@@ -218,6 +218,17 @@ pub struct Fusion {
     /// Largest normalised innovation squared of a fix (χ², 2 degrees of freedom: 99 %); `inf` accepts everything.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub position_gate: f64,
+    /// No own sighting of another robot is taken to be more certain than this, whatever it says: least standard deviations
+    /// of x, y and heading \[m, m, rad\].
+    #[schemars(inner(range(min = 0, max = 1e3)))]
+    pub relative_pose_floor: [f64; 3],
+    /// The same for a neighbour's pose \[m, m, rad\].
+    #[schemars(inner(range(min = 0, max = 1e3)))]
+    pub neighbour_floor: [f64; 3],
+    /// The same for a fix; where a receiver claims millimetres and its antenna sways by centimetres, write centimetres
+    /// \[m, m\].
+    #[schemars(inner(range(min = 0, max = 1e3)))]
+    pub position_floor: [f64; 2],
 }
 
 /// What the weight of split covariance intersection minimises.
@@ -246,8 +257,9 @@ pub enum GateWeight {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct History {
-    /// A measurement older than this is rejected \[s\].
-    #[schemars(range(min = 0, max = 60))]
+    /// A measurement older than this is rejected; at least a tick's period, since a tick takes in what came since the last one
+    /// \[s\].
+    #[schemars(range(max = 60), extend("exclusiveMinimum" = 0))]
     pub length_s: f64,
     /// A measurement further ahead of the clock than this is rejected \[s\].
     #[schemars(range(min = 0, max = 1))]
@@ -316,15 +328,16 @@ pub enum Scheduler {
 pub struct Telemetry {
     /// Least severe level that is logged.
     pub log: LogLevel,
-    /// Where logs go; empty: standard error.
+    /// Where logs go; empty: standard error. A relative path begins where this file is.
     pub log_file: PathBuf,
-    /// Where the last belief is saved if `initial.resume`; empty: `<robot.name>.belief.toml` in the place for state.
+    /// Where the last belief is saved if `initial.resume`; empty: `<robot.name>.belief.toml` in the place for state. A
+    /// relative path begins where this file is.
     pub state_file: PathBuf,
     /// How often it is saved, each time to the disk itself \[Hz\].
     #[schemars(range(min = 0.1, max = 100))]
     pub state_hz: f64,
     /// Where everything goes that the estimator is given and answers, tick by tick, as lines of JSON; empty: nowhere. If
-    /// the file is there, `.1` and so on behind its name.
+    /// the file is there, `.1` and so on behind its name. A relative path begins where this file is.
     pub record: PathBuf,
     /// The watchdog speaks up when no tick was seen for so many periods.
     #[schemars(range(min = 2, max = 1_000_000))]

@@ -25,8 +25,8 @@ use crate::signal::SignalError;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OdometryConfig {
-    /// CAN buses: `socketcan:INTERFACE`, `candump:FILE[?interface=NAME]` or `local:DIRECTORY`. A wheel names its own by
-    /// position: the first is 0.
+    /// CAN buses: `socketcan:INTERFACE`, `candump:FILE[?interface=NAME]` or `local:DIRECTORY`, relative paths beginning where
+    /// this file is. A wheel names its own by position: the first is 0.
     #[schemars(with = "Vec<String>", length(min = 1, max = 256))]
     pub buses: Vec<BusSpec>,
     /// The file that describes the messages, looked for beside this one; without it they are coloc's own.

@@ -1,0 +1,31 @@
+//! The wheels.
+
+use coloc_drivers::encoder::{ConfigError, OdometryDecoder};
+
+use super::{Config, Refusal};
+
+/// Whether the signals are in the DBC file and make sense together is the decoder's to say.
+pub(super) fn refusal(config: &Config) -> Option<Refusal> {
+    let error = OdometryDecoder::new(config.odometry.as_ref()?).err()?;
+    let word = match &error {
+        ConfigError::Setting { setting, problem } => {
+            return Some(Refusal::new(
+                format!("odometry.{setting}"),
+                format!(": {problem}"),
+            ));
+        }
+        ConfigError::UnknownSignal { signal, .. } | ConfigError::Signal { signal, .. } => signal,
+        ConfigError::UnknownMessage { message, .. } | ConfigError::Identifier { message, .. } => {
+            message
+        }
+        ConfigError::ReadDbc { .. }
+        | ConfigError::ParseDbc { .. }
+        | ConfigError::Ambiguous { .. } => {
+            return Some(Refusal::new("odometry.dbc", format!(": {error}")));
+        }
+    };
+    Some(Refusal {
+        word: Some(word.clone()),
+        ..Refusal::new("odometry", format!(": {error}"))
+    })
+}
