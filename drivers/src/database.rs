@@ -6,8 +6,8 @@ use can_dbc::{ExtendedMultiplex, Message, Signal, SignalExtendedValueTypeList};
 use can_dbc_pest::{DbcParser, Pair, Parser, Rule};
 use socketcan::{ExtendedId, Id, StandardId};
 
+use crate::config_error::ConfigError;
 use crate::dbc_text;
-use crate::encoder::ConfigError;
 use crate::signal::{SignalDecoder, SignalError};
 
 /// Describes coloc's own encoder frames.
@@ -27,6 +27,8 @@ pub struct DbcMessage {
     message: Message,
     written: u64,
     line: usize,
+    /// What `GenMsgCycleTime` says of it \[ms\].
+    cycle_ms: Option<f64>,
 }
 
 /// Something that the file says about a signal of another line.
@@ -91,6 +93,12 @@ impl DbcMessage {
         })
     }
 
+    /// How often it is sent \[s\], if the file says so of this very message: the attribute `GenMsgCycleTime`, which most tools
+    /// write. Zero is a way to say that it has no cycle.
+    pub(crate) fn cycle_s(&self) -> Option<f64> {
+        self.cycle_ms.map(|ms| ms * 1e-3)
+    }
+
     /// The signal called `name`.
     ///
     /// # Errors
@@ -150,11 +158,17 @@ impl Database {
             value_types: Vec::new(),
             multiplexing: Vec::new(),
         };
+        let mut cycles = Vec::new();
         for statement in file.flat_map(Pair::into_inner) {
+            cycles.extend(cycle_time(&statement));
             let line = statement.line_col().0;
             database
                 .take(statement, line)
                 .map_err(|problem| refused(format!("line {line}: {problem}")))?;
+        }
+        for message in &mut database.messages {
+            let own = cycles.iter().find(|(id, _)| *id == message.written);
+            message.cycle_ms = own.map(|(_, ms)| *ms);
         }
         Ok(database)
     }
@@ -174,6 +188,7 @@ impl Database {
                 message: statement.try_into().map_err(problem)?,
                 written,
                 line,
+                cycle_ms: None,
             }),
             Rule::signal_value_type => self.value_types.push(Addressed {
                 what: statement.try_into().map_err(problem)?,
@@ -277,6 +292,19 @@ impl Database {
             .filter(|message| message.written == written)
             .any(has_signal)
     }
+}
+
+/// Identifier and milliseconds of `BA_ "GenMsgCycleTime" BO_ 256 20;`.
+fn cycle_time(statement: &Pair<'_, Rule>) -> Option<(u64, f64)> {
+    if statement.as_rule() != Rule::attr_value {
+        return None;
+    }
+    let parts = || statement.clone().into_inner().flatten();
+    let text = |rule| parts().find(|part| part.as_rule() == rule);
+    let name = text(Rule::attribute_name)?;
+    let id = text(Rule::message_id)?.as_str().parse().ok()?;
+    let value = text(Rule::number)?.as_str().parse().ok()?;
+    (name.as_str().trim_matches('"') == "GenMsgCycleTime").then_some((id, value))
 }
 
 /// The first number of a statement, with all its digits.

@@ -1,43 +1,18 @@
 //! One interface over every kind of bus.
 
-use std::io;
 use std::os::fd::{AsFd, BorrowedFd};
 
-use rustix::io::Errno;
-
-use super::candump::{Log, LogError};
+use super::candump::Log;
 use super::filter::Filter;
-use super::frame::Frame;
 use super::health::{BusHealth, BusState};
 use super::local::Participant;
 use super::log_report::LogReport;
+use super::open_error::OpenError;
 use super::playback::Playback;
+use super::received::{Drained, Received};
 use super::socket_bus::SocketBus;
 use super::socketcan::Interface;
 use super::spec::BusSpec;
-
-/// A frame, when and from where it came.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub struct Received {
-    /// What came.
-    pub frame: Frame,
-    /// When the kernel received it \[ns of `CLOCK_REALTIME`\].
-    pub stamp_ns: i64,
-    /// The number that [`Bus::open`] gave to the bus.
-    pub bus: u8,
-}
-
-/// What one call of [`Bus::receive`] did.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
-pub struct Drained {
-    /// Frames handed on.
-    pub frames: usize,
-    /// The call ended at its limit of [`FRAMES_PER_CALL`]: more may be waiting.
-    pub more: bool,
-}
-
-/// The most that one call of [`Bus::receive`] takes off a bus: a flooded bus must not hold the tick hostage.
-pub const FRAMES_PER_CALL: usize = 256;
 
 /// A bus to receive from: a CAN interface, a recorded log or a local bus. One descriptor to wait on, the same for life.
 ///
@@ -55,52 +30,6 @@ enum Source {
     Interface(SocketBus<Interface>),
     Local(SocketBus<Participant>),
     Log(Playback),
-}
-
-/// Why a bus can't be opened; trying again will not help.
-#[derive(Debug, thiserror::Error)]
-pub enum OpenError {
-    /// The kernel was built without CAN, or its modules are not loaded.
-    #[error(
-        "this kernel offers no CAN sockets: load the modules can and can_raw, or use a local: bus"
-    )]
-    NoCan,
-    /// The interface exists and is something else.
-    #[error(
-        "{0} names an interface that carries no CAN: 'ip -details link show' tells which ones do"
-    )]
-    NotCan(BusSpec),
-    /// A log is read only.
-    #[error("{0} is a recorded log: nothing can be sent there")]
-    ReadOnly(BusSpec),
-    /// The log can't be read.
-    #[error(transparent)]
-    Log(#[from] LogError),
-    /// Anything else that the system refused.
-    #[error("can't open {bus}: {error}")]
-    System {
-        /// The bus.
-        bus: BusSpec,
-        /// What the system said.
-        error: io::Error,
-    },
-}
-
-impl OpenError {
-    pub(super) fn system(bus: &BusSpec, error: impl Into<io::Error>) -> Self {
-        Self::System {
-            bus: bus.clone(),
-            error: error.into(),
-        }
-    }
-
-    pub(super) fn interface(bus: &BusSpec, error: Errno) -> Self {
-        match error {
-            Errno::AFNOSUPPORT | Errno::PROTONOSUPPORT => Self::NoCan,
-            Errno::OPNOTSUPP => Self::NotCan(bus.clone()),
-            error => Self::system(bus, error),
-        }
-    }
 }
 
 impl Bus {

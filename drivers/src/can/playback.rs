@@ -8,11 +8,11 @@ use rustix::time::{
     timerfd_create, timerfd_settime,
 };
 
-use super::bus::{Drained, FRAMES_PER_CALL, Received};
 use super::candump::{Log, LogFrame};
 use super::filter::Filter;
 use super::health::{BusHealth, BusState};
 use super::log_report::LogReport;
+use super::received::{Drained, FRAMES_PER_CALL, Received};
 use super::socket_bus::accept;
 
 /// Plays a log from the first call of `receive` on: waiting to be waited for costs no frames.

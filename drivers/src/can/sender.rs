@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use rustix::io::Errno;
 use rustix::net::{SendFlags, SocketAddrUnix, send, sendto};
 
-use super::bus::OpenError;
 use super::frame::Frame;
 use super::local::{datagram_socket, listeners};
+use super::open_error::OpenError;
 use super::socketcan::sending_socket;
 use super::spec::BusSpec;
 

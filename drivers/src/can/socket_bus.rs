@@ -7,11 +7,11 @@ use rustix::io::Errno;
 use rustix::net::sockopt;
 
 use super::backoff::Backoff;
-use super::bus::{Drained, FRAMES_PER_CALL, Received};
 use super::error_frame::ErrorCounters;
 use super::filter::Filter;
 use super::frame::{FD_SIZE, Frame, Kind};
 use super::health::{BusHealth, BusState};
+use super::received::{Drained, FRAMES_PER_CALL, Received};
 use super::sys::{self, Datagram};
 
 /// What a socket leads to, and how to open one.

@@ -2,8 +2,8 @@
 
 use crate::signal::SignalDecoder;
 
-use super::counter::{Cause, Count, Counter, Reading};
-use super::decoder::SHORTEST_INTERVAL_NS;
+use super::count::Count;
+use super::counter::{Cause, Counter, Reading};
 use super::reject::FrameReject;
 
 /// A signal that tells a part of the robot's motion.
@@ -53,6 +53,9 @@ pub(super) enum Continuity {
     /// A speed is not applied to so long a time.
     Gap,
 }
+
+/// Shorter intervals are not worth a sample, and a division by them not its noise.
+pub(super) const SHORTEST_INTERVAL_NS: i64 = 1_000_000;
 
 /// A speed says nothing about a time longer than this before it.
 const LONGEST_RATE_INTERVAL_NS: i64 = 500_000_000;

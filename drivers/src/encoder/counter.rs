@@ -1,16 +1,8 @@
 //! A tick counter that wraps, restarts and lies.
 
-use crate::signal::sign_extend;
-
+use super::count::{Count, Counts};
 use super::reject::FrameReject;
 use super::wrap::WrapWatch;
-
-/// A count and its stamp.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub(super) struct Count {
-    pub(super) raw: u64,
-    pub(super) stamp_ns: i64,
-}
 
 /// What a count says about the way since the last one.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -30,19 +22,6 @@ pub(super) enum Cause {
     Ambiguous,
     /// It seems to wrap elsewhere than we were told.
     OtherWrap,
-}
-
-/// Which counts a counter has.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub(super) struct Counts {
-    /// Width \[bits\].
-    pub(super) bits: u32,
-    /// The counts below zero are there too, as two's complement.
-    pub(super) signed: bool,
-    /// How many different ones there are, if that is not all that the bits can say.
-    pub(super) modulus: Option<u64>,
-    /// The lowest and the highest that is a count, if not all are.
-    pub(super) range: Option<(i128, i128)>,
 }
 
 /// Turns counts into distances. A count that is too far away is refused; if the next ones agree with *that*, the encoder
@@ -71,65 +50,6 @@ const CONVINCING: u32 = 3;
 /// A frame may be stamped that much late and the next one in time \[s\].
 const STAMP_SLACK_S: f64 = 0.05;
 
-/// Frames are expected to come that often where nothing is known of them yet \[s\].
-const USUAL_PERIOD_S: f64 = 0.02;
-
-impl Counts {
-    /// All that the bits can say.
-    #[cfg(test)]
-    pub(super) fn all(bits: u32) -> Self {
-        Self {
-            bits,
-            signed: false,
-            modulus: None,
-            range: None,
-        }
-    }
-
-    /// How many there are.
-    #[expect(clippy::cast_precision_loss, reason = "to compare distances with")]
-    pub(super) fn number(self) -> f64 {
-        self.modulus
-            .map_or_else(|| f64::from(self.bits).exp2(), |modulus| modulus as f64)
-    }
-
-    fn value(self, raw: u64) -> i128 {
-        if self.signed {
-            i128::from(sign_extend(raw, self.bits))
-        } else {
-            i128::from(raw)
-        }
-    }
-
-    fn contains(self, raw: u64) -> bool {
-        self.range
-            .is_none_or(|(lowest, highest)| (lowest..=highest).contains(&self.value(raw)))
-    }
-
-    /// Signed number of counts between two, the shorter way round.
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "distances beyond 2^53 ticks are implausible anyway"
-    )]
-    fn between(self, from: u64, to: u64) -> f64 {
-        let Some(modulus) = self.modulus else {
-            let bits = if cfg!(coloc_break = "wrap") {
-                u64::BITS
-            } else {
-                self.bits
-            };
-            return sign_extend(to.wrapping_sub(from), bits) as f64;
-        };
-        let modulus = i128::from(modulus);
-        let ahead = (self.value(to) - self.value(from)).rem_euclid(modulus);
-        if 2 * ahead > modulus {
-            (ahead - modulus) as f64
-        } else {
-            ahead as f64
-        }
-    }
-}
-
 impl Counter {
     pub(super) fn new(counts: Counts, metres_per_count: f64, max_speed_mps: f64) -> Self {
         Self {
@@ -142,9 +62,14 @@ impl Counter {
         }
     }
 
-    /// The fastest that a wheel can be while frames that come as usual leave no doubt about its direction \[m/s\].
-    pub(super) fn fastest_mps(counts: Counts, metres_per_count: f64) -> f64 {
-        counts.number() / 2.0 * metres_per_count.abs() / (USUAL_PERIOD_S + STAMP_SLACK_S)
+    /// As fast as that a wheel may not be, or frames so far apart leave in doubt in which direction it turns \[m/s\].
+    pub(super) fn limit_mps(counts: Counts, metres_per_count: f64, period_s: f64) -> f64 {
+        counts.number() / 2.0 * metres_per_count.abs() / (period_s + STAMP_SLACK_S)
+    }
+
+    /// So fast a wheel must be allowed to be, or a single count from one frame to the next is not believed \[m/s\].
+    pub(super) fn least_mps(metres_per_count: f64, period_s: f64) -> f64 {
+        metres_per_count.abs() / (period_s + STAMP_SLACK_S)
     }
 
     /// What `count` says; the first one says where counting starts.

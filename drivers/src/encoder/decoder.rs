@@ -1,13 +1,15 @@
 //! Frames in, odometry out.
 
 use crate::can::{Id, Kind, Received};
+use crate::config_error::ConfigError;
 
-use super::channel::{Channel, Continuity, Update};
-use super::config::{ConfigError, OdometryConfig};
-use super::guard::Guard;
+use super::channel::{Channel, Continuity, SHORTEST_INTERVAL_NS, Update};
+use super::config::OdometryConfig;
+use super::counters::OdometryCounters;
 use super::kinematics::Kinematics;
+use super::message::Message;
 use super::plan;
-use super::reject::{FrameReject, OdometryCounters};
+use super::reject::FrameReject;
 
 /// The mean velocity of the body over `(start_ns, stamp_ns]`.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -42,22 +44,8 @@ pub struct OdometryDecoder {
     counters: OdometryCounters,
 }
 
-/// A message that carries signals of ours.
-#[derive(Clone, Debug)]
-pub(super) struct Message {
-    pub(super) bus: u8,
-    pub(super) id: Id,
-    pub(super) guard: Guard,
-    /// Positions of its channels.
-    pub(super) channels: Vec<usize>,
-    pub(super) last_ns: Option<i64>,
-}
-
 /// The most channels that kinematics take.
 pub(super) const MAX_CHANNELS: usize = 3;
-
-/// Shorter intervals are not worth a sample, and a division by them not its noise.
-pub(super) const SHORTEST_INTERVAL_NS: i64 = 1_000_000;
 
 /// A stamp that lies further back than this comes of a clock that was set, not of a frame that was late.
 const CLOCK_STEP_NS: i64 = 100_000_000;
@@ -82,7 +70,7 @@ impl OdometryDecoder {
             messages,
             channels,
             kinematics,
-            description: _,
+            ..
         } = plan::plan(config)?;
         Ok(Self {
             messages,
@@ -269,12 +257,6 @@ impl OdometryDecoder {
             *velocity = channel.velocity(dt_s);
         }
         self.kinematics.velocity(velocities)
-    }
-}
-
-impl Message {
-    fn carries(&self, received: &Received) -> bool {
-        self.bus == received.bus && received.frame.id() == Some(self.id)
     }
 }
 

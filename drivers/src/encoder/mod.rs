@@ -2,22 +2,30 @@
 
 mod channel;
 mod config;
+mod count;
 mod counter;
+mod counters;
 mod decoder;
 mod description;
 mod guard;
 mod kinematics;
+mod message;
 mod plan;
 mod reject;
 mod unit;
 mod wheel_frames;
+mod words;
 mod wrap;
 
 pub use self::config::{
-    BodyConfig, BodySignal, ConfigError, MessageConfig, OdometryConfig, Quantity, SpeedUnit,
-    TurnUnit, WheelConfig, WheelsConfig,
+    BodyConfig, BodySignal, MessageConfig, OdometryConfig, Quantity, SpeedUnit, TurnUnit,
+    WheelConfig, WheelsConfig,
 };
+pub use self::counters::OdometryCounters;
 pub use self::decoder::{OdometryDecoder, WheelOdometry};
-pub use self::description::{Description, describe};
-pub use self::reject::{FrameReject, OdometryCounters};
+pub use self::description::{Description, Expected, SignalDescription};
+pub use self::plan::describe;
+pub use self::reject::FrameReject;
 pub use self::wheel_frames::{LEFT_ID, RIGHT_ID, WheelFrames, encoder_frame};
+pub use self::words::{Length, Rounded, Time};
+pub use crate::config_error::ConfigError;

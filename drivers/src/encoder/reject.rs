@@ -1,7 +1,4 @@
-//! Why a frame was refused, and how often.
-
-use super::channel::Continuity;
-use super::counter::Cause;
+//! Why a frame was refused.
 
 /// Why a frame of a wanted message did not count.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash, thiserror::Error)]
@@ -34,7 +31,7 @@ pub enum FrameReject {
 }
 
 impl FrameReject {
-    /// Every reason, in the order of [`OdometryCounters::rejected`].
+    /// Every reason, in the order of [`super::OdometryCounters::rejected`].
     pub const ALL: [Self; 8] = [
         Self::Remote,
         Self::Short,
@@ -45,51 +42,4 @@ impl FrameReject {
         Self::Implausible,
         Self::OutOfRange,
     ];
-}
-
-/// What a decoder has counted since the start.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
-pub struct OdometryCounters {
-    /// Frames of wanted messages that counted.
-    pub accepted: u64,
-    /// Frames of wanted messages that did not, by reason: index with [`OdometryCounters::of`].
-    pub rejected: [u64; FrameReject::ALL.len()],
-    /// Samples formed.
-    pub samples: u64,
-    /// Frames that are missing by the alive counters.
-    pub skipped: u64,
-    /// Times that a tick counter was taken up again at another value: the encoder restarted, or frames were missing for
-    /// so long that the counter may have wrapped unseen.
-    pub resynchronised: u64,
-    /// Times out of those that the counter may have wrapped unseen. If that is every frame, it is too narrow for its speed.
-    pub ambiguous: u64,
-    /// Times out of those that the counter seemed to wrap elsewhere than its width or modulus says.
-    pub other_wraps: u64,
-    /// Samples that would have been faster than the robot can be, because late frames came at once: their way is spread
-    /// over the samples that follow.
-    pub late_ways: u64,
-    /// Times that the stamps' clock was set back.
-    pub clock_steps: u64,
-    /// Intervals too long to apply a speed to, left without a sample.
-    pub gaps: u64,
-}
-
-impl OdometryCounters {
-    /// How many frames were refused for `reason`.
-    #[must_use]
-    pub fn of(&self, reason: FrameReject) -> u64 {
-        self.rejected[reason as usize]
-    }
-
-    pub(super) fn note(&mut self, continuity: Continuity) {
-        let resynchronised = |cause| continuity == Continuity::Resynchronised(cause);
-        self.gaps += u64::from(continuity == Continuity::Gap);
-        self.resynchronised += u64::from(matches!(continuity, Continuity::Resynchronised(_)));
-        self.ambiguous += u64::from(resynchronised(Cause::Ambiguous));
-        self.other_wraps += u64::from(resynchronised(Cause::OtherWrap));
-    }
-
-    pub(super) fn note_reject(&mut self, reason: FrameReject) {
-        self.rejected[reason as usize] += 1;
-    }
 }

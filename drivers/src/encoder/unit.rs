@@ -7,6 +7,10 @@ use super::config::{Quantity, SpeedUnit, TurnUnit};
 pub(super) enum Unit {
     /// Of length, which a counter may have.
     Length,
+    /// Of angle, which a counter may have too.
+    Angle,
+    /// Of nothing but a number of steps.
+    Count,
     MetresPerSecond,
     KilometresPerHour,
     RadiansPerSecond,
@@ -14,10 +18,12 @@ pub(super) enum Unit {
     RevolutionsPerMinute,
     /// Of speed, but none that can be configured.
     OtherSpeed,
+    /// Of something that is no motion: a time, an acceleration, a temperature.
+    Other,
 }
 
 impl Unit {
-    /// Reads the many spellings; `None` for what says nothing, such as "ticks".
+    /// Reads the many spellings; `None` for what says nothing.
     pub(super) fn of(text: &str) -> Option<Self> {
         let spelled: String = text
             .to_lowercase()
@@ -33,6 +39,14 @@ impl Unit {
             | "degrees/s" | "grad/s" => Self::DegreesPerSecond,
             "rpm" | "1/min" | "/min" | "u/min" | "r/min" | "rev/min" | "revs/min" | "min-1"
             | "upm" => Self::RevolutionsPerMinute,
+            "deg" | "°" | "degree" | "degrees" | "rad" | "mrad" | "grad" => Self::Angle,
+            "tick" | "ticks" | "count" | "counts" | "cnt" | "cnts" | "pulse" | "pulses" | "imp"
+            | "impulse" | "impulses" | "inc" | "incs" | "increments" | "steps" => Self::Count,
+            "s" | "ms" | "us" | "µs" | "min" | "m/s2" | "m/s^2" | "m/s²" | "m/s/s" | "rad/s2"
+            | "rad/s^2" | "rad/s²" | "deg/s2" | "deg/s^2" | "deg/s²" | "°/s2" | "°/s²" | "hz"
+            | "mv" | "ma" | "kw" | "nm" | "°c" | "degc" | "kpa" | "bar" | "mbar" | "psi" | "kg" => {
+                Self::Other
+            }
             "mph" | "mi/h" | "mm/s" | "cm/s" | "km/s" | "ft/s" | "m/min" | "knots" | "kn"
             | "rps" | "rev/s" => Self::OtherSpeed,
             _ => return None,
@@ -42,7 +56,9 @@ impl Unit {
     /// Whether a signal of this unit can be a wheel's `quantity`.
     pub(super) fn suits(self, quantity: Quantity) -> bool {
         match quantity {
-            Quantity::CumulativeTicks | Quantity::TicksPerPeriod => self == Self::Length,
+            Quantity::CumulativeTicks | Quantity::TicksPerPeriod => {
+                matches!(self, Self::Length | Self::Angle | Self::Count)
+            }
             Quantity::MetresPerSecond => self == Self::MetresPerSecond,
             Quantity::KilometresPerHour => self == Self::KilometresPerHour,
             Quantity::RadiansPerSecond => self == Self::RadiansPerSecond,
@@ -113,12 +129,30 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_is_counted_is_no_speed_and_the_other_way_round() {
+        for (unit, counts, speeds) in [
+            ("ticks", true, false),
+            ("deg", true, false),
+            ("mm", true, false),
+            ("m/s", false, true),
+            ("m/s2", false, false),
+            ("°C", false, false),
+        ] {
+            let unit = Unit::of(unit).unwrap();
+            assert_eq!(unit.suits(Quantity::CumulativeTicks), counts, "{unit:?}");
+            assert_eq!(unit.suits(Quantity::MetresPerSecond), speeds, "{unit:?}");
+        }
+    }
+
+    #[test]
     fn every_spelling_is_one_unit() {
         assert_eq!(Unit::of(" Km / h "), Some(Unit::KilometresPerHour));
         assert_eq!(Unit::of("[RPM]"), Some(Unit::RevolutionsPerMinute));
         assert_eq!(Unit::of("°/s"), Some(Unit::DegreesPerSecond));
         assert_eq!(Unit::of("mm/s"), Some(Unit::OtherSpeed));
-        for nothing in ["", "ticks", "Imp", "1", "-"] {
+        assert_eq!(Unit::of("Imp"), Some(Unit::Count));
+        assert_eq!(Unit::of("m/s^2"), Some(Unit::Other));
+        for nothing in ["", "1", "-", "%", "wheels"] {
             assert_eq!(Unit::of(nothing), None, "{nothing}");
         }
     }

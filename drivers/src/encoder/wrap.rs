@@ -1,6 +1,6 @@
 //! Signs that a counter wraps elsewhere than it should.
 
-use super::counter::{Count, Counts};
+use super::count::{Count, Counts};
 
 /// Watches where a counter jumps.
 ///

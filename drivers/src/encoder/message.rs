@@ -1,0 +1,22 @@
+//! A message of the wheels, as the decoder knows it.
+
+use crate::can::{Id, Received};
+
+use super::guard::Guard;
+
+/// A message that carries signals of ours.
+#[derive(Clone, Debug)]
+pub(super) struct Message {
+    pub(super) bus: u8,
+    pub(super) id: Id,
+    pub(super) guard: Guard,
+    /// Positions of its channels.
+    pub(super) channels: Vec<usize>,
+    pub(super) last_ns: Option<i64>,
+}
+
+impl Message {
+    pub(super) fn carries(&self, received: &Received) -> bool {
+        self.bus == received.bus && received.frame.id() == Some(self.id)
+    }
+}

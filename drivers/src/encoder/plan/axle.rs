@@ -1,0 +1,95 @@
+//! The two wheels of an axle.
+
+use crate::config_error::ConfigError;
+
+use super::super::channel::Measure;
+use super::super::config::{Quantity, WheelConfig, WheelsConfig};
+use super::super::counter::Counter;
+use super::super::kinematics::Kinematics;
+use super::super::words::Length;
+use super::period::Period;
+use super::planner::{Planner, Role};
+use super::reach::Reach;
+use super::scale::{self, positive};
+use super::source::{Found, Source};
+use super::{counts, meaning, reach, unlikely};
+
+/// Both wheels of an axle.
+pub(super) fn plan<'a>(
+    planner: &mut Planner<'a>,
+    wheels: &'a WheelsConfig,
+) -> Result<Kinematics, ConfigError> {
+    let track_m = positive("wheels.track_m", wheels.track_m)?;
+    plan_wheel(planner, "wheels.left", &wheels.left)?;
+    plan_wheel(planner, "wheels.right", &wheels.right)?;
+    reach::check(planner.config.max_speed_mps, &planner.counters)?;
+    planner.description.geometry = format!(
+        "two wheels of an axle, {} apart, that do not slip sideways",
+        Length(track_m)
+    );
+    Ok(Kinematics::Axle { track_m })
+}
+
+fn plan_wheel<'a>(
+    planner: &mut Planner<'a>,
+    setting: &'a str,
+    wheel: &'a WheelConfig,
+) -> Result<(), ConfigError> {
+    let scale = scale::of_wheel(setting, wheel)?;
+    let source = Source {
+        setting,
+        bus: wheel.bus,
+        message: &wheel.message,
+        signal: &wheel.signal,
+    };
+    let found = planner.find(&source)?;
+    found.agree(&source, "quantity", wheel.quantity)?;
+    let role = match wheel.quantity {
+        Quantity::CumulativeTicks => counter(planner, &source, wheel, &found, scale)?,
+        _ if wheel.modulus.is_some() => {
+            let problem = "is for cumulative_ticks only";
+            return Err(ConfigError::setting(format!("{setting}.modulus"), problem));
+        }
+        _ => Role {
+            meaning: meaning::of_speed(wheel, scale),
+            ..planner.rate(
+                &source,
+                &found,
+                scale,
+                planner.config.max_speed_mps,
+                wheel.period_s,
+            )
+        },
+    };
+    planner.add(&source, &found, role)
+}
+
+fn counter(
+    planner: &mut Planner,
+    source: &Source,
+    wheel: &WheelConfig,
+    found: &Found,
+    scale: f64,
+) -> Result<Role, ConfigError> {
+    let (setting, limit) = (source.setting, planner.config.max_speed_mps);
+    let counts = counts::counts(setting, wheel, &found.decoder)?;
+    let metres_per_count = scale * found.decoder.factor();
+    let period = Period::of(wheel.period_s, found.message);
+    planner.counters.push(Reach {
+        setting: setting.to_owned(),
+        counts,
+        metres_per_count,
+        period,
+    });
+    planner.description.warn(unlikely::of_counter(
+        setting,
+        metres_per_count,
+        limit,
+        period.s,
+    ));
+    Ok(Role {
+        measure: Measure::Counter(Counter::new(counts, metres_per_count, limit)),
+        meaning: meaning::of_counter(wheel, counts, metres_per_count),
+        period,
+    })
+}

@@ -1,0 +1,97 @@
+//! Whether a tick counter can tell what the robot does at its fastest.
+
+use crate::config_error::ConfigError;
+
+use super::super::count::Counts;
+use super::super::counter::Counter;
+use super::super::words::{Length, Time};
+use super::period::Period;
+
+/// A counter of a wheel.
+#[derive(Clone, Debug)]
+pub(super) struct Reach {
+    pub(super) setting: String,
+    pub(super) counts: Counts,
+    pub(super) metres_per_count: f64,
+    pub(super) period: Period,
+}
+
+impl Reach {
+    /// From this speed on forwards and backwards look alike \[m/s\].
+    fn limit_mps(&self) -> f64 {
+        Counter::limit_mps(self.counts, self.metres_per_count, self.period.s)
+    }
+
+    /// Below this speed no step of the counter is believed \[m/s\].
+    fn least_mps(&self) -> f64 {
+        Counter::least_mps(self.metres_per_count, self.period.s)
+    }
+}
+
+/// Refuses a highest speed that one of the counters cannot tell.
+pub(super) fn check(max_speed_mps: f64, counters: &[Reach]) -> Result<(), ConfigError> {
+    let narrowest = counters
+        .iter()
+        .min_by(|a, b| a.limit_mps().total_cmp(&b.limit_mps()));
+    if let Some(narrowest) = narrowest.filter(|it| max_speed_mps >= it.limit_mps()) {
+        return Err(too_fast(max_speed_mps, narrowest));
+    }
+    let mut coarse = counters.iter().filter(|it| max_speed_mps < it.least_mps());
+    coarse
+        .next()
+        .map_or(Ok(()), |coarse| Err(too_coarse(max_speed_mps, coarse)))
+}
+
+fn too_fast(max_speed_mps: f64, it: &Reach) -> ConfigError {
+    let problem = format!(
+        "is {max_speed_mps}; {} has {} counts of {}, too few to tell forwards from backwards between frames {} apart and up to \
+         50 ms late: the largest speed that works is {}",
+        it.setting,
+        it.counts.number(),
+        Length(it.metres_per_count.abs()),
+        Time(it.period.s),
+        floor(it.limit_mps()),
+    );
+    ConfigError::setting("max_speed_mps", problem)
+}
+
+fn too_coarse(max_speed_mps: f64, it: &Reach) -> ConfigError {
+    let problem = format!(
+        "is {max_speed_mps}; one count of {} is {}, farther than such a robot comes between frames {} apart and up to 50 ms late: \
+         no step of the counter would be believed",
+        it.setting,
+        Length(it.metres_per_count.abs()),
+        Time(it.period.s),
+    );
+    ConfigError::setting("max_speed_mps", problem)
+}
+
+/// The largest number of four digits below `limit`.
+fn floor(limit: f64) -> f64 {
+    let digit = 10_f64.powf(limit.log10().floor() - 3.0);
+    let floor = (limit / digit).ceil() - 1.0;
+    // Not `floor * digit`, which would show the rounding of a power of ten.
+    format!("{:.3e}", floor * digit).parse().unwrap_or(limit)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn the_speed_that_is_quoted_works_and_hardly_more_does(limit in 1e-9..1e9) {
+            let quoted = floor(limit);
+            prop_assert!(quoted < limit && quoted > limit * 0.998, "{quoted} of {limit}");
+            prop_assert!(quoted.to_string().trim_matches(['0', '.']).len() <= 12, "{quoted}");
+        }
+    }
+
+    #[test]
+    fn a_limit_that_is_a_number_of_four_digits_is_not_below_itself() {
+        assert!((floor(2.0) - 1.999).abs() < 1e-12);
+        assert!((floor(1.828_571) - 1.828).abs() < 1e-12);
+    }
+}

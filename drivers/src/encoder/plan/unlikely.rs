@@ -1,0 +1,215 @@
+//! What is possible and unlikely: a slip of the pen, a wrong unit, a place that was copied.
+
+use crate::can::{Id, raw_id};
+use crate::signal::SignalDecoder;
+
+use super::super::config::{OdometryConfig, Quantity, WheelConfig, WheelsConfig};
+use super::super::description::Expected;
+use super::super::words::{Length, Rounded};
+
+/// Robots that drive on wheels \[m\].
+const TRACKS_M: std::ops::RangeInclusive<f64> = 0.02..=4.0;
+const RADII_M: std::ops::RangeInclusive<f64> = 0.005..=1.2;
+
+/// Faster than that robots do not drive \[m/s, rad/s\].
+const FAST_MPS: f64 = 60.0;
+const FAST_RADPS: f64 = 50.0;
+
+/// Fewer steps a frame at the highest speed are no measurement.
+const FEWEST_STEPS: f64 = 3.0;
+
+/// More counts a second no encoder makes.
+const MOST_COUNTS_HZ: f64 = 1e9;
+
+/// Of the robot as a whole.
+pub(super) fn of_robot(config: &OdometryConfig) -> Vec<String> {
+    let speed = config.max_speed_mps;
+    let fast = (speed > FAST_MPS).then(|| {
+        format!(
+            "max_speed_mps: {speed} m/s are {} km/h: is that the unit?",
+            Rounded(3.6 * speed)
+        )
+    });
+    let turn = config.max_turn_rate_radps;
+    let spin = (config.body.is_some() && turn > FAST_RADPS).then(|| {
+        format!(
+            "max_turn_rate_radps: {turn} rad/s are {} turns a second: are these degrees?",
+            Rounded(turn / std::f64::consts::TAU)
+        )
+    });
+    let axle = config.wheels.as_ref().map(of_axle).unwrap_or_default();
+    fast.into_iter().chain(spin).chain(axle).collect()
+}
+
+fn of_axle(wheels: &WheelsConfig) -> Vec<String> {
+    let track = wheels.track_m;
+    let odd = (!TRACKS_M.contains(&track)).then(|| {
+        format!(
+            "wheels.track_m: the wheels are {} apart: is that the unit?",
+            Length(track)
+        )
+    });
+    let sides = [("left", &wheels.left), ("right", &wheels.right)];
+    let each = sides
+        .into_iter()
+        .flat_map(|(side, wheel)| of_wheel(&format!("wheels.{side}"), wheel));
+    odd.into_iter().chain(each).chain(of_pair(wheels)).collect()
+}
+
+fn of_wheel(setting: &str, wheel: &WheelConfig) -> Vec<String> {
+    let radius = wheel.wheel_radius_m.filter(|m| !RADII_M.contains(m));
+    let odd = radius.map(|radius_m| {
+        format!(
+            "{setting}.wheel_radius_m: is {}: is that the unit?",
+            Length(radius_m)
+        )
+    });
+    let idle = idle_settings(wheel)
+        .into_iter()
+        .map(|name| format!("{setting}.{name}: says nothing about this quantity, and is not used"));
+    odd.into_iter().chain(idle).collect()
+}
+
+/// What is written and not used.
+fn idle_settings(wheel: &WheelConfig) -> Vec<&'static str> {
+    let (ticks, radius) = match wheel.quantity {
+        Quantity::CumulativeTicks | Quantity::TicksPerPeriod => (true, true),
+        Quantity::RadiansPerSecond | Quantity::RevolutionsPerMinute => (false, true),
+        Quantity::MetresPerSecond | Quantity::KilometresPerHour => (false, false),
+    };
+    [
+        ("metres_per_tick", wheel.metres_per_tick, ticks),
+        ("ticks_per_revolution", wheel.ticks_per_revolution, ticks),
+        ("wheel_radius_m", wheel.wheel_radius_m, radius),
+    ]
+    .into_iter()
+    .filter(|(_, value, used)| value.is_some() && !used)
+    .map(|(name, ..)| name)
+    .collect()
+}
+
+/// Wheels of one axle are made alike.
+fn of_pair(wheels: &WheelsConfig) -> Vec<String> {
+    let (left, right) = (&wheels.left, &wheels.right);
+    let pairs = [
+        (
+            "metres_per_tick",
+            left.metres_per_tick,
+            right.metres_per_tick,
+        ),
+        ("wheel_radius_m", left.wheel_radius_m, right.wheel_radius_m),
+        (
+            "ticks_per_revolution",
+            left.ticks_per_revolution,
+            right.ticks_per_revolution,
+        ),
+    ];
+    let differ = |&(_, left, right): &(_, Option<f64>, Option<f64>)| {
+        left.zip(right)
+            .is_some_and(|(left, right)| !(0.9..=1.1).contains(&(left / right)))
+    };
+    pairs
+        .into_iter()
+        .filter(differ)
+        .map(|(name, left, right)| {
+            let [left, right] = [left, right].map(|value| Rounded(value.unwrap_or_default()));
+            format!("wheels.right.{name}: is {right}, and that of the left wheel {left}: are the wheels so different?")
+        })
+        .collect()
+}
+
+/// Of a tick counter, one count of which is so long, in frames that come so often.
+pub(super) fn of_counter(
+    setting: &str,
+    metres_per_count: f64,
+    max_speed_mps: f64,
+    period_s: f64,
+) -> Option<String> {
+    let counts_hz = max_speed_mps / metres_per_count.abs();
+    let length = Length(metres_per_count.abs());
+    if counts_hz * period_s < FEWEST_STEPS {
+        return Some(format!(
+            "{setting}: one count is {length}, which makes {} counts a frame at {max_speed_mps} m/s: is that the unit?",
+            Rounded(counts_hz * period_s)
+        ));
+    }
+    (counts_hz > MOST_COUNTS_HZ).then(|| {
+        format!(
+            "{setting}: one count is {length}, which makes {} counts a second at {max_speed_mps} m/s: is that the unit?",
+            Rounded(counts_hz)
+        )
+    })
+}
+
+/// Of a velocity, one unit of which is worth `scale`. A range that leaves out what the robot can do makes odometry stop
+/// just then.
+pub(super) fn of_rate(
+    setting: &str,
+    signal: &SignalDecoder,
+    scale: f64,
+    limit: f64,
+) -> Vec<String> {
+    let step = signal.is_integer().then(|| (signal.factor() * scale).abs());
+    let coarse = step.filter(|&step| step > limit / FEWEST_STEPS).map(|step| {
+        format!(
+            "{setting}: one step of the signal is {} m/s or rad/s, and the limit {limit}: is that the unit?",
+            Rounded(step)
+        )
+    });
+    let range = signal.range().map(|range| range.map(|end| end * scale));
+    let outside = range.map(|range| of_range(setting, range, limit));
+    coarse
+        .into_iter()
+        .chain(outside.unwrap_or_default())
+        .collect()
+}
+
+fn of_range(setting: &str, [a, b]: [f64; 2], limit: f64) -> Vec<String> {
+    let (lowest, highest) = (a.min(b), a.max(b));
+    let one_way = (lowest >= 0.0 || highest <= 0.0).then(|| {
+        format!(
+            "{setting}: its range in the DBC file leaves one direction out ({lowest:.3} to {highest:.3} m/s or rad/s): \
+             no odometry while the robot moves that way"
+        )
+    });
+    let end = highest.max(-lowest);
+    let short = (end < limit).then(|| {
+        format!("{setting}: its range in the DBC file ends at {end:.3}, below the limit of {limit}")
+    });
+    one_way.into_iter().chain(short).collect()
+}
+
+/// Of identifiers, one by one and against one another.
+pub(super) fn of_identifiers(expected: &[Expected], buses: usize) -> Vec<String> {
+    let each = expected.iter().filter_map(of_identifier);
+    let twice = expected.iter().enumerate().filter_map(|(index, it)| {
+        let before = expected.get(..index)?;
+        let other = before
+            .iter()
+            .find(|other| other.id == it.id && other.bus != it.bus)?;
+        Some(format!(
+            "message {}: its identifier is wanted from bus {} and from bus {}: are these two encoders, or one that is heard twice?",
+            it.message, other.bus, it.bus
+        ))
+    });
+    let idle = (0..buses)
+        .filter(|&bus| expected.iter().all(|it| usize::from(it.bus) != bus))
+        .map(|bus| format!("buses.{bus}: no signal is wanted from it"));
+    each.chain(twice).chain(idle).collect()
+}
+
+/// J1939 has the sender's address in the last byte, and many DBC files what stands for none.
+fn of_identifier(it: &Expected) -> Option<String> {
+    let (id, name) = (raw_id(it.id), &it.message);
+    let nobodys = matches!(it.id, Id::Extended(id) if id.as_raw() & 0xFF == 0xFE);
+    if nobodys {
+        return Some(format!(
+            "message {name}: its identifier ends in FE, in J1939 the address of nobody; frames are taken whose identifier is \
+             equal in every bit: put the sender's address in its place"
+        ));
+    }
+    let zero = matches!(it.id, Id::Standard(_)) && id == 0;
+    zero.then(|| {
+        format!("message {name}: its identifier is 0, on most buses a command to everybody: is it this one?")
+    })
+}
