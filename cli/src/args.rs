@@ -40,10 +40,13 @@ pub(crate) enum Command {
     /// The process in which `coloc latency` reads the estimates
     #[command(hide = true)]
     LatencyReader(ReaderArgs),
-    /// Read a robot's configuration, say what it means, open nothing
+    /// Read a robot's configuration, say what it means and what is unlikely about it, open nothing
     Check {
         /// The robot's configuration
         config: PathBuf,
+        /// End with status 1 if anything is unlikely
+        #[arg(long)]
+        strict: bool,
     },
     /// Be the daemon of one robot (see `coloc colocd --help`)
     #[command(name = "colocd", disable_help_flag = true)]

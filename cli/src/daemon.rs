@@ -40,8 +40,11 @@ pub(crate) fn run_with(args: Vec<OsString>) -> ExitCode {
 }
 
 /// `colocd check`.
-pub(crate) fn check(config: &Path) -> ExitCode {
-    coloc_daemon::main_from_args([OsStr::new(NAME), OsStr::new("check"), config.as_os_str()])
+pub(crate) fn check(config: &Path, strict: bool) -> ExitCode {
+    let mut args = vec![OsStr::new(NAME), OsStr::new("check")];
+    args.extend(strict.then_some(OsStr::new("--strict")));
+    args.extend([OsStr::new("--"), config.as_os_str()]);
+    coloc_daemon::main_from_args(args)
 }
 
 /// Has the kernel end this process when the command that started it is gone, even if that was killed.

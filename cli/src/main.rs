@@ -39,7 +39,7 @@ fn main() -> ExitCode {
         Ok(Command::Eval(args)) => eval::command(&args),
         Ok(Command::Latency(args)) => latency::command(&args),
         Ok(Command::LatencyReader(args)) => latency::reader(&args),
-        Ok(Command::Check { config }) => return daemon::check(&config),
+        Ok(Command::Check { config, strict }) => return daemon::check(&config, strict),
         Ok(Command::Colocd { args }) => return daemon::run_with(args),
         Err(answer) => answer,
     };

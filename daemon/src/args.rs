@@ -19,9 +19,12 @@ pub(crate) enum Command {
         /// The robot's configuration.
         config: PathBuf,
     },
-    /// Read a configuration, say what it means, open nothing.
+    /// Read a configuration, say what it means and what is unlikely about it, open nothing.
     Check {
         /// The robot's configuration.
         config: PathBuf,
+        /// End with status 1 if anything is unlikely.
+        #[arg(long)]
+        strict: bool,
     },
 }

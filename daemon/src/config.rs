@@ -2,13 +2,15 @@
 //!
 //! [`sections`] says what can be written and is allowed, `defaults` what is meant where nothing is written. From these two
 //! `shape` makes the description that `review` holds a file against and that `reference` shows to people. `check` is for
-//! what no single value tells, [`error`] is how a refusal reads, [`summary`] how `colocd check` shows what it understood.
+//! what no single value tells, `unlikely` for what is allowed and was hardly meant; [`error`] is how a refusal reads,
+//! [`understood`] how `colocd check` shows what it understood.
 //! Nothing behind this module sees an unchecked value.
 
 mod check;
 mod defaults;
 pub mod error;
 mod example;
+mod finding;
 mod hint;
 mod location;
 mod places;
@@ -16,7 +18,8 @@ pub mod reference;
 mod review;
 pub mod sections;
 mod shape;
-pub mod summary;
+pub mod understood;
+mod unlikely;
 
 use std::path::Path;
 
@@ -82,24 +85,42 @@ pub struct Config {
     pub telemetry: Telemetry,
 }
 
+/// A configuration that is allowed, and what is unlikely about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Examined {
+    /// What it says.
+    pub config: Config,
+    /// Sentences for the person who wrote it, each with file and line.
+    pub warnings: Vec<String>,
+}
+
 impl Config {
     /// Reads and checks the file at `path`.
     ///
     /// # Errors
     /// What is wrong, with file, line, value and what is allowed.
     pub fn load(path: &Path) -> Result<Self, ConfigError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|error| ConfigError::unreadable(path, &error))?;
-        Self::parse(&text, path)
+        Self::parse(&read(path)?, path)
     }
 
-    /// Reads and checks `text`; `path` is for the errors only.
+    /// Reads and checks `text`; `path` is for the errors, and where relative paths begin.
     ///
     /// # Errors
     /// As [`Config::load`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
         Self::parse_text(text, path.parent().unwrap_or(Path::new("")))
             .map_err(|faults| ConfigError::new(path, text, faults))
+    }
+
+    /// Reads and checks the file at `path`, and looks for what is unlikely.
+    ///
+    /// # Errors
+    /// As [`Config::load`].
+    pub fn examine(path: &Path) -> Result<Examined, ConfigError> {
+        let text = read(path)?;
+        let config = Self::parse(&text, path)?;
+        let warnings = error::warnings(path, &text, unlikely_faults(&config, &text));
+        Ok(Examined { config, warnings })
     }
 
     fn parse_text(text: &str, directory: &Path) -> Result<Self, Vec<Fault>> {
@@ -109,14 +130,27 @@ impl Config {
         let mut config: Self =
             toml::from_str(text).map_err(|error| vec![Fault::no_value(&error, document)])?;
         config.resolve(directory);
-        let refusals = check::check(&config);
+        let refused = check::check(&config);
         none_of(
-            refusals
+            refused
                 .iter()
-                .map(|refusal| Fault::refused(refusal, document)),
+                .map(|finding| Fault::found(finding, document)),
         )?;
         Ok(config)
     }
+}
+
+fn read(path: &Path) -> Result<String, ConfigError> {
+    std::fs::read_to_string(path).map_err(|error| ConfigError::unreadable(path, &error))
+}
+
+/// `text` is that of `config`, which was read before.
+fn unlikely_faults(config: &Config, text: &str) -> Vec<Fault> {
+    let Ok(document) = DeTable::parse(text) else {
+        return Vec::new();
+    };
+    let fault = |finding| Fault::found(&finding, document.get_ref());
+    unlikely::unlikely(config).into_iter().map(fault).collect()
 }
 
 fn none_of(faults: impl IntoIterator<Item = Fault>) -> Result<(), Vec<Fault>> {

@@ -18,6 +18,12 @@ pub enum EndError {
     /// The place of the shared memory was deleted or exchanged.
     #[error("{0}")]
     Lost(#[from] Lost),
+    /// `check --strict`, and something is unlikely.
+    #[error("with --strict nothing may be unlikely, and there are warnings: {warnings}")]
+    Unlikely {
+        /// How many.
+        warnings: usize,
+    },
     /// A result could not be written.
     #[error("standard output cannot be written: {0}")]
     Output(std::io::Error),
@@ -48,7 +54,7 @@ impl EndError {
             Self::Start(StartError::Space(
                 OpenError::AlreadyClaimed { .. } | OpenError::SameNumber { .. },
             )) => Status::AlreadyRun,
-            Self::Start(_) | Self::Output(_) => Status::Failed,
+            Self::Start(_) | Self::Output(_) | Self::Unlikely { .. } => Status::Failed,
             Self::RealTime(_) => Status::RealTimeEnded,
             Self::Lost(_) => Status::SpaceLost,
         }

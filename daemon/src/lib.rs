@@ -46,7 +46,7 @@ use clap::Parser;
 use coloc_shm_types::OpenError;
 
 use args::{Args, Command};
-use config::{Config, summary::Summary};
+use config::{Config, Examined, understood::Understood};
 use end::{EndError, Status};
 use start::StartError;
 
@@ -58,8 +58,8 @@ where
 {
     match Args::try_parse_from(args) {
         Ok(Args {
-            command: Command::Check { config },
-        }) => finish(check(&config)),
+            command: Command::Check { config, strict },
+        }) => finish(check(&config, strict)),
         Ok(Args {
             command: Command::Run { config },
         }) => finish(run(&config)),
@@ -67,19 +67,28 @@ where
     }
 }
 
-fn check(path: &Path) -> Result<(), EndError> {
-    let config = Config::load(path).map_err(StartError::from)?;
+fn check(path: &Path, strict: bool) -> Result<(), EndError> {
+    let Examined { config, warnings } = Config::examine(path).map_err(StartError::from)?;
     let place = config.shm_root().map_err(OpenError::from);
     place.map_err(StartError::from)?;
+    let unlikely = warnings
+        .iter()
+        .map(|it| format!("{:<13} {it}\n", "warning"));
+    let unlikely: String = unlikely.collect();
     let mut output = io::stdout();
-    writeln!(output, "{}", Summary(&config))
+    write!(output, "{}{unlikely}", Understood(&config))
         .and_then(|()| output.flush())
-        .map_err(EndError::Output)
+        .map_err(EndError::Output)?;
+    match warnings.len() {
+        0 => Ok(()),
+        _ if !strict => Ok(()),
+        warnings => Err(EndError::Unlikely { warnings }),
+    }
 }
 
 fn run(path: &Path) -> Result<(), EndError> {
-    let config = Config::load(path).map_err(StartError::from)?;
-    run::run(&config)
+    let Examined { config, warnings } = Config::examine(path).map_err(StartError::from)?;
+    run::run(&config, &warnings)
 }
 
 /// Help that was asked for, or what was wrong with the arguments.

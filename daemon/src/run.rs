@@ -40,14 +40,17 @@ const TICKS_END: Duration = Duration::from_millis(550);
 const TELEMETRY_ENDS: Duration = Duration::from_millis(800);
 const LOG_ENDS: Duration = Duration::from_millis(100);
 
-/// Localizes until a signal asks it to end.
+/// Localizes until a signal asks it to end. `warnings` are what is unlikely about the configuration: the log says it.
 ///
 /// # Errors
 /// Why it did not start, or what ended it otherwise.
-pub fn run(config: &Config) -> Result<(), EndError> {
+pub fn run(config: &Config, warnings: &[String]) -> Result<(), EndError> {
     // Before any thread, so that no signal finds its default action; and before anything that may stall.
     let mut calls = Calls::listen(config).map_err(system("signals cannot be handled"))?;
     let log = Log::open(&config.telemetry).map_err(system("no thread"))?;
+    for warning in warnings {
+        warn!("{warning}");
+    }
     let result = live(config, &log, &mut calls);
     if let Err(problem) = &result
         && log.is_file()

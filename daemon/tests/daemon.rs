@@ -4,7 +4,7 @@ mod support;
 
 use coloc_estimator::{Covariance2, Covariance3};
 use coloc_shm_types::{Health, Input, Position, Reject, Status};
-use support::{Daemon, Site};
+use support::Site;
 
 const STRAIGHT_MPS: f64 = 0.5;
 const PRECISE: &str = "[initial]\nsigma = [0.1, 0.1, 0.001]\n";
@@ -211,16 +211,4 @@ fn a_refused_request_ends_it_only_where_it_is_required() {
     let mut daemon = site.start();
     site.listen().until("a first estimate", |_| true);
     daemon.terminate();
-}
-
-#[test]
-fn check_says_what_it_understood_and_opens_nothing() {
-    let site = Site::new("robot1", "[[team]]\nname = \"robot2\"\nid = 2\n");
-    let output = Daemon::command(&["check", site.config_path().to_str().unwrap()])
-        .output()
-        .unwrap();
-    assert!(output.status.success());
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.contains("robot1 (number 1), 2 in the team"), "{said}");
-    assert!(!site.root().exists());
 }

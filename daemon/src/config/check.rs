@@ -6,34 +6,11 @@ mod noise;
 mod odometry;
 mod team;
 
+use super::finding::Finding;
 use super::{Config, Scheduler, WaitMode};
 
-/// Values that are allowed each, but not so.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Refusal {
-    /// Dotted key; members of an array by their number: `team.1.id`.
-    pub(super) key: String,
-    /// Others that are to blame where `key` was left to its default.
-    pub(super) or: &'static [&'static str],
-    /// A word to look for below `key`, where that is as much as is known.
-    pub(super) word: Option<String>,
-    /// The value and what is allowed.
-    pub(super) problem: String,
-}
-
-impl Refusal {
-    fn new(key: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self {
-            key: key.into(),
-            or: &[],
-            word: None,
-            problem: problem.into(),
-        }
-    }
-}
-
 /// Everything that is not allowed.
-pub(super) fn check(config: &Config) -> Vec<Refusal> {
+pub(super) fn check(config: &Config) -> Vec<Finding> {
     let one = [
         root(config),
         prefix(config),
@@ -48,28 +25,28 @@ pub(super) fn check(config: &Config) -> Vec<Refusal> {
         .collect()
 }
 
-fn root(config: &Config) -> Option<Refusal> {
+fn root(config: &Config) -> Option<Finding> {
     let root = &config.shm.root;
     let problem = format!(
         " = \"{}\": must be an absolute path, as \"/run/coloc\" is",
         root.display()
     );
     let is_default = root.as_os_str().is_empty();
-    (!is_default && !root.is_absolute()).then(|| Refusal::new("shm.root", problem))
+    (!is_default && !root.is_absolute()).then(|| Finding::new("shm.root", problem))
 }
 
-fn prefix(config: &Config) -> Option<Refusal> {
+fn prefix(config: &Config) -> Option<Finding> {
     let prefix = &config.shm.prefix;
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let problem = format!(" = {prefix:?}: must have letters, digits and `_` only");
-    (!prefix.chars().all(plain)).then(|| Refusal::new("shm.prefix", problem))
+    (!prefix.chars().all(plain)).then(|| Finding::new("shm.prefix", problem))
 }
 
 /// The kernel takes a real-time thread that never sleeps off its processor for 50 ms of every second.
-fn polling(config: &Config) -> Option<Refusal> {
+fn polling(config: &Config) -> Option<Finding> {
     let refused =
         config.tick.wait == WaitMode::Poll && config.realtime.scheduler != Scheduler::Other;
     let problem = " = \"poll\": needs realtime.scheduler = \"other\": the kernel stops a real-time thread that never \
                    sleeps for 50 ms of every second";
-    refused.then(|| Refusal::new("tick.wait", problem))
+    refused.then(|| Finding::new("tick.wait", problem))
 }

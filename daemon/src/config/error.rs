@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use toml::de::DeTable;
 
-use super::check::Refusal;
+use super::finding::Finding;
 use super::location;
 
 /// Why a configuration was refused: everything that was found, a line each, with file, line, value and what is allowed.
@@ -17,12 +17,12 @@ pub struct ConfigError {
     pub problems: Vec<Problem>,
 }
 
-/// One thing that is wrong.
+/// One thing that is wrong, or unlikely.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// Counted from 1; none where it is not a matter of one line.
     pub line: Option<usize>,
-    /// What is wrong, and what is allowed.
+    /// What it is, and what is allowed or was meant in all likelihood.
     pub message: String,
 }
 
@@ -38,17 +38,38 @@ impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, problem) in self.problems.iter().enumerate() {
             let end = if index == 0 { "" } else { "\n" };
-            write!(f, "{end}{}:", self.file.display())?;
-            if let Some(line) = problem.line {
-                write!(f, "{line}:")?;
-            }
-            write!(f, " {}", problem.message)?;
+            write!(f, "{end}{}", problem.in_file(&self.file))?;
         }
         Ok(())
     }
 }
 
 impl std::error::Error for ConfigError {}
+
+impl Problem {
+    fn new(text: &str, fault: Fault) -> Self {
+        Self {
+            line: fault.at.map(|byte| line_of(text, byte)),
+            message: fault.message,
+        }
+    }
+
+    fn in_file(&self, file: &Path) -> String {
+        let line = self.line.map(|line| format!("{line}:"));
+        format!(
+            "{}:{} {}",
+            file.display(),
+            line.unwrap_or_default(),
+            self.message
+        )
+    }
+}
+
+/// What is allowed and unlikely, a line each, with file, line and what was meant in all likelihood.
+pub(super) fn warnings(path: &Path, text: &str, faults: Vec<Fault>) -> Vec<String> {
+    let problem = |fault| Problem::new(text, fault).in_file(path);
+    faults.into_iter().map(problem).collect()
+}
 
 impl ConfigError {
     pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Self {
@@ -57,10 +78,7 @@ impl ConfigError {
     }
 
     pub(super) fn new(path: &Path, text: &str, faults: Vec<Fault>) -> Self {
-        let problem = |fault: Fault| Problem {
-            line: fault.at.map(|byte| line_of(text, byte)),
-            message: fault.message,
-        };
+        let problem = |fault| Problem::new(text, fault);
         Self {
             file: path.into(),
             problems: faults.into_iter().map(problem).collect(),
@@ -97,10 +115,10 @@ impl Fault {
         }
     }
 
-    pub(super) fn refused(refusal: &Refusal, document: &DeTable<'_>) -> Self {
+    pub(super) fn found(finding: &Finding, document: &DeTable<'_>) -> Self {
         Self {
-            at: location::of_refusal(refusal, document),
-            message: format!("{}{}", refusal.key, refusal.problem),
+            at: location::of_finding(finding, document),
+            message: format!("{}{}", finding.key, finding.problem),
         }
     }
 }

@@ -3,17 +3,17 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::check::Refusal;
+use super::finding::Finding;
 
 /// The byte at which a person should look.
-pub(super) fn of_refusal(refusal: &Refusal, document: &DeTable<'_>) -> Option<usize> {
-    if let Some(word) = &refusal.word {
-        let found = of_word(word, document.get(refusal.key.as_str())?);
-        return found.or_else(|| nearest(&refusal.key, document));
+pub(super) fn of_finding(finding: &Finding, document: &DeTable<'_>) -> Option<usize> {
+    if let Some(word) = &finding.word {
+        let found = of_word(word, document.get(finding.key.as_str())?);
+        return found.or_else(|| nearest(&finding.key, document));
     }
-    written(&refusal.key, document)
-        .or_else(|| refusal.or.iter().find_map(|key| written(key, document)))
-        .or_else(|| nearest(&refusal.key, document))
+    written(&finding.key, document)
+        .or_else(|| finding.or.iter().find_map(|key| written(key, document)))
+        .or_else(|| nearest(&finding.key, document))
 }
 
 /// Where exactly this key stands.

@@ -58,6 +58,19 @@ impl Config {
         Space::open(&self.shm_root()?.path, &self.shm.prefix, name)
     }
 
+    /// Where that will be, in words.
+    pub(super) fn state_place(&self) -> String {
+        let configured = &self.telemetry.state_file;
+        if !configured.as_os_str().is_empty() {
+            return configured.display().to_string();
+        }
+        let name = format!("{}.belief.toml", self.robot.name);
+        match places::state_directory() {
+            Ok(directory) => directory.join(name).display().to_string(),
+            Err(problem) => problem.to_string(),
+        }
+    }
+
     /// Where the last belief is saved: as configured, or below the default place, which is made if it is not there.
     ///
     /// # Errors

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use super::{Config, Refusal};
+use super::super::Config;
+use super::super::finding::Finding;
 
 /// Files with two writers, and a bus that is heard twice.
-pub(super) fn refusals(config: &Config) -> impl Iterator<Item = Refusal> {
+pub(super) fn refusals(config: &Config) -> impl Iterator<Item = Finding> {
     let files = &config.telemetry;
     let written = [
         ("telemetry.log_file", files.log_file.as_path()),
@@ -17,21 +18,21 @@ pub(super) fn refusals(config: &Config) -> impl Iterator<Item = Refusal> {
         .chain(same_bus(config))
 }
 
-fn same_file(written: [(&str, &Path); 3], index: usize) -> Option<Refusal> {
+fn same_file(written: [(&str, &Path); 3], index: usize) -> Option<Finding> {
     let (key, path) = *written.get(index)?;
     let same = |(_, other): &&(&str, &Path)| !path.as_os_str().is_empty() && *other == path;
     let (other, _) = written.iter().take(index).find(same)?;
     let problem = format!(" = \"{}\": is the file of {other} too", path.display());
-    Some(Refusal::new(key, problem))
+    Some(Finding::new(key, problem))
 }
 
 /// Every frame would count twice.
-fn same_bus(config: &Config) -> Option<Refusal> {
+fn same_bus(config: &Config) -> Option<Finding> {
     let buses = &config.odometry.as_ref()?.buses;
     let twice = (1..buses.len()).find(|&index| buses[..index].contains(&buses[index]))?;
     let problem = format!(
         " = \"{}\": is listed twice; frames of one bus are heard once",
         buses.get(twice)?
     );
-    Some(Refusal::new(format!("odometry.buses.{twice}"), problem))
+    Some(Finding::new(format!("odometry.buses.{twice}"), problem))
 }

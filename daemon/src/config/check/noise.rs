@@ -1,7 +1,7 @@
 //! Noise that is none.
 
-use super::super::{Motion, Variance};
-use super::{Config, Refusal};
+use super::super::finding::Finding;
+use super::super::{Config, Motion, Variance};
 
 /// Variances below this are lost in rounding \[m²/s², rad²/s²\]: they would be written as noise and act as none.
 const LEAST_VARIANCE: f64 = 1e-18;
@@ -10,7 +10,7 @@ const LEAST_VARIANCE: f64 = 1e-18;
 const LEAST_SIGMA: f64 = 1e-9;
 
 /// Numbers above zero that nothing can be computed with.
-pub(super) fn refusals(config: &Config) -> impl Iterator<Item = Refusal> {
+pub(super) fn refusals(config: &Config) -> impl Iterator<Item = Finding> {
     let variances = variances(&config.motion)
         .into_iter()
         .filter_map(|(key, variance)| too_small(key, variance, LEAST_VARIANCE));
@@ -20,10 +20,10 @@ pub(super) fn refusals(config: &Config) -> impl Iterator<Item = Refusal> {
     variances.chain(sigmas)
 }
 
-fn too_small(key: String, value: f64, least: f64) -> Option<Refusal> {
+fn too_small(key: String, value: f64, least: f64) -> Option<Finding> {
     let problem =
         format!(" = {value:e}: must be 0, or {least:e} or more: less is lost in rounding");
-    (value > 0.0 && value < least).then(|| Refusal::new(key, problem))
+    (value > 0.0 && value < least).then(|| Finding::new(key, problem))
 }
 
 fn variances(motion: &Motion) -> Vec<(String, f64)> {

@@ -2,14 +2,15 @@
 
 use coloc_drivers::encoder::{ConfigError, OdometryDecoder};
 
-use super::{Config, Refusal};
+use super::super::Config;
+use super::super::finding::Finding;
 
 /// Whether the signals are in the DBC file and make sense together is the decoder's to say.
-pub(super) fn refusal(config: &Config) -> Option<Refusal> {
+pub(super) fn refusal(config: &Config) -> Option<Finding> {
     let error = OdometryDecoder::new(config.odometry.as_ref()?).err()?;
     let word = match &error {
         ConfigError::Setting { setting, problem } => {
-            return Some(Refusal::new(
+            return Some(Finding::new(
                 format!("odometry.{setting}"),
                 format!(": {problem}"),
             ));
@@ -21,11 +22,11 @@ pub(super) fn refusal(config: &Config) -> Option<Refusal> {
         ConfigError::ReadDbc { .. }
         | ConfigError::ParseDbc { .. }
         | ConfigError::Ambiguous { .. } => {
-            return Some(Refusal::new("odometry.dbc", format!(": {error}")));
+            return Some(Finding::new("odometry.dbc", format!(": {error}")));
         }
     };
-    Some(Refusal {
+    Some(Finding {
         word: Some(word.clone()),
-        ..Refusal::new("odometry", format!(": {error}"))
+        ..Finding::new("odometry", format!(": {error}"))
     })
 }

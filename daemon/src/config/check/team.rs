@@ -2,10 +2,11 @@
 
 use coloc_shm_types::Channel;
 
-use super::{Config, Refusal};
+use super::super::Config;
+use super::super::finding::Finding;
 
 /// Members that contradict the robot or one another, or find no room.
-pub(super) fn refusals(config: &Config) -> impl Iterator<Item = Refusal> {
+pub(super) fn refusals(config: &Config) -> impl Iterator<Item = Finding> {
     let member = |index| member(config, index);
     (0..config.team.len())
         .filter_map(member)
@@ -13,12 +14,12 @@ pub(super) fn refusals(config: &Config) -> impl Iterator<Item = Refusal> {
 }
 
 /// All robots speak on one channel of each: half of its places are for those that have died and were not removed yet.
-fn room(config: &Config) -> Option<Refusal> {
+fn room(config: &Config) -> Option<Finding> {
     let (peers, most) = (config.peers().count(), most_peers());
     let problem = format!(
         ": has {peers} other robots, and there is room for {most}: list those only that this robot can see or hear"
     );
-    (peers > most).then(|| Refusal::new("team", problem))
+    (peers > most).then(|| Finding::new("team", problem))
 }
 
 /// So many robots can speak to one.
@@ -26,11 +27,11 @@ fn most_peers() -> usize {
     Channel::Neighbour.quality().publishers / 2
 }
 
-fn member(config: &Config, index: usize) -> Option<Refusal> {
+fn member(config: &Config, index: usize) -> Option<Finding> {
     let (member, robot, earlier) = (&config.team[index], &config.robot, &config.team[..index]);
     let id = |problem: String| {
         let problem = format!(" = {}: {problem}", member.id);
-        Some(Refusal::new(format!("team.{index}.id"), problem))
+        Some(Finding::new(format!("team.{index}.id"), problem))
     };
     match (member.id == robot.id, member.name == robot.name) {
         (true, false) => return id(format!("is the number of this robot, `{}`", robot.name)),
@@ -46,6 +47,6 @@ fn member(config: &Config, index: usize) -> Option<Refusal> {
     let twice = earlier.iter().any(|other| other.name == member.name);
     twice.then(|| {
         let problem = format!(" = \"{}\": is listed twice; names must differ", member.name);
-        Refusal::new(format!("team.{index}.name"), problem)
+        Finding::new(format!("team.{index}.name"), problem)
     })
 }

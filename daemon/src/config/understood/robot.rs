@@ -1,0 +1,56 @@
+//! Who the robot is, its clock and its tick.
+
+use coloc_drivers::encoder::{Rounded, Time};
+
+use super::super::{Config, Member};
+use super::page::{Page, chosen};
+
+pub(super) fn write(config: &Config, page: &mut Page) {
+    let robot = &config.robot;
+    page.line("robot", format!("{}, number {}", robot.name, robot.id));
+    let name = |peer: &Member| format!("{} (number {})", peer.name, peer.id);
+    let peers: Vec<_> = config.peers().map(name).collect();
+    if peers.is_empty() {
+        page.line("team", "nobody else: it hears and sees no other robot");
+    } else {
+        let all = peers.len() + 1;
+        page.line(
+            "team",
+            format!("{all} robots, this one and {}", peers.join(", ")),
+        );
+    }
+    page.line("clock", chosen("clock.source", config.clock.source));
+    tick(config, page);
+    start(config, page);
+}
+
+fn tick(config: &Config, page: &mut Page) {
+    let tick = &config.tick;
+    let period = Time(1.0 / tick.rate_hz);
+    page.line("tick", format!("{} Hz, every {period}", tick.rate_hz));
+    page.line(
+        "",
+        format!("started by {}", chosen("tick.trigger", tick.trigger)),
+    );
+    page.line("", format!("waits by {}", chosen("tick.wait", tick.wait)));
+}
+
+fn start(config: &Config, page: &mut Page) {
+    let initial = &config.initial;
+    let ([x, y, heading], [sx, sy, sh]) = (initial.pose, initial.sigma);
+    page.line(
+        "start",
+        format!(
+            "x {x} m ± {sx} m, y {y} m ± {sy} m, heading {heading} rad ± {sh} rad, which are {}° ± {}°",
+            Rounded(heading.to_degrees()),
+            Rounded(sh.to_degrees())
+        ),
+    );
+    if initial.resume {
+        let age = Time(initial.resume_max_age_s);
+        page.line(
+            "",
+            format!("or the saved belief, if it is not older than {age}"),
+        );
+    }
+}

@@ -1,0 +1,145 @@
+//! Buses, signals and the noise of what they say.
+
+use coloc_drivers::encoder::{
+    Description, Expected, OdometryConfig, Rounded, SignalDescription, Time, describe,
+};
+
+use super::super::{Config, Variance};
+use super::page::Page;
+
+pub(super) fn write(config: &Config, page: &mut Page) {
+    let Some(odometry) = &config.odometry else {
+        page.line(
+            "wheels",
+            "none: no [odometry]; fixes and neighbours alone tell where the robot is",
+        );
+        return outage(config, page);
+    };
+    // What cannot be described was refused with the configuration.
+    if let Ok(description) = describe(odometry) {
+        buses(odometry, &description, page);
+        for signal in &description.signals {
+            write_signal(signal, page);
+        }
+        page.line("geometry", &description.geometry);
+    }
+    limits(odometry, page);
+    noise(config, odometry, page);
+    hold(config, page);
+    outage(config, page);
+}
+
+fn buses(odometry: &OdometryConfig, description: &Description, page: &mut Page) {
+    for (number, spec) in odometry.buses.iter().enumerate() {
+        let own = |it: &&Expected| usize::from(it.bus) == number;
+        let expected = description.expected.iter().filter(own);
+        let expected: Vec<_> = expected.map(ToString::to_string).collect();
+        let expected = if expected.is_empty() {
+            "nothing".into()
+        } else {
+            expected.join(", ")
+        };
+        page.line(
+            &format!("bus {number}"),
+            format!("{spec}, from which is wanted {expected}"),
+        );
+    }
+    let dbc = odometry.dbc.as_ref();
+    let dbc = dbc.map_or("none: the messages are coloc's own".into(), |path| {
+        path.display().to_string()
+    });
+    page.line("dbc", dbc);
+}
+
+fn write_signal(signal: &SignalDescription, page: &mut Page) {
+    let lines = [
+        &signal.place,
+        &signal.meaning,
+        &signal.rhythm,
+        &signal.proof,
+    ];
+    page.lines(&signal.setting, lines.map(Clone::clone));
+}
+
+fn limits(odometry: &OdometryConfig, page: &mut Page) {
+    let turn = odometry.body.as_ref().map(|_| {
+        let limit = odometry.max_turn_rate_radps;
+        format!(" and {limit} rad/s ({}°/s)", Rounded(limit.to_degrees()))
+    });
+    page.line(
+        "limits",
+        format!(
+            "{} m/s{}: what is faster is garbage",
+            odometry.max_speed_mps,
+            turn.unwrap_or_default()
+        ),
+    );
+}
+
+/// As σ, at rest and at the highest speed.
+fn noise(config: &Config, odometry: &OdometryConfig, page: &mut Page) {
+    let (motion, speed) = (&config.motion, odometry.max_speed_mps);
+    let is_holonomic = (odometry.body.as_ref()).is_some_and(|body| body.sideways.is_some());
+    let directions = [
+        ("forward", motion.forward, "m/s"),
+        ("sideways", motion.sideways, "m/s"),
+        ("turning", motion.turning, "rad/s"),
+    ];
+    let used = |(name, ..): &(&str, Variance, &str)| is_holonomic || *name != "sideways";
+    let sigma = |(name, variance, unit)| format!("{name} {}", sigmas(variance, speed, unit));
+    page.lines("noise", directions.into_iter().filter(used).map(sigma));
+    page.line(
+        "",
+        format!(
+            "each in a sample of {}; other intervals are scaled as white noise",
+            Time(motion.reference_period_s)
+        ),
+    );
+}
+
+fn sigmas(variance: Variance, speed: f64, unit: &str) -> String {
+    let Variance { a, b, c } = variance;
+    let turning = if c > 0.0 {
+        format!(", σ² growing by {c} for each (rad/s)²")
+    } else {
+        String::new()
+    };
+    format!(
+        "σ = {} {unit} at 0 m/s, {} {unit} at {speed} m/s{turning}",
+        Rounded(a.sqrt()),
+        Rounded((a + b * speed * speed).sqrt())
+    )
+}
+
+fn hold(config: &Config, page: &mut Page) {
+    let motion = &config.motion;
+    page.line(
+        "no samples",
+        format!(
+            "the last velocity is held for {}, its variance growing by {} of itself every {}",
+            Time(motion.hold_s),
+            motion.hold_growth,
+            Time(motion.reference_period_s)
+        ),
+    );
+}
+
+fn outage(config: &Config, page: &mut Page) {
+    let motion = &config.motion;
+    let [forward, sideways, turning] = motion
+        .outage_variance
+        .map(|variance| Rounded(variance.sqrt()));
+    let subject = if config.odometry.is_some() {
+        ""
+    } else {
+        "no samples"
+    };
+    page.line(
+        subject,
+        format!(
+            "then it is taken to stand, with σ = {forward} m/s forward, {sideways} m/s sideways, {turning} rad/s turning, \
+             each every {}",
+            Time(motion.reference_period_s)
+        ),
+    );
+}

@@ -1,0 +1,62 @@
+//! Noise of the wheels that is none, or says that they say nothing.
+
+use coloc_drivers::encoder::Rounded;
+
+use super::super::finding::Finding;
+use super::super::{Config, Variance};
+use super::list;
+
+/// Odometry with σ so many times the highest speed says nothing.
+const USELESS: f64 = 10.0;
+
+pub(super) fn findings(config: &Config) -> Vec<Finding> {
+    let mut found = Vec::new();
+    if let Some(odometry) = &config.odometry {
+        found.extend(perfect(config));
+        let sideways = odometry.body.as_ref().and_then(|it| it.sideways.as_ref());
+        found.extend(
+            sideways.and_then(|_| is_perfect("sideways", config.motion.sideways, "sideways")),
+        );
+        found.extend(useless(config, odometry.max_speed_mps));
+    }
+    found.extend(outage(config));
+    found
+}
+
+fn perfect(config: &Config) -> impl Iterator<Item = Finding> {
+    let motion = &config.motion;
+    [
+        is_perfect("forward", motion.forward, "along its way"),
+        is_perfect("turning", motion.turning, "in its heading"),
+    ]
+    .into_iter()
+    .flatten()
+}
+
+fn is_perfect(key: &str, variance: Variance, what: &str) -> Option<Finding> {
+    let problem = format!(
+        ": has no noise at all: the robot never becomes less certain {what}, however far it drives"
+    );
+    (variance == Variance::default()).then(|| Finding::new(format!("motion.{key}"), problem))
+}
+
+fn useless(config: &Config, max_speed_mps: f64) -> Option<Finding> {
+    let Variance { a, b, .. } = config.motion.forward;
+    let sigma = (a + b * max_speed_mps * max_speed_mps).sqrt();
+    let problem = format!(
+        ": makes σ = {} m/s of a speed of {max_speed_mps} m/s: are these variances, per reference_period_s?",
+        Rounded(sigma)
+    );
+    (sigma > USELESS * max_speed_mps).then(|| Finding::new("motion.forward", problem))
+}
+
+fn outage(config: &Config) -> Option<Finding> {
+    let variances = &config.motion.outage_variance;
+    let problem = format!(
+        " = {}: zero says that a robot without odometry stands still exactly, however long",
+        list(variances)
+    );
+    variances
+        .contains(&0.0)
+        .then(|| Finding::new("motion.outage_variance", problem))
+}
