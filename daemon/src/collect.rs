@@ -1,5 +1,6 @@
 //! Step 2 of the tick: everything that has arrived, checked, converted and stamped with the configured clock.
 
+pub(crate) mod backlog;
 pub mod list;
 pub mod messages;
 pub mod wheels;

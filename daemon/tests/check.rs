@@ -112,6 +112,7 @@ fn it_says_everything_that_it_understood() {
             "bus 0",
             "socketcan:can0, from which is wanted 0x100 (WheelLeft), 0x101 (WheelRight)",
         ),
+        ("bus 0", "the kernel is asked to keep their frames of 60 s"),
         ("dbc", "none: the messages are coloc's own"),
         (
             "wheels.right",

@@ -132,6 +132,22 @@ fn wait_for_line(path: &Path, line: &str) {
 }
 
 #[test]
+fn frames_that_the_kernel_will_not_keep_are_said_once_with_the_remedy() {
+    let queue = std::fs::read_to_string("/proc/sys/net/unix/max_dgram_qlen").unwrap();
+    if queue.trim().parse::<u32>().unwrap() >= 6000 {
+        println!("SKIPPED: a queue that is too short: here it is long enough");
+        return;
+    }
+    let (site, log) = with_log_file("");
+    let mut daemon = site.start();
+    wait_for_line(&log, "running");
+    daemon.terminate();
+    let text = std::fs::read_to_string(&log).unwrap();
+    let remedies = text.matches("sysctl -w net.unix.max_dgram_qlen=6000");
+    assert_eq!(remedies.count(), 1, "{text}");
+}
+
+#[test]
 fn a_log_that_was_rotated_away_is_opened_again_on_sighup() {
     let (site, log) = with_log_file("");
     let mut daemon = site.start();

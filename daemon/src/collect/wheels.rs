@@ -8,6 +8,7 @@ use coloc_estimator::{Measurement, Motion, OdometryNoise, OdometrySample, Span, 
 use coloc_shm_types::{BusState, CanCounters, Input};
 use tracing::warn;
 
+use super::backlog;
 use super::list::List;
 use crate::account::Account;
 use crate::clock::Moment;
@@ -61,7 +62,8 @@ impl Wheels {
                 .flat_map(|decoder| decoder.wanted_ids(number));
             Bus::open(spec, number, Filter::ids(ids))
         });
-        let buses = buses.collect::<Result<Vec<_>, _>>()?;
+        let mut buses = buses.collect::<Result<Vec<_>, _>>()?;
+        backlog::reserve(&mut buses, specs, decoder.as_ref());
         for (bus, spec) in buses.iter().zip(specs) {
             if let Some(report) = bus.log().filter(|report| !report.is_clean()) {
                 warn!("{spec}: {report}");

@@ -10,6 +10,7 @@ use super::log_report::LogReport;
 use super::open_error::OpenError;
 use super::playback::Playback;
 use super::received::{Drained, Received};
+use super::room::Shortage;
 use super::socket_bus::SocketBus;
 use super::socketcan::Interface;
 use super::spec::BusSpec;
@@ -67,6 +68,16 @@ impl Bus {
             health,
             source,
         })
+    }
+
+    /// Has the kernel keep so many frames while nobody takes them, also after the bus was lost and found again. What cannot
+    /// be had is returned. A log keeps its frames by itself.
+    pub fn keep(&mut self, frames: usize) -> Option<Shortage> {
+        match &mut self.source {
+            Source::Interface(bus) => bus.keep(frames),
+            Source::Local(bus) => bus.keep(frames),
+            Source::Log(_) => None,
+        }
     }
 
     /// Hands everything that has arrived to `sink`, in the order of arrival, error frames included; never blocks.

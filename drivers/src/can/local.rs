@@ -4,9 +4,9 @@
 //! (see [`super::Frame`]) to every socket there. The kernel stamps the datagrams on arrival as it stamps CAN frames,
 //! and filters them by identifier before they wake anybody (classic BPF, since Unix sockets know no CAN filters).
 //!
-//! The kernel queues `net.unix.max_dgram_qlen` + 1 datagrams a socket (11 where the limit is the usual 10) and makes
-//! the sender lose what comes on top, whatever the buffer sizes say. Because of the filter only wanted frames count:
-//! two a tick leave a daemon five ticks of slack. Cumulative encoder counters lose nothing even beyond.
+//! The kernel queues `net.unix.max_dgram_qlen` + 1 datagrams a socket (11 where the limit is the kernel's own, 513 under
+//! systemd) and makes the sender lose what comes on top, whatever the buffer sizes say. Because of the filter only wanted
+//! frames count: two a tick leave a daemon five ticks of slack. Cumulative encoder counters lose nothing even beyond.
 
 use std::ffi::{CStr, CString};
 use std::io::{self, Write};
@@ -22,6 +22,7 @@ use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, bind, 
 
 use super::filter::Filter;
 use super::health::BusState;
+use super::room::Limit;
 use super::socket_bus::Endpoint;
 use super::socketcan::ON;
 use super::sys;
@@ -102,6 +103,28 @@ impl Endpoint for Participant {
             _ => BusState::Gone,
         }
     }
+
+    /// The kernel's limit when the socket was made is all that counts; what is kept takes memory of the sender.
+    fn keep(&self, _: BorrowedFd<'_>, _: usize) -> Result<usize, Errno> {
+        queue_length()
+    }
+
+    const LIMIT: Limit = Limit::Datagrams;
+}
+
+/// So many datagrams wait for a Unix socket that is made now. No allocation.
+fn queue_length() -> Result<usize, Errno> {
+    let flags = OFlags::RDONLY | OFlags::CLOEXEC;
+    let file = rustix::fs::open(c"/proc/sys/net/unix/max_dgram_qlen", flags, Mode::empty())?;
+    let mut text = [0; 24];
+    let length = rustix::io::read(&file, &mut text)?;
+    let text = text
+        .get(..length)
+        .and_then(|text| str::from_utf8(text).ok());
+    let limit: usize = text
+        .and_then(|text| text.trim().parse().ok())
+        .ok_or(Errno::INVAL)?;
+    Ok(limit.saturating_add(1))
 }
 
 impl Drop for Participant {

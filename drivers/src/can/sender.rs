@@ -2,15 +2,14 @@
 
 use std::io::ErrorKind;
 use std::os::fd::OwnedFd;
-use std::path::PathBuf;
-use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
-use rustix::net::{SendFlags, SocketAddrUnix, send, sendto};
+use rustix::net::{SendFlags, send};
 
 use super::frame::Frame;
-use super::local::{datagram_socket, listeners};
+use super::local::listeners;
 use super::open_error::OpenError;
+use super::peers::Peers;
 use super::socketcan::sending_socket;
 use super::spec::BusSpec;
 
@@ -55,13 +54,7 @@ impl Sender {
                     }
                     _ => {}
                 }
-                let socket = datagram_socket().map_err(|error| OpenError::system(spec, error))?;
-                Target::Local(Peers {
-                    directory: directory.clone(),
-                    socket,
-                    known: Vec::new(),
-                    scanned: None,
-                })
+                Target::Local(Peers::new(directory))
             }
             BusSpec::Candump { .. } => return Err(OpenError::ReadOnly(spec.clone())),
         };
@@ -84,7 +77,11 @@ impl Sender {
                 Err(Errno::NOBUFS | Errno::AGAIN) => self.counters.full += 1,
                 Err(error) => return Err(error),
             },
-            Target::Local(peers) => peers.send(bytes, &mut self.counters),
+            Target::Local(peers) => {
+                let sent = peers.send(bytes);
+                self.counters.full += sent.full;
+                self.counters.buried += sent.buried;
+            }
         }
         self.counters.sent += 1;
         Ok(())
@@ -94,57 +91,5 @@ impl Sender {
     #[must_use]
     pub fn counters(&self) -> SendCounters {
         self.counters
-    }
-}
-
-/// Everybody who listens on a local bus.
-#[derive(Debug)]
-struct Peers {
-    directory: PathBuf,
-    socket: OwnedFd,
-    known: Vec<(PathBuf, SocketAddrUnix)>,
-    scanned: Option<Instant>,
-}
-
-/// How long a newcomer may go unnoticed.
-const SCAN_INTERVAL: Duration = Duration::from_millis(50);
-
-impl Peers {
-    fn send(&mut self, bytes: &[u8], counters: &mut SendCounters) {
-        if self
-            .scanned
-            .is_none_or(|scanned| scanned.elapsed() >= SCAN_INTERVAL)
-        {
-            self.scan();
-        }
-        let socket = &self.socket;
-        self.known.retain(|(path, address)| {
-            match sendto(socket, bytes, SendFlags::DONTWAIT, address) {
-                Err(Errno::CONNREFUSED) => {
-                    // Its process died. Somebody else may have buried it in the meantime.
-                    counters.buried += u64::from(rustix::fs::unlink(path).is_ok());
-                    false
-                }
-                Err(Errno::AGAIN | Errno::NOBUFS) => {
-                    counters.full += 1;
-                    true
-                }
-                Err(_) => false,
-                Ok(_) => true,
-            }
-        });
-    }
-
-    fn scan(&mut self) {
-        self.scanned = Some(Instant::now());
-        // A bus that is not there yet is waited for.
-        let paths = listeners(&self.directory).unwrap_or_default();
-        self.known = paths
-            .into_iter()
-            .filter_map(|path| {
-                let address = SocketAddrUnix::new(&path).ok()?;
-                Some((path, address))
-            })
-            .collect();
     }
 }

@@ -12,6 +12,7 @@ use super::filter::Filter;
 use super::frame::{FD_SIZE, Frame, Kind};
 use super::health::{BusHealth, BusState};
 use super::received::{Drained, FRAMES_PER_CALL, Received};
+use super::room::{Limit, Shortage};
 use super::sys::{self, Datagram};
 
 /// What a socket leads to, and how to open one.
@@ -20,6 +21,10 @@ pub(super) trait Endpoint {
     fn open(&self) -> Result<OwnedFd, Errno>;
     /// How the place that `socket` leads to is doing: up, down or gone.
     fn state(&self, socket: BorrowedFd<'_>) -> BusState;
+    /// Has `socket` keep so many frames while nobody takes them; how many it does. Must not allocate.
+    fn keep(&self, socket: BorrowedFd<'_>, frames: usize) -> Result<usize, Errno>;
+    /// What there is not enough of if those are fewer.
+    const LIMIT: Limit;
 }
 
 /// A socket, or the place where one will be again.
@@ -29,6 +34,8 @@ pub(super) struct SocketBus<E> {
     /// Owners wait on this one: it stays the same when the socket behind it is replaced.
     epoll: OwnedFd,
     open: Option<Open>,
+    /// How many frames are to be kept, if that was said.
+    keep: Option<usize>,
     /// It has brought something since it was last looked after.
     heard: bool,
     backoff: Backoff,
@@ -67,6 +74,7 @@ impl<E: Endpoint> SocketBus<E> {
             endpoint,
             epoll,
             open: None,
+            keep: None,
             heard: false,
             backoff: Backoff::default(),
             next_look_ns: 0,
@@ -81,6 +89,10 @@ impl<E: Endpoint> SocketBus<E> {
 
     fn open(&mut self) -> Result<BusState, Errno> {
         let socket = self.endpoint.open()?;
+        if let Some(frames) = self.keep {
+            // It was said at the start what cannot be had.
+            let _ = self.endpoint.keep(socket.as_fd(), frames);
+        }
         let cookie = sockopt::socket_cookie(&socket)?;
         epoll::add(
             &self.epoll,
@@ -95,6 +107,14 @@ impl<E: Endpoint> SocketBus<E> {
             dropped: 0,
         });
         Ok(state)
+    }
+
+    /// Keeps so many frames from now on, whichever socket is behind it; what is missing of that.
+    pub(super) fn keep(&mut self, frames: usize) -> Option<Shortage> {
+        self.keep = Some(frames);
+        let socket = self.open.as_ref()?.socket.as_fd();
+        let kept = self.endpoint.keep(socket, frames).unwrap_or(0);
+        Shortage::of(frames, kept, E::LIMIT)
     }
 
     /// Hands on what has arrived, at most [`FRAMES_PER_CALL`] datagrams.

@@ -8,6 +8,7 @@ use rustix::net::netdevice;
 
 use super::filter::Filter;
 use super::health::BusState;
+use super::room::{self, Limit};
 use super::socket_bus::Endpoint;
 use super::sys;
 
@@ -53,6 +54,12 @@ impl Endpoint for Interface {
             Err(_) => BusState::Gone,
         }
     }
+
+    fn keep(&self, socket: BorrowedFd<'_>, frames: usize) -> Result<usize, Errno> {
+        room::make(socket, frames)
+    }
+
+    const LIMIT: Limit = Limit::ReceiveBuffer;
 }
 
 /// A socket for sending only: it receives nothing and so never fills up.

@@ -1,5 +1,7 @@
 //! Frames in, odometry out.
 
+use std::time::Duration;
+
 use crate::can::{Id, Kind, Received};
 use crate::config_error::ConfigError;
 
@@ -88,6 +90,14 @@ impl OdometryDecoder {
             .iter()
             .filter(move |message| message.bus == bus)
             .map(|message| message.id)
+    }
+
+    /// How many wanted frames `bus` brings in that time, as far as configured: for [`crate::can::Bus::keep`].
+    #[must_use]
+    pub fn frames_in(&self, bus: u8, time: Duration) -> usize {
+        let frames = |message: &Message| time.as_micros().div_ceil(message.period_us.max(1).into());
+        let messages = self.messages.iter().filter(|message| message.bus == bus);
+        usize::try_from(messages.map(frames).sum::<u128>()).unwrap_or(usize::MAX)
     }
 
     /// Takes a frame in; hands out a sample when this frame completes one. Frames of other messages are passed over.

@@ -10,6 +10,8 @@ pub(super) struct Message {
     pub(super) bus: u8,
     pub(super) id: Id,
     pub(super) guard: Guard,
+    /// How often it is expected \[µs\].
+    pub(super) period_us: u64,
     /// Positions of its channels.
     pub(super) channels: Vec<usize>,
     pub(super) last_ns: Option<i64>,

@@ -16,6 +16,7 @@ mod faults;
 mod fleet;
 mod frame_kinds;
 mod hardware;
+mod kept;
 mod kernel_filter;
 mod kernel_stamp;
 mod load;

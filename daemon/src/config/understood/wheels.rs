@@ -6,6 +6,7 @@ use coloc_drivers::encoder::{
 
 use super::super::{Config, Variance};
 use super::page::Page;
+use crate::collect::backlog::KEPT;
 
 pub(super) fn write(config: &Config, page: &mut Page) {
     let Some(odometry) = &config.odometry else {
@@ -44,6 +45,13 @@ fn buses(odometry: &OdometryConfig, description: &Description, page: &mut Page) 
             format!("{spec}, from which is wanted {expected}"),
         );
     }
+    page.line(
+        "",
+        format!(
+            "the kernel is asked to keep their frames of {} s",
+            KEPT.as_secs()
+        ),
+    );
     let dbc = odometry.dbc.as_ref();
     let dbc = dbc.map_or("none: the messages are coloc's own".into(), |path| {
         path.display().to_string()

@@ -127,6 +127,7 @@ impl<'a> Planner<'a> {
             bus,
             id,
             guard: proof.guard,
+            period_us: role.period.us(),
             channels: vec![channel],
             last_ns: None,
         });
