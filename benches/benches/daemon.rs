@@ -55,14 +55,15 @@ impl TimeSource for Hurried {
     fn read(&self) -> Reading {
         let (now, skipped_ns) = (KernelTime.read(), self.skipped_ns());
         Reading {
-            monotonic_ns: now.monotonic_ns + skipped_ns,
+            boot_ns: now.boot_ns + skipped_ns,
             realtime_ns: now.realtime_ns + skipped_ns,
             tai_ns: now.tai_ns + skipped_ns,
+            width_ns: now.width_ns,
         }
     }
 
-    fn monotonic_ns(&self) -> i64 {
-        KernelTime.monotonic_ns() + self.skipped_ns()
+    fn now_ns(&self) -> i64 {
+        KernelTime.now_ns() + self.skipped_ns()
     }
 }
 
@@ -98,7 +99,7 @@ impl Case for Hot {
         let stamp_ns = realtime_ns() + self.clock.skipped_ns();
         arrive(&mut self.scene.surroundings, stamp_ns);
         let _ = self.scene.surroundings.receive();
-        let deadline_ns = self.clock.monotonic_ns();
+        let deadline_ns = self.clock.now_ns();
         let begin = processor_time();
         self.scene.robot.wake(Wake::Deadline {
             deadline_ns,

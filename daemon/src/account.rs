@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use coloc_estimator::{Estimate, Kind, OdometryState, Report, Span, Stamp, TickOutputs, Verdict};
+use coloc_estimator::{Estimate, Kind, OdometryState, Report, Stamp, TickOutputs, Verdict};
 use coloc_shm_types::{BusState, CanCounters, Header, Health, Input, Reject, Status};
 
-use crate::clock::Reading;
 use crate::config::{Config, nanos};
 use crate::event::{Event, Link};
 use crate::health::Watch;
@@ -80,14 +79,10 @@ impl Account {
         }
     }
 
-    /// A tick stamped `now` begins, or one that may become a tick.
-    pub fn begin(&mut self, now: Stamp) {
+    /// A tick stamped `now` begins, or one that may become a tick; `sent_ns` is what others call that moment.
+    pub fn begin(&mut self, now: Stamp, sent_ns: i64) {
         self.now = now;
-    }
-
-    /// The configured clock was stepped: remembered stamps move along.
-    pub fn shift(&mut self, shift: Span) {
-        self.watch.shift(shift);
+        self.status.header.stamp_ns = sent_ns;
     }
 
     /// Tells telemetry, or counts that it could not be told.
@@ -127,7 +122,7 @@ impl Account {
     }
 
     /// What the estimator made of a tick's inputs, `samples` of odometry among them.
-    pub fn outputs(&mut self, outputs: &TickOutputs<'_>, samples: usize, now: &Reading) {
+    pub fn outputs(&mut self, outputs: &TickOutputs<'_>, samples: usize) {
         outputs
             .reports
             .iter()
@@ -145,22 +140,22 @@ impl Account {
                 folded_early: outputs.folded_early,
             });
         }
-        if self.belief_is_due(now.monotonic_ns) {
-            self.tell_belief(&outputs.estimate, now);
+        if self.belief_is_due(outputs.estimate.stamp.as_nanos()) {
+            self.tell_belief(&outputs.estimate);
         }
     }
 
     /// The last belief, due or not: who is started again goes on from there.
-    pub fn last(&mut self, estimate: &Estimate, now: &Reading) {
+    pub fn last(&mut self, estimate: &Estimate) {
         if self.belief_period_ns.is_some() {
-            self.tell_belief(estimate, now);
+            self.tell_belief(estimate);
         }
     }
 
-    fn tell_belief(&mut self, estimate: &Estimate, now: &Reading) {
+    fn tell_belief(&mut self, estimate: &Estimate) {
         let measured = estimate.odometry != OdometryState::Stale;
         self.tell(Event::Belief {
-            monotonic_ns: now.monotonic_ns,
+            boot_ns: estimate.stamp.as_nanos(),
             belief: estimate.belief,
             velocity: measured.then_some(estimate.velocity),
         });
@@ -263,7 +258,6 @@ impl Account {
             return;
         };
         let mut full = std::mem::replace(&mut self.ledger, spare);
-        self.status.header.stamp_ns = self.now.as_nanos();
         full.status = self.status;
         self.tell(Event::Account(full));
     }

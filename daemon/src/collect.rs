@@ -1,17 +1,18 @@
 //! Step 2 of the tick: everything that has arrived, checked, converted and stamped with the configured clock.
 
 pub(crate) mod backlog;
+pub mod frames;
 pub mod list;
 pub mod messages;
 pub mod wheels;
 
 use std::os::fd::BorrowedFd;
 
-use coloc_estimator::{Measurement, Span, Stamp, TickInputs};
+use coloc_estimator::{Measurement, Stamp, TickInputs};
 use coloc_shm_types::Space;
 
 use crate::account::Account;
-use crate::clock::Moment;
+use crate::clock::{Moment, TimeSource};
 use crate::config::Config;
 use crate::start::StartError;
 use list::List;
@@ -45,10 +46,10 @@ impl Collect {
         self.wheels.descriptors()
     }
 
-    /// Takes everything off the buses, which wants to be done before the clocks are read: no frame is then younger than
-    /// the tick. Whether there is anything to decode.
-    pub fn drain(&mut self) -> bool {
-        self.wheels.drain()
+    /// Takes frames off the buses, which wants to be done before the clocks are read: no frame is then younger than the
+    /// tick. Whether there is anything to decode.
+    pub fn drain(&mut self, time: &dyn TimeSource) -> bool {
+        self.wheels.drain(time)
     }
 
     /// Whether frames have been drained and not decoded yet.
@@ -57,9 +58,15 @@ impl Collect {
         self.wheels.has_frames()
     }
 
-    /// Decodes the frames that were drained before `moment`.
-    pub fn frames(&mut self, moment: &Moment, account: &mut Account) {
-        self.wheels.decode(moment, &mut self.measurements, account);
+    /// Whether the last drain left nothing behind.
+    #[must_use]
+    pub fn emptied(&self) -> bool {
+        self.wheels.emptied()
+    }
+
+    /// Decodes the frames that were drained before `moment`; whether that is all, rather than all that there is room for.
+    pub fn frames(&mut self, moment: &Moment, account: &mut Account) -> bool {
+        self.wheels.decode(moment, account)
     }
 
     /// Looks after the buses.
@@ -70,19 +77,35 @@ impl Collect {
     /// Whether a whole odometry sample has come since the last tick.
     #[must_use]
     pub fn has_odometry(&self) -> bool {
-        self.samples() > 0
+        self.wheels.had_samples()
     }
 
-    /// How many odometry samples have come since the last tick.
+    /// How many odometry samples wait for the estimator.
     #[must_use]
     pub fn samples(&self) -> usize {
         self.wheels.samples()
     }
 
+    /// The samples that wait, as inputs up to the newest of them; `None` if there are none.
+    #[must_use]
+    pub fn way(&self) -> Option<TickInputs<'_>> {
+        self.wheels.way()
+    }
+
+    /// The estimator has taken the samples.
+    pub fn taken(&mut self) {
+        self.wheels.taken();
+    }
+
     /// Drains the subscribers.
     pub fn messages(&mut self, moment: &Moment, account: &mut Account) {
         self.messages
-            .receive(moment.stamp, &mut self.measurements, account);
+            .receive(moment, &mut self.measurements, account);
+    }
+
+    /// Puts the samples that wait to the messages; how many there are.
+    pub fn gather(&mut self) -> usize {
+        self.wheels.gather(&mut self.measurements)
     }
 
     /// All that was collected, for the tick at `moment`.
@@ -94,22 +117,18 @@ impl Collect {
         }
     }
 
-    /// The inputs have been used.
-    pub fn clear(&mut self) {
-        self.measurements.clear();
+    /// The tick is over, and the inputs have been used, unless it is `behind`.
+    pub fn clear(&mut self, behind: bool) {
+        if !behind {
+            self.measurements.clear();
+            self.messages.clear();
+        }
         self.wheels.clear();
-        self.messages.clear();
     }
 
     /// Stamp of the newest frame that is in the estimate at `stamp` \[ns\]; 0 if there was none.
     #[must_use]
     pub fn newest_frame_ns(&self, stamp: Stamp) -> i64 {
         self.wheels.newest_frame_ns(stamp)
-    }
-
-    /// The clock was stepped.
-    pub fn shift(&mut self, shift: Span) {
-        self.wheels.shift(shift);
-        self.messages.shift(shift);
     }
 }

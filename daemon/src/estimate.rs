@@ -31,6 +31,18 @@ impl Estimate {
         step(&mut self.estimator, inputs)
     }
 
+    /// What the last step says of the tick's stamp: the inputs stay where they are, and nothing changes.
+    #[must_use]
+    pub fn idle(&self, inputs: &TickInputs<'_>) -> TickOutputs<'_> {
+        TickOutputs {
+            estimate: self.at(inputs.stamp),
+            outgoing: &[],
+            reports: &[],
+            overflowed: 0,
+            folded_early: 0,
+        }
+    }
+
     /// What a tick at `stamp` would say without new inputs; it changes nothing.
     #[must_use]
     pub fn at(&self, stamp: Stamp) -> coloc_estimator::Estimate {
@@ -40,11 +52,6 @@ impl Estimate {
     /// Does what a tick at `stamp` would do without new inputs.
     pub fn rehearse(&self, stamp: Stamp) {
         black_box(self.at(stamp));
-    }
-
-    /// The clock was stepped: what was `old` is now `new`.
-    pub fn rebase(&mut self, old: Stamp, new: Stamp) {
-        self.estimator.rebase(old, new);
     }
 }
 

@@ -13,6 +13,7 @@ use coloc_shm_types::{BusState, Health, Input, Reject};
 use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 
+use crate::clock::ClockStep;
 use crate::ledger::Ledger;
 use crate::record::Record;
 
@@ -51,11 +52,8 @@ pub enum Event {
         /// How late the tick after them woke \[ns\].
         lateness_ns: u64,
     },
-    /// A clock was stepped.
-    ClockStepped {
-        /// How far the configured clock moved \[ns\]; zero if only the clock of the frame stamps did.
-        shift_ns: i64,
-    },
+    /// Somebody set a wall clock.
+    ClockStepped(ClockStep),
     /// The estimator had no room: so many messages or early foldings.
     NoRoom {
         /// Outgoing poses and reports that did not fit.
@@ -65,8 +63,8 @@ pub enum Event {
     },
     /// What the robot believes, for the state file.
     Belief {
-        /// When, by `CLOCK_MONOTONIC` \[ns\].
-        monotonic_ns: i64,
+        /// When, by `CLOCK_BOOTTIME` \[ns\].
+        boot_ns: i64,
         /// What.
         belief: Belief,
         /// `[v_x, v_y, ω]`, if there is odometry \[m/s, m/s, rad/s\].

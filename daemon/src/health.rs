@@ -58,14 +58,6 @@ impl Watch {
         self.sensor(input).broken = broken;
     }
 
-    /// The clock was stepped: what was remembered moves along.
-    pub fn shift(&mut self, shift: Span) {
-        for sensor in &mut self.sensors {
-            sensor.valid = sensor.valid.map(|stamp| stamp + shift);
-            sensor.invalid = sensor.invalid.map(|stamp| stamp + shift);
-        }
-    }
-
     /// Everybody's health at the tick stamped `now`, by [`Input`].
     #[must_use]
     pub fn at(&self, now: Stamp) -> [Health; Input::COUNT] {
@@ -153,13 +145,5 @@ mod tests {
         assert_eq!(at(&watch, 1000), Health::Faulty);
         watch.broken(Input::Odometry, false);
         assert_eq!(at(&watch, 1000), Health::Ok);
-    }
-
-    #[test]
-    fn a_clock_step_ages_nothing() {
-        let mut watch = watch();
-        watch.valid(Input::Odometry, stamp(1000));
-        watch.shift(Span::from_millis(3_600_000));
-        assert_eq!(at(&watch, 3_601_050), Health::Ok);
     }
 }

@@ -1,16 +1,19 @@
 //! Step 4 of the tick: the estimate to anyone, and to each robot that was seen what is known about it.
 
-use coloc_estimator::{OutgoingPose, TickOutputs};
+use coloc_estimator::{Estimate, OutgoingPose};
 use coloc_shm_types::{
     self as shm, Header, Health, Input, Neighbour, PortError, Publisher, RobotName, Space,
 };
 
-use crate::config::Config;
+use crate::clock::Moment;
+use crate::config::{ClockSource, Config};
 
 /// The ports, all opened at start: a peer that is missing does not matter, its service waits for it.
 #[derive(Debug)]
 pub struct Publish {
     robot: u16,
+    /// Of the stamps.
+    clock: ClockSource,
     session_ns: i64,
     estimates: Publisher<shm::Estimate>,
     sequence: u64,
@@ -31,7 +34,7 @@ struct Peer {
 pub struct Circumstances {
     /// Ticks since the start.
     pub tick: u64,
-    /// Kernel receive stamp of the newest encoder frame in the estimate \[ns\].
+    /// When the newest encoder frame in the estimate came \[ns of the inner clock\]; 0 if there was none.
     pub frame_stamp_ns: i64,
     /// Since the tick's stamp \[ns\].
     pub latency_ns: u64,
@@ -71,6 +74,7 @@ impl Publish {
             .collect::<Result<_, _>>()?;
         Ok(Self {
             robot: config.robot.id,
+            clock: config.clock.source,
             session_ns,
             estimates,
             sequence: 0,
@@ -80,8 +84,8 @@ impl Publish {
     }
 
     /// Sends the estimate.
-    pub fn estimate(&mut self, outputs: &TickOutputs<'_>, with: &Circumstances) {
-        let message = self.message(outputs, with);
+    pub fn estimate(&mut self, estimate: &Estimate, with: &Circumstances, moment: &Moment) {
+        let message = self.message(estimate, with, moment);
         self.sequence += 1;
         self.undelivered += u64::from(self.estimates.send(message).is_err());
     }
@@ -92,27 +96,30 @@ impl Publish {
     }
 
     /// Tells the robots that were seen.
-    pub fn neighbours(&mut self, outgoing: &[OutgoingPose]) {
+    pub fn neighbours(&mut self, outgoing: &[OutgoingPose], moment: &Moment) {
         for pose in outgoing {
             let (robot, session_ns) = (self.robot, self.session_ns);
             let Some(peer) = self.peers.iter_mut().find(|peer| peer.id == pose.to.0) else {
                 continue;
             };
-            self.undelivered += u64::from(!peer.send(robot, session_ns, pose));
+            let stamp_ns = moment.on(self.clock, pose.stamp.as_nanos());
+            self.undelivered += u64::from(!peer.send(robot, stamp_ns, session_ns, pose));
         }
     }
 
-    fn message(&self, outputs: &TickOutputs<'_>, with: &Circumstances) -> shm::Estimate {
-        let estimate = &outputs.estimate;
+    fn message(&self, estimate: &Estimate, with: &Circumstances, moment: &Moment) -> shm::Estimate {
         let belief = &estimate.belief;
         shm::Estimate {
             header: Header {
-                stamp_ns: estimate.stamp.as_nanos(),
+                stamp_ns: moment.on(self.clock, estimate.stamp.as_nanos()),
                 session_ns: self.session_ns,
                 sequence: self.sequence,
             },
             tick: with.tick,
-            frame_stamp_ns: with.frame_stamp_ns,
+            frame_stamp_ns: match with.frame_stamp_ns {
+                0 => 0,
+                inner_ns => moment.on(self.clock, inner_ns),
+            },
             latency_ns: with.latency_ns,
             lateness_ns: with.lateness_ns,
             collect_ns: with.stages.collect_ns,
@@ -141,10 +148,10 @@ impl Peer {
         })
     }
 
-    fn send(&mut self, sender: u16, session_ns: i64, pose: &OutgoingPose) -> bool {
+    fn send(&mut self, sender: u16, stamp_ns: i64, session_ns: i64, pose: &OutgoingPose) -> bool {
         let message = Neighbour {
             header: Header {
-                stamp_ns: pose.stamp.as_nanos(),
+                stamp_ns,
                 session_ns,
                 sequence: self.sequence,
             },

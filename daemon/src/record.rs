@@ -4,7 +4,7 @@
 //! that they read back exactly.
 //!
 //! ```text
-//! begin ( [rebase] tick (odometry | sighting | neighbour | fix)* estimate )*
+//! begin ( tick (odometry | sighting | neighbour | fix)* estimate )*
 //! ```
 //!
 //! The real-time thread only puts [`Record`]s into the ring. Where a full ring or a slow disk has lost lines there is a line
@@ -39,13 +39,6 @@ pub enum Record {
         /// `P_i`
         independent: [f64; 9],
     },
-    /// The clock was stepped.
-    Rebase {
-        /// What this moment used to be called …
-        old_ns: i64,
-        /// … and is called from now on.
-        new_ns: i64,
-    },
     /// Lines are missing here.
     Lost {
         /// How many.
@@ -59,6 +52,9 @@ pub enum Record {
         stamp_ns: i64,
         /// Lines with inputs.
         inputs: usize,
+        /// What the estimator did with them.
+        #[serde(default, skip_serializing_if = "Step::is_own")]
+        step: Step,
     },
     /// Of the wheels.
     Odometry {
@@ -143,12 +139,33 @@ pub enum Record {
     },
 }
 
+/// What the estimator did in a tick, or ahead of it.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Step {
+    /// The step of the tick, up to its stamp.
+    #[default]
+    Own,
+    /// A step ahead of the tick: there was more odometry than a step takes.
+    Ahead,
+    /// None: there was more than a tick has time for. The estimate is what the last step says of the tick's stamp.
+    Behind,
+}
+
+impl Step {
+    #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature.
+    fn is_own(&self) -> bool {
+        *self == Self::Own
+    }
+}
+
 /// The lines of a tick's inputs, its own first.
-pub fn of_inputs(tick: u64, inputs: &TickInputs<'_>) -> impl Iterator<Item = Record> {
+pub fn of_inputs(tick: u64, step: Step, inputs: &TickInputs<'_>) -> impl Iterator<Item = Record> {
     let head = Record::Tick {
         tick,
         stamp_ns: inputs.stamp.as_nanos(),
         inputs: inputs.measurements.len(),
+        step,
     };
     std::iter::once(head).chain(inputs.measurements.iter().map(Record::from))
 }

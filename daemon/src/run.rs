@@ -156,7 +156,7 @@ fn start(
     let wait = Wait::new(
         config.tick.trigger,
         config.period_ns(),
-        KernelTime.monotonic_ns(),
+        KernelTime.now_ns(),
         stop,
     )?
     .polling(config.tick.wait);
@@ -202,7 +202,7 @@ pub fn turn(robot: &mut Robot, wait: &mut Wait) -> Result<Option<Outcome>, rusti
     }
     let outcome = robot.wake(wake);
     if wake == Wake::Frame && outcome == Outcome::Ticked {
-        wait.frame_came(KernelTime.monotonic_ns())?;
+        wait.frame_came(KernelTime.now_ns())?;
     }
     Ok(Some(outcome))
 }

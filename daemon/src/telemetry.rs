@@ -171,17 +171,17 @@ impl Telemetry {
                 .iter_mut()
                 .for_each(|it| it.take(line)),
             Event::Belief {
-                monotonic_ns,
+                boot_ns,
                 belief,
                 velocity,
-            } => self.save(monotonic_ns, &belief, velocity),
+            } => self.save(boot_ns, &belief, velocity),
             other => self.lines.note(other),
         }
     }
 
-    fn save(&mut self, monotonic_ns: i64, belief: &Belief, velocity: Option<[f64; 3]>) {
+    fn save(&mut self, boot_ns: i64, belief: &Belief, velocity: Option<[f64; 3]>) {
         let robot = self.robot;
-        let saved = |saver: &Saver| Saved::new(robot, saver.when(monotonic_ns), belief, velocity);
+        let saved = |saver: &Saver| Saved::new(robot, saver.when(boot_ns), belief, velocity);
         self.writers
             .saver
             .iter()

@@ -5,17 +5,17 @@
 
 use std::sync::Arc;
 
-use coloc_estimator::{Span, Stamp};
+use coloc_estimator::{Stamp, TickInputs};
 use coloc_shm_types::Space;
 
 use crate::account::Account;
 use crate::clock::{Moment, TimeSource, Timeline};
 use crate::collect::Collect;
-use crate::config::Config;
+use crate::config::{ClockSource, Config};
 use crate::estimate::{Estimate, initial};
 use crate::event::{Event, Link};
 use crate::publish::{Circumstances, Publish, Stages};
-use crate::record::{self, Record};
+use crate::record::{self, Record, Step};
 use crate::saved::{Saved, Unusable, When};
 use crate::start::StartError;
 use crate::wait::Wake;
@@ -24,8 +24,8 @@ use crate::wait::Wake;
 pub struct Robot {
     time: Box<dyn TimeSource>,
     timeline: Timeline,
-    /// The last tick's stamp.
-    last: Stamp,
+    /// Of the stamps that others see.
+    clock: ClockSource,
     collect: Collect,
     estimate: Estimate,
     publish: Publish,
@@ -38,6 +38,10 @@ pub struct Robot {
 
 /// Buses are asked so much more often: it is frames that start a tick.
 const LISTENS_PER_REHEARSAL: u32 = 16;
+
+/// Full drains that a tick has time for: as many frames as 2 buses with 100 frames a second hold after 10 s. More wait in the kernel
+/// for the next tick.
+const DRAINS: usize = 8;
 
 /// What a wake-up led to.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -60,7 +64,7 @@ impl Robot {
         link: Arc<Link>,
     ) -> Result<Self, StartError> {
         let now = time.read();
-        let stamp = Stamp::from_nanos(now.of(config.clock.source));
+        let (stamp, session_ns) = (Stamp::from_nanos(now.boot_ns), now.of(config.clock.source));
         let resumed = config
             .initial
             .resume
@@ -69,15 +73,15 @@ impl Robot {
             Some(Ok((belief, _))) => *belief,
             _ => initial(config),
         };
-        let mut account = Account::new(config, link, stamp.as_nanos());
+        let mut account = Account::new(config, link, session_ns);
         account.record([Record::begin(config.robot.id, stamp.as_nanos(), &belief)]);
         Ok(Self {
             time,
-            timeline: Timeline::new(&config.clock, now),
-            last: stamp,
+            timeline: Timeline::new(&now),
+            clock: config.clock.source,
             collect: Collect::open(config, space)?,
             estimate: Estimate::new(config, stamp, belief),
-            publish: Publish::open(config, space, stamp.as_nanos())?,
+            publish: Publish::open(config, space, session_ns)?,
             account,
             stages: Stages::default(),
             listens: 0,
@@ -105,7 +109,7 @@ impl Robot {
 
     /// For those who would rather ask than wait: whether there are frames for [`Self::wake`].
     pub fn listen(&mut self) -> bool {
-        if self.collect.drain() {
+        if self.collect.drain(&*self.time) {
             return true;
         }
         self.listens = self.listens.wrapping_add(1);
@@ -126,12 +130,11 @@ impl Robot {
 
     /// What follows the wait: a tick, unless a frame ended it that is not yet a whole odometry sample.
     pub fn wake(&mut self, wake: Wake) -> Outcome {
-        let watch = Stopwatch(self.time.monotonic_ns());
+        let watch = Stopwatch(self.time.now_ns());
         if !self.collect.has_frames() {
-            self.collect.drain();
+            self.collect.drain(&*self.time);
         }
-        let moment = self.moment();
-        self.collect.frames(&moment, &mut self.account);
+        let moment = self.frames();
         self.collect.supervise(&moment, &mut self.account);
         if wake == Wake::Frame && !self.collect.has_odometry() {
             return Outcome::Incomplete;
@@ -140,21 +143,68 @@ impl Robot {
         Outcome::Ticked
     }
 
+    /// Decodes what was drained, and what is left on the buses after a stall, as far as a tick has time for it.
+    fn frames(&mut self) -> Moment {
+        let mut moment = self.moment();
+        self.decode(&moment);
+        for _ in 1..DRAINS {
+            if self.collect.emptied() {
+                break;
+            }
+            self.collect.drain(&*self.time);
+            moment = self.moment();
+            self.decode(&moment);
+        }
+        moment
+    }
+
+    /// The estimator takes a bounded number of samples at once: those of a longer way go ahead of the tick. So no part of it is
+    /// lost, nor taken as one mean velocity, which would not be the same in a turn.
+    fn decode(&mut self, moment: &Moment) {
+        while !self.collect.frames(moment, &mut self.account) {
+            self.go_ahead(moment);
+        }
+    }
+
+    fn go_ahead(&mut self, moment: &Moment) {
+        let Some(inputs) = self.collect.way() else {
+            return;
+        };
+        let outputs = self.estimate.step(&inputs);
+        self.publish.neighbours(outputs.outgoing, moment);
+        let lines = record::of_inputs(self.account.status.tick, Step::Ahead, &inputs);
+        self.account.record(lines);
+        self.account.record([Record::from(&outputs.estimate)]);
+        self.account.outputs(&outputs, self.collect.samples());
+        self.collect.taken();
+    }
+
     /// There will be no more ticks: where the robot is now is worth saving.
     pub fn leave(&mut self) {
         let moment = self.moment();
         let estimate = self.estimate.at(moment.stamp);
-        self.account.last(&estimate, &moment.reading);
+        self.account.last(&estimate);
     }
 
     fn tick(&mut self, wake: Wake, mut watch: Stopwatch, moment: &Moment) {
         let lateness_ns = self.account.woke(wake, watch.0);
         // collect
-        self.collect.messages(moment, &mut self.account);
+        let behind = !self.collect.emptied();
+        if behind {
+            self.go_ahead(moment);
+        } else {
+            self.collect.messages(moment, &mut self.account);
+        }
+        let samples = self.collect.gather();
         let inputs = self.collect.inputs(moment);
         self.stages.collect_ns = watch.lap(&*self.time);
         // estimate
-        let outputs = self.estimate.step(&inputs);
+        let (step, outputs) = if behind {
+            // A step up to now would make the frames that are left older than the history.
+            (Step::Behind, self.estimate.idle(&inputs))
+        } else {
+            (Step::Own, self.estimate.step(&inputs))
+        };
         self.stages.estimate_ns = watch.lap(&*self.time);
         // publish
         let circumstances = Circumstances {
@@ -165,62 +215,51 @@ impl Robot {
             stages: self.stages,
             health: self.account.health(),
         };
-        self.publish.estimate(&outputs, &circumstances);
-        self.publish.neighbours(outputs.outgoing);
+        self.publish
+            .estimate(&outputs.estimate, &circumstances, moment);
+        self.publish.neighbours(outputs.outgoing, moment);
         self.stages.publish_ns = watch.lap(&*self.time);
         // account
-        let lines = record::of_inputs(self.account.status.tick, &inputs);
+        let recorded = TickInputs {
+            measurements: if behind { &[] } else { inputs.measurements },
+            ..inputs
+        };
+        let lines = record::of_inputs(self.account.status.tick, step, &recorded);
         self.account.record(lines);
         self.account.record([Record::from(&outputs.estimate)]);
+        self.account.outputs(&outputs, samples);
+        self.collect.clear(behind);
         self.account
-            .outputs(&outputs, self.collect.samples(), &moment.reading);
-        self.collect.clear();
-        self.account
-            .close(moment.reading.monotonic_ns, circumstances.latency_ns);
+            .close(moment.stamp.as_nanos(), circumstances.latency_ns);
         self.stages.account_ns = watch.lap(&*self.time);
-        self.last = moment.stamp;
     }
 
-    /// Reads the clocks; if one was stepped, everybody who remembers a stamp is told.
+    /// Reads the clocks; that one was set is told, and touches nothing.
     fn moment(&mut self) -> Moment {
-        let moment = self.timeline.advance(self.time.read());
-        self.account.begin(moment.stamp);
-        if moment.frames_unreliable || moment.shift != Span::ZERO {
-            self.account.tell(Event::ClockStepped {
-                shift_ns: moment.shift.as_nanos(),
-            });
-        }
-        if moment.shift != Span::ZERO && !cfg!(coloc_break = "clock_step") {
-            self.shift(moment.shift);
+        let moment = self
+            .timeline
+            .advance(&self.time.read(), self.collect.emptied());
+        let sent_ns = moment.on(self.clock, moment.stamp.as_nanos());
+        self.account.begin(moment.stamp, sent_ns);
+        if let Some(step) = moment.step {
+            self.account.tell(Event::ClockStepped(step));
         }
         moment
     }
-
-    fn shift(&mut self, shift: Span) {
-        let old = self.last;
-        self.last = old + shift;
-        self.account.record([Record::Rebase {
-            old_ns: old.as_nanos(),
-            new_ns: self.last.as_nanos(),
-        }]);
-        self.estimate.rebase(old, self.last);
-        self.collect.shift(shift);
-        self.account.shift(shift);
-    }
 }
 
-/// When the last stage ended \[ns of `CLOCK_MONOTONIC`\].
+/// When the last stage ended \[ns of the inner clock\].
 struct Stopwatch(i64);
 
 impl Stopwatch {
     /// How long the stage that ends now took \[ns\].
     fn lap(&mut self, time: &dyn TimeSource) -> u32 {
-        let begin = std::mem::replace(&mut self.0, time.monotonic_ns());
+        let begin = std::mem::replace(&mut self.0, time.now_ns());
         u32::try_from((self.0 - begin).max(0)).unwrap_or(u32::MAX)
     }
 
     /// From the tick's stamp to the end of the last stage \[ns\].
     fn since(&self, moment: &Moment) -> u64 {
-        u64::try_from(self.0 - moment.reading.monotonic_ns).unwrap_or(0)
+        u64::try_from(self.0 - moment.stamp.as_nanos()).unwrap_or(0)
     }
 }

@@ -23,7 +23,7 @@ use crate::config::{Trigger, WaitMode};
 pub enum Wake {
     /// A deadline came. Those that passed while nobody waited are `missed`: one tick makes up for all of them.
     Deadline {
-        /// The first deadline that no tick has served \[ns of `CLOCK_MONOTONIC`\].
+        /// The first deadline that no tick has served \[ns of `CLOCK_BOOTTIME`\].
         deadline_ns: i64,
         /// Deadlines after that which have passed as well.
         missed: u64,
@@ -60,7 +60,7 @@ const MILLISECOND_NS: i64 = 1_000_000;
 const TURNS_PER_LOOK: u64 = 64;
 
 impl Wait {
-    /// The first deadline is one period after `now_ns` of `CLOCK_MONOTONIC`. Readable `stop` ends the wait for good.
+    /// The first deadline is one period after `now_ns` of `CLOCK_BOOTTIME`. Readable `stop` ends the wait for good.
     ///
     /// # Errors
     /// What the kernel says: out of file descriptors, in practice.
@@ -72,7 +72,7 @@ impl Wait {
     ) -> Result<Self, Errno> {
         let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
         let timer = timerfd_create(
-            TimerfdClockId::Monotonic,
+            TimerfdClockId::Boottime,
             TimerfdFlags::CLOEXEC | TimerfdFlags::NONBLOCK,
         )?;
         for (fd, tag) in [(&timer, TIMER), (&stop, STOP)] {
@@ -163,7 +163,7 @@ impl Wait {
         if self.armed {
             return Ok(None);
         }
-        let left_ns = self.next_ns - KernelTime.monotonic_ns();
+        let left_ns = self.next_ns - KernelTime.now_ns();
         if left_ns < MILLISECOND_NS {
             self.arm(self.next_ns)?;
             return Ok(None);
@@ -176,7 +176,7 @@ impl Wait {
             if self.trigger == Trigger::Encoder && has_frames() {
                 return Ok(Wake::Frame);
             }
-            let late_ns = KernelTime.monotonic_ns() - self.next_ns;
+            let late_ns = KernelTime.now_ns() - self.next_ns;
             if late_ns >= 0 {
                 return Ok(self.passed(1 + (late_ns / self.period_ns).unsigned_abs()));
             }
@@ -272,7 +272,7 @@ mod tests {
 
     #[test]
     fn deadlines_stay_on_their_grid_and_are_never_early() {
-        let start = KernelTime.monotonic_ns();
+        let start = KernelTime.now_ns();
         let (mut wait, _stop) = wait(Trigger::Timer, start);
         let mut expected = start + PERIOD;
         for _ in 0..20 {
@@ -284,14 +284,14 @@ mod tests {
                 panic!("a deadline was due")
             };
             assert_eq!(deadline_ns, expected);
-            assert!(KernelTime.monotonic_ns() >= deadline_ns);
+            assert!(KernelTime.now_ns() >= deadline_ns);
             expected += PERIOD * (1 + i64::try_from(missed).unwrap());
         }
     }
 
     #[test]
     fn deadlines_missed_are_one_wake_and_counted() {
-        let start = KernelTime.monotonic_ns();
+        let start = KernelTime.now_ns();
         let (mut wait, _stop) = wait(Trigger::Timer, start - 10 * PERIOD - PERIOD / 2);
         let Wake::Deadline {
             deadline_ns,
@@ -307,7 +307,7 @@ mod tests {
     #[test]
     fn a_frame_ends_the_wait_only_where_it_is_the_trigger() {
         for (trigger, frame_ends_it) in [(Trigger::Timer, false), (Trigger::Encoder, true)] {
-            let (mut wait, _stop) = wait(trigger, KernelTime.monotonic_ns());
+            let (mut wait, _stop) = wait(trigger, KernelTime.now_ns());
             let (bus, sender) = UnixDatagram::pair().unwrap();
             wait.watch(bus.as_fd()).unwrap();
             sender.send(&[0]).unwrap();
@@ -317,8 +317,8 @@ mod tests {
 
     #[test]
     fn the_timer_takes_over_when_frames_stop() {
-        let (mut wait, _stop) = wait(Trigger::Encoder, KernelTime.monotonic_ns());
-        let now = KernelTime.monotonic_ns();
+        let (mut wait, _stop) = wait(Trigger::Encoder, KernelTime.now_ns());
+        let now = KernelTime.now_ns();
         wait.frame_came(now).unwrap();
         let Wake::Deadline { deadline_ns, .. } = wait.wait(|| false).unwrap() else {
             panic!("nothing else can come")
@@ -328,9 +328,9 @@ mod tests {
 
     #[test]
     fn when_frames_come_again_the_timer_is_silent() {
-        let (mut wait, _stop) = wait(Trigger::Encoder, KernelTime.monotonic_ns());
+        let (mut wait, _stop) = wait(Trigger::Encoder, KernelTime.now_ns());
         for _ in 0..3 {
-            let came = KernelTime.monotonic_ns();
+            let came = KernelTime.now_ns();
             wait.frame_came(came).unwrap();
             assert!(!wait.armed);
             let fallback = wait.wait(|| false).unwrap();
@@ -344,7 +344,7 @@ mod tests {
 
     #[test]
     fn polling_finds_the_same_deadlines() {
-        let start = KernelTime.monotonic_ns();
+        let start = KernelTime.now_ns();
         let (wait, _stop) = wait(Trigger::Timer, start - 3 * PERIOD);
         let mut wait = wait.polling(WaitMode::Poll);
         let Wake::Deadline {
@@ -359,12 +359,12 @@ mod tests {
         let next_ns = deadline_ns + PERIOD * (1 + i64::try_from(missed).unwrap());
         let next = wait.wait(|| true).unwrap();
         assert!(matches!(next, Wake::Deadline { deadline_ns, .. } if deadline_ns == next_ns));
-        assert!(KernelTime.monotonic_ns() >= next_ns);
+        assert!(KernelTime.now_ns() >= next_ns);
     }
 
     #[test]
     fn polling_finds_frames_where_they_are_the_trigger() {
-        let (wait, stop) = wait(Trigger::Encoder, KernelTime.monotonic_ns() + 1000 * PERIOD);
+        let (wait, stop) = wait(Trigger::Encoder, KernelTime.now_ns() + 1000 * PERIOD);
         let mut wait = wait.polling(WaitMode::Poll);
         let mut asked = 0;
         let mut on_the_third = || {

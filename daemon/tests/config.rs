@@ -215,10 +215,10 @@ fn what_must_be_written_is_shown() {
 #[test]
 fn everything_that_is_wrong_is_said_at_once() {
     assert_eq!(
-        refusal_of("[tick]\nrate_hz = 0\ntriger = \"timer\"\n[clock]\nstep_s = 2"),
+        refusal_of("[tick]\nrate_hz = 0\ntriger = \"timer\"\n[health]\nodometry_stale_s = 0"),
         "robot.toml:5: tick.rate_hz = 0: must be a number, 1 to 1000 Hz\n\
          robot.toml:6: [tick] has no triger; did you mean trigger?\n\
-         robot.toml:8: clock.step_s = 2: must be a number, 0.0001 to 0.9 s"
+         robot.toml:8: health.odometry_stale_s = 0: must be a number, 0.001 to 60 s"
     );
 }
 

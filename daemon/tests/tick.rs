@@ -268,8 +268,8 @@ impl TimeSource for Interrupted {
         reading
     }
 
-    fn monotonic_ns(&self) -> i64 {
-        KernelTime.monotonic_ns()
+    fn now_ns(&self) -> i64 {
+        KernelTime.now_ns()
     }
 }
 

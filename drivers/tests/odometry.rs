@@ -265,31 +265,26 @@ fn a_stamp_that_goes_back_a_little_is_refused() {
 }
 
 #[test]
-fn a_clock_that_is_set_back_starts_the_stamps_anew() {
-    for step_ns in [-1_000_000_000, -3_600_000_000_000] {
-        let mut robot = started();
-        robot.drive([1.0, 1.0]);
-        robot.now_ns += step_ns;
-        let (from_m, samples) = (robot.way_m, robot.samples.len());
-        robot.drive([1.0, 1.0]);
-        assert_eq!(
-            robot.samples.len(),
-            samples,
-            "the interval across the step has no length"
-        );
-        let travelled = robot.travelled;
-        (0..5).for_each(|_| robot.drive([1.0, 1.0]));
-        assert_eq!(robot.samples.len(), samples + 5);
-        assert!(
-            (robot.travelled[0] - travelled[0] - 0.1).abs() < TICK_M,
-            "from {from_m:?}"
-        );
-        assert_eq!(robot.decoder.counters().clock_steps, 1);
-    }
+fn the_next_frame_is_due_a_period_after_the_last() {
+    let mut robot = started();
+    robot.drive([1.0, 1.0]);
+    robot.drive([1.0, 1.0]);
+    let last_ns = robot.now_ns;
+    let [left, _] = robot.step([1.0, 1.0]);
+    let received = Received {
+        frame: left,
+        stamp_ns: robot.now_ns,
+        bus: 0,
+    };
+    let due_ns = robot.decoder.due_ns(&received).unwrap();
+    assert!(
+        (due_ns - last_ns - 20_000_000).abs() < 2_000_000,
+        "{due_ns} after {last_ns}"
+    );
 }
 
 #[test]
-fn a_clock_that_is_set_forward_moves_nobody() {
+fn an_hour_without_frames_moves_nobody() {
     let mut robot = started();
     robot.drive([1.0, 1.0]);
     robot.now_ns += 3_600_000_000_000;

@@ -47,17 +47,6 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         known.then(|| self.history.belief_at(stamp, &self.settings.odometry))
     }
 
-    /// Goes on after the clock was stepped: the moment that it used to call `old` it now calls `new`.
-    ///
-    /// The belief at `old` (usually the latest tick's stamp) and the velocity held then are kept; the history is
-    /// dropped, because its stamps, and those of messages on their way, are the old clock's. Without this call a
-    /// clock stepped back gets the history's first belief and no measurement is accepted before the clock has caught up;
-    /// after one stepped ahead the robot is taken to have been without odometry for that long.
-    pub fn rebase(&mut self, old: Stamp, new: Stamp) {
-        self.history.rebase(old, new, &self.settings);
-        self.now = new;
-    }
-
     /// Where the robot is believed to be at `stamp`, by what the last [`step`] knew.
     #[must_use]
     pub fn extrapolated(&self, stamp: Stamp) -> Estimate {
@@ -140,7 +129,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
 ///
 /// A tick whose stamp goes back answers with the belief then, or, before the history's beginning, with the belief at
 /// the beginning; time never runs backwards. One far ahead extrapolates in a few legs however far it is; that
-/// extrapolation is not kept, so that a single wrong stamp does no lasting harm. See [`Estimator::rebase`].
+/// extrapolation is not kept, so that a single wrong stamp does no lasting harm.
 pub fn step<'a, S: AsRef<[Slot]> + AsMut<[Slot]>>(
     estimator: &'a mut Estimator<S>,
     inputs: &TickInputs<'_>,

@@ -14,7 +14,7 @@ use crate::output::Verdict;
 use crate::pace::Pace;
 use crate::pose::Pose;
 use crate::settings::Settings;
-use crate::stamp::{Span, Stamp};
+use crate::stamp::Stamp;
 
 /// What is carried from one measurement to the next.
 #[derive(Copy, Clone, Debug, Default)]
@@ -117,13 +117,6 @@ impl Filter {
     pub(crate) fn settle(mut self) -> Belief {
         self.close();
         self.belief
-    }
-
-    /// The same on a clock that is `shift` ahead, with nothing of an event left open.
-    pub(crate) fn shifted(mut self, shift: Span) -> Self {
-        self.close();
-        self.pace = self.pace.shifted(shift);
-        self
     }
 }
 

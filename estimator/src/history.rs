@@ -138,25 +138,6 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         true
     }
 
-    /// Forgets all entries; what was believed at `old`, and the velocity held then, are the base at `new`.
-    pub(crate) fn rebase(&mut self, old: Stamp, new: Stamp, settings: &Settings) {
-        let shift = new - old;
-        let filter = self.filter_at(old, &settings.odometry).shifted(shift);
-        let odometry = self.last_sample_before(self.entries.first_sample_after(old));
-        self.base_odometry = odometry.map(|sample| OdometrySample {
-            start: sample.start + shift,
-            stamp: sample.stamp + shift,
-            ..*sample
-        });
-        self.base = Checkpoint {
-            stamp: new,
-            filter,
-            samples: 0,
-        };
-        self.entries.clear();
-        self.evaluated = 0;
-    }
-
     fn oldest(&self) -> Option<Stamp> {
         self.entries.get(0).map(Entry::stamp)
     }

@@ -48,15 +48,6 @@ impl Pace {
         }
     }
 
-    /// The same pace on a clock that is `shift` ahead.
-    #[must_use]
-    pub(crate) fn shifted(self, shift: Span) -> Self {
-        Self {
-            last: self.last + shift,
-            ..self
-        }
-    }
-
     /// `settings` with β as this pace allows, for [`crate::fuse`]; as they are if their memory is zero.
     #[must_use]
     pub fn damped(&self, settings: &FusionSettings) -> FusionSettings {
@@ -114,16 +105,5 @@ mod tests {
         assert_eq!(damping_at(25, 1, 0), 0.2);
         let beginning = Pace::beginning(Stamp::default());
         assert_eq!(beginning.damped(&settings(1000)).damping, 0.2);
-    }
-
-    #[test]
-    fn a_shifted_clock_keeps_the_pace() {
-        let (here, shift) = (Stamp::from_nanos(7), Span::from_millis(3_600_000));
-        let pace = Pace::beginning(here).heard(here + Span::from_millis(30));
-        let next = here + Span::from_millis(130);
-        assert_eq!(
-            pace.shifted(shift).heard(next + shift),
-            pace.heard(next).shifted(shift)
-        );
     }
 }

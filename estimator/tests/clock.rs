@@ -288,29 +288,6 @@ fn the_ends_of_the_clock_are_survived() {
 }
 
 #[test]
-fn after_a_rebase_the_robot_goes_on_where_it_was() {
-    for hour in [-3_600_000, 3_600_000] {
-        let (mut steady, mut stepped) = (robot(), robot());
-        let before = drive(&mut stepped, 20, &[ahead(0, 20)]);
-        drive(&mut steady, 20, &[ahead(0, 20)]);
-        stepped.rebase(ms(20), ms(20 + hour));
-        assert_eq!(stepped.belief_at(ms(20 + hour)), Some(before.belief));
-
-        // Held over the step, then driven.
-        let held = idle(&mut stepped, 30 + hour);
-        assert_eq!(
-            (held.odometry, held.belief),
-            (OdometryState::Held, idle(&mut steady, 30).belief)
-        );
-        let driven = drive(&mut stepped, 40 + hour, &[ahead(20 + hour, 40 + hour)]);
-        assert_eq!(
-            driven.belief,
-            drive(&mut steady, 40, &[ahead(20, 40)]).belief
-        );
-    }
-}
-
-#[test]
 fn beliefs_are_known_from_the_history_s_beginning_to_the_tick() {
     let mut robot = robot();
     idle(&mut robot, 100);

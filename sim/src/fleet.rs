@@ -80,13 +80,6 @@ impl Fleet {
         outputs.reports.iter().for_each(log);
         member.estimate = outputs.estimate;
     }
-
-    /// The clock of `robot` was stepped: what was `old` is now `new`.
-    pub fn rebase(&mut self, robot: usize, old: Stamp, new: Stamp) {
-        if let Some(member) = self.robots.get_mut(robot) {
-            member.estimator.rebase(old, new);
-        }
-    }
 }
 
 fn neighbour(sender: usize, sequence: u64, outgoing: &OutgoingPose) -> NeighbourPose {

@@ -53,7 +53,7 @@ impl Scene {
         let link = Arc::new(Link::new());
         let robot = Robot::open(&config, &space, time, Arc::clone(&link)).unwrap();
         let stop = eventfd(0, EventfdFlags::CLOEXEC).unwrap();
-        let now_ns = KernelTime.monotonic_ns();
+        let now_ns = KernelTime.now_ns();
         let wait = Wait::new(config.tick.trigger, config.period_ns(), now_ns, stop).unwrap();
         robot
             .collect()

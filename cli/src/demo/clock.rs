@@ -1,23 +1,23 @@
-//! The demo's time: the machine's monotonic clock, which never steps, and world time, which starts with the robots.
+//! The demo's time: `CLOCK_BOOTTIME`, which never steps, and world time, which starts with the robots.
 
 use rustix::thread::clock_nanosleep_absolute;
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
 const NANOS_PER_SECOND: i64 = 1_000_000_000;
 
-/// `CLOCK_MONOTONIC` \[ns\].
+/// `CLOCK_BOOTTIME` \[ns\].
 pub(crate) fn now_ns() -> i64 {
-    let now = clock_gettime(ClockId::Monotonic);
+    let now = clock_gettime(ClockId::Boottime);
     now.tv_sec * NANOS_PER_SECOND + now.tv_nsec
 }
 
-/// Sleeps until `CLOCK_MONOTONIC` shows `deadline_ns`, or a little later; signals do not cut it short.
+/// Sleeps until `CLOCK_BOOTTIME` shows `deadline_ns`, or a little later; signals do not cut it short.
 pub(crate) fn sleep_until(deadline_ns: i64) {
     let deadline = Timespec {
         tv_sec: deadline_ns / NANOS_PER_SECOND,
         tv_nsec: deadline_ns % NANOS_PER_SECOND,
     };
-    while clock_nanosleep_absolute(ClockId::Monotonic, &deadline) == Err(rustix::io::Errno::INTR) {}
+    while clock_nanosleep_absolute(ClockId::Boottime, &deadline) == Err(rustix::io::Errno::INTR) {}
 }
 
 /// World time of a stamp, where the world started at `start_ns` \[s\].

@@ -92,9 +92,7 @@ fn describe<'a>(
         robot: member(index + 1),
         team: (1..=stage.robots()).map(member).collect(),
         // All robots are on this machine: the clock that never steps.
-        clock: Clock {
-            source: "monotonic",
-        },
+        clock: Clock { source: "boottime" },
         shm: Shm {
             root,
             prefix: PREFIX,

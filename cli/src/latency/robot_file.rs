@@ -125,9 +125,7 @@ fn describe<'a>(wanted: &Wanted<'a>) -> RobotFile<'a> {
         robot: member(1),
         // Robot 2 is seen even where nobody speaks.
         team: (1..=wanted.neighbours.max(1) + 1).map(member).collect(),
-        clock: Clock {
-            source: "monotonic",
-        },
+        clock: Clock { source: "boottime" },
         tick: Tick {
             rate_hz: wanted.rate_hz,
             trigger: wanted.trigger,

@@ -121,7 +121,7 @@ impl Robot {
 }
 
 fn now_ns() -> i64 {
-    let now = clock_gettime(ClockId::Monotonic);
+    let now = clock_gettime(ClockId::Boottime);
     now.tv_sec * 1_000_000_000 + now.tv_nsec
 }
 
@@ -130,5 +130,5 @@ fn sleep_until(deadline_ns: i64) {
         tv_sec: deadline_ns / 1_000_000_000,
         tv_nsec: deadline_ns % 1_000_000_000,
     };
-    while clock_nanosleep_absolute(ClockId::Monotonic, &deadline) == Err(rustix::io::Errno::INTR) {}
+    while clock_nanosleep_absolute(ClockId::Boottime, &deadline) == Err(rustix::io::Errno::INTR) {}
 }

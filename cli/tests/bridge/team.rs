@@ -54,7 +54,7 @@ impl Team {
         };
         format!(
             "[robot]\nname = \"{}\"\nid = {}\n{members}\
-             [clock]\nsource = \"monotonic\"\n\
+             [clock]\nsource = \"boottime\"\n\
              [shm]\nroot = \"{at}/shm\"\nprefix = \"{PREFIX}\"\n\
              [initial]\npose = [{}, {}, {}]\nsigma = [0.01, 0.01, 0.01]\n\
              [realtime]\nscheduler = \"other\"\nlock_memory = false\n\

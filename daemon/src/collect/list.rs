@@ -38,9 +38,19 @@ impl<T> List<T> {
         self.0.clear();
     }
 
+    /// Takes the first `count` out.
+    pub fn remove_first(&mut self, count: usize) {
+        self.0.drain(..count.min(self.0.len()));
+    }
+
     /// Puts what is in it in the order of `key`; two of one key in any order.
     pub fn sort_by_key<K: Ord>(&mut self, key: impl FnMut(&T) -> K) {
         self.0.sort_unstable_by_key(key); // The stable sort allocates.
+    }
+
+    /// What is in it, to be changed.
+    pub fn as_mut_slice(&mut self) -> &mut [T] {
+        &mut self.0
     }
 
     /// What is in it.

@@ -2,7 +2,7 @@
 
 use coloc_estimator::{
     Covariance2, Covariance3, Measurement, NeighbourPose, Origin, Pose, PositionFix, RobotId,
-    Sighting, Span, Stamp,
+    Sighting, Stamp,
 };
 use coloc_shm_types::{
     Header, Input, Limits, Message, Neighbour, PortError, Position, Reject, RelativePose, Replay,
@@ -11,7 +11,8 @@ use coloc_shm_types::{
 
 use super::list::List;
 use crate::account::Account;
-use crate::config::{Config, nanos};
+use crate::clock::Moment;
+use crate::config::{ClockSource, Config, nanos};
 
 /// A tick takes in so many messages at most; the others wait in shared memory for the next one.
 const SIGHTINGS: usize = 128;
@@ -23,6 +24,8 @@ pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS;
 /// The subscribers and what they have received before.
 #[derive(Debug)]
 pub struct Messages {
+    /// Of their stamps.
+    clock: ClockSource,
     sightings: Port<RelativePose>,
     fixes: Port<Position>,
     neighbours: Port<Neighbour>,
@@ -50,7 +53,6 @@ struct Team {
     robots: Box<[u16]>,
     history_ns: i64,
     future_tolerance_ns: i64,
-    set_back_ns: i64,
 }
 
 impl Messages {
@@ -67,6 +69,7 @@ impl Messages {
         let history_ns = nanos(config.history.length_s);
         let future_tolerance_ns = nanos(config.history.future_tolerance_s);
         let opened = Self {
+            clock: config.clock.source,
             sightings: Port::new(space.subscriber(name)?, Input::RelativePose, SIGHTINGS),
             fixes: Port::new(space.subscriber(name)?, Input::Position, FIXES),
             neighbours: Port::new(space.subscriber(name)?, Input::Neighbour, NEIGHBOURS),
@@ -78,7 +81,6 @@ impl Messages {
                 robots,
                 history_ns,
                 future_tolerance_ns,
-                set_back_ns: 0,
             },
         };
         // Whom this does not reach now the first receive will.
@@ -91,10 +93,19 @@ impl Messages {
     }
 
     /// Takes in what has arrived until `now`, as far as there is room.
-    pub fn receive(&mut self, now: Stamp, into: &mut List<Measurement>, account: &mut Account) {
-        let limits = self.team.limits(now);
+    pub fn receive(
+        &mut self,
+        moment: &Moment,
+        into: &mut List<Measurement>,
+        account: &mut Account,
+    ) {
+        let limits = self.team.limits(moment);
+        let inner = |header: &mut Header| {
+            header.stamp_ns = moment.of_message(self.clock, header.stamp_ns);
+        };
         let seen = &mut self.seen_sightings;
         self.sightings.drain(into, account, |message| {
+            inner(&mut message.header);
             message.validate(&limits)?;
             let sighting = sighting(message)?;
             seen.accept(&message.header)
@@ -102,6 +113,7 @@ impl Messages {
         });
         let seen = &mut self.seen_fixes;
         self.fixes.drain(into, account, |message| {
+            inner(&mut message.header);
             message.validate(&limits)?;
             let fix = fix(message)?;
             seen.accept(&message.header)
@@ -109,6 +121,7 @@ impl Messages {
         });
         let seen = &mut self.seen_neighbours;
         self.neighbours.drain(into, account, |message| {
+            inner(&mut message.header);
             message.validate(&limits)?;
             let neighbour = neighbour(message)?;
             let place = limits
@@ -130,28 +143,15 @@ impl Messages {
         self.fixes.left = self.fixes.most;
         self.neighbours.left = self.neighbours.most;
     }
-
-    /// The clock was stepped: sessions that began under the old one say nothing about which is newer, and after a
-    /// step back they may seem to lie in the future.
-    pub fn shift(&mut self, shift: Span) {
-        self.team.set_back_ns = self
-            .team
-            .set_back_ns
-            .saturating_sub(shift.as_nanos())
-            .max(0);
-        self.seen_sightings = Replay::new();
-        self.seen_fixes = Replay::new();
-        self.seen_neighbours.fill(Replay::new());
-    }
 }
 
 impl Team {
-    fn limits(&self, now: Stamp) -> Limits<'_> {
+    fn limits(&self, moment: &Moment) -> Limits<'_> {
         Limits {
-            now_ns: now.as_nanos(),
+            now_ns: moment.stamp.as_nanos(),
             history_ns: self.history_ns,
             future_tolerance_ns: self.future_tolerance_ns,
-            set_back_ns: self.set_back_ns,
+            set_back_ns: i64::MAX,
             own: self.own,
             robots: &self.robots,
         }
@@ -172,11 +172,11 @@ impl<M: Message> Port<M> {
         &mut self,
         into: &mut List<Measurement>,
         account: &mut Account,
-        mut accept: impl FnMut(&M) -> Result<(Measurement, Header), Reject>,
+        mut accept: impl FnMut(&mut M) -> Result<(Measurement, Header), Reject>,
     ) {
         let input = self.input;
         while self.left > 0 {
-            let message = match self.subscriber.receive() {
+            let mut message = match self.subscriber.receive() {
                 Ok(Some(message)) => message,
                 Ok(None) => return,
                 // One publisher's messages cannot be read; the others' come at the next tick.
@@ -184,7 +184,7 @@ impl<M: Message> Port<M> {
             };
             // Refused ones count: a flood of them must not make the tick longer than a flood of good ones.
             self.left -= 1;
-            match accept(&message) {
+            match accept(&mut message) {
                 Ok((measurement, header)) => {
                     account.valid(input, Stamp::from_nanos(header.stamp_ns));
                     // There is room: the list holds what all the ports take in.

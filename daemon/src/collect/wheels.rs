@@ -4,34 +4,36 @@ use std::os::fd::{AsFd, BorrowedFd};
 
 use coloc_drivers::can::{self, Bus, Filter};
 use coloc_drivers::encoder::{FrameReject, OdometryCounters, OdometryDecoder, WheelOdometry};
-use coloc_estimator::{Measurement, Motion, OdometryNoise, OdometrySample, Span, Stamp, noise};
+use coloc_estimator::{
+    Measurement, Motion, OdometryNoise, OdometrySample, Stamp, TickInputs, noise,
+};
 use coloc_shm_types::{BusState, CanCounters, Input};
 use tracing::warn;
 
 use super::backlog;
+use super::frames::Frames;
 use super::list::List;
 use crate::account::Account;
-use crate::clock::Moment;
+use crate::clock::{Moment, TimeSource};
 use crate::config::{self, Config};
 use crate::start::StartError;
 
-/// A tick takes in so many samples at most: 64 ticks' worth at the usual rate.
+/// The estimator takes so many samples at once: 64 ticks' worth at the usual rate. If there are more, it takes the next
+/// ones in another step, before the tick's own.
 pub const SAMPLES: usize = 64;
 
 /// The buses and what is made of their frames.
 #[derive(Debug)]
 pub struct Wheels {
     buses: Vec<Bus>,
-    decoder: Option<OdometryDecoder>,
+    frames: Option<Frames>,
     to_motion: ToMotion,
-    /// How many samples were decoded since the last tick.
-    samples: usize,
-    /// Frames that were read and not decoded yet, with the order in which they were.
-    inbox: List<(usize, can::Received)>,
+    /// Samples that wait for the estimator.
+    samples: List<Measurement>,
+    /// There was one since the last tick.
+    had_samples: bool,
     /// Stamps of the newest sample and of the one before \[ns\]; 0 if there was none.
     newest_ns: [i64; 2],
-    /// All steps of the configured clock so far. The decoder lives without them: its intervals span a step unharmed.
-    steps: Span,
 }
 
 /// A velocity and its noise, in the words of the drive.
@@ -69,68 +71,82 @@ impl Wheels {
                 warn!("{spec}: {report}");
             }
         }
+        let clocks = buses.iter().map(Bus::stamp_clock);
         Ok(Self {
-            inbox: List::with_capacity(can::FRAMES_PER_CALL * buses.len()),
+            frames: decoder.map(|decoder| Frames::new(decoder, clocks)),
             buses,
             to_motion: ToMotion::new(config),
-            decoder,
-            samples: 0,
+            samples: List::with_capacity(SAMPLES),
+            had_samples: false,
             newest_ns: [0; 2],
-            steps: Span::ZERO,
         })
     }
 
-    /// Takes everything off the buses; whether there is anything to decode.
-    pub fn drain(&mut self) -> bool {
-        drain(&mut self.buses, &mut self.inbox);
-        self.has_frames()
+    /// Takes what one call brings off every bus; whether there is anything to decode.
+    pub fn drain(&mut self, time: &dyn TimeSource) -> bool {
+        let Some(frames) = &mut self.frames else {
+            return false;
+        };
+        for (number, bus) in self.buses.iter_mut().enumerate() {
+            if frames.has_room_for(number) {
+                let drained = bus.receive(&mut |received| {
+                    frames.take(&can::Received {
+                        stamp_ns: time.of_kernel(received.stamp_ns),
+                        ..*received
+                    });
+                });
+                frames.drained(number, drained.more);
+            }
+        }
+        !frames.is_empty()
+    }
+
+    /// Whether the last drain left nothing behind.
+    #[must_use]
+    pub fn emptied(&self) -> bool {
+        self.frames.as_ref().is_none_or(Frames::emptied)
     }
 
     /// Whether there is anything to decode.
     #[must_use]
     pub fn has_frames(&self) -> bool {
-        !self.inbox.is_empty()
+        self.frames
+            .as_ref()
+            .is_some_and(|frames| !frames.is_empty())
     }
 
-    /// Decodes what was drained before `moment`.
-    pub fn decode(&mut self, moment: &Moment, into: &mut List<Measurement>, account: &mut Account) {
-        let Some(decoder) = &mut self.decoder else {
-            return;
+    /// Decodes what was drained before `moment`; whether that is all, rather than all that there is room for.
+    pub fn decode(&mut self, moment: &Moment, account: &mut Account) -> bool {
+        let Some(frames) = &mut self.frames else {
+            return true;
         };
-        for (_, received) in self.inbox.as_slice() {
-            let stamp = Stamp::from_nanos(moment.of_frame(received.stamp_ns)) - self.steps;
-            let received = can::Received {
-                stamp_ns: stamp.as_nanos(),
-                ..*received
-            };
-            match decoder.push(&received) {
-                Ok(Some(odometry)) => {
-                    let sample = self.to_motion.sample(&odometry, self.steps);
+        while !self.samples.is_full() {
+            match frames.next(moment) {
+                None => return true,
+                Some(Ok(Some(odometry))) => {
+                    let sample = self.to_motion.sample(&odometry);
                     self.newest_ns = [sample.stamp.as_nanos(), self.newest_ns[0]];
                     account.valid(Input::Odometry, sample.stamp);
-                    // More than fit come only after a stall; counters are cumulative, so the next sample covers them.
-                    if self.samples < SAMPLES && into.push(sample.into()) {
-                        self.samples += 1;
-                    }
+                    self.had_samples |= self.samples.push(sample.into());
                 }
-                Err(reason) if is_wrong(reason) => account.unreadable(Input::Odometry),
-                Ok(None) | Err(_) => {}
+                Some(Err(reason)) if is_wrong(reason) => account.unreadable(Input::Odometry),
+                Some(Ok(None) | Err(_)) => {}
             }
         }
-        self.inbox.clear();
+        false
     }
 
     /// Looks after the buses.
     pub fn supervise(&mut self, moment: &Moment, account: &mut Account) {
-        let Some(decoder) = &self.decoder else {
+        let Some(frames) = &self.frames else {
             return;
         };
         for bus in &mut self.buses {
-            bus.supervise(moment.reading.monotonic_ns);
+            bus.supervise(moment.stamp.as_nanos());
         }
         account.buses(
             worst(&self.buses),
-            counters(&self.buses, decoder.counters()),
+            counters(&self.buses, frames.decoder().counters()),
         );
     }
 
@@ -139,15 +155,46 @@ impl Wheels {
         self.buses.iter().map(AsFd::as_fd)
     }
 
-    /// How many samples there were since the last [`Self::clear`].
+    /// How many samples wait for the estimator.
     #[must_use]
     pub fn samples(&self) -> usize {
-        self.samples
+        self.samples.as_slice().len()
     }
 
-    /// The samples have been used.
+    /// Whether there was a sample since the last tick.
+    #[must_use]
+    pub fn had_samples(&self) -> bool {
+        self.had_samples
+    }
+
+    /// The samples that wait, as inputs up to the newest of them; `None` if there are none.
+    #[must_use]
+    pub fn way(&self) -> Option<TickInputs<'_>> {
+        let measurements = self.samples.as_slice();
+        Some(TickInputs {
+            stamp: measurements.last()?.stamp(),
+            measurements,
+        })
+    }
+
+    /// Puts the samples that wait into a list that has room for [`SAMPLES`]; how many there are.
+    pub fn gather(&mut self, into: &mut List<Measurement>) -> usize {
+        let samples = self.samples();
+        for sample in self.samples.as_slice() {
+            let _ = into.push(*sample);
+        }
+        self.taken();
+        samples
+    }
+
+    /// The estimator has taken the samples.
+    pub fn taken(&mut self) {
+        self.samples.clear();
+    }
+
+    /// The tick is over.
     pub fn clear(&mut self) {
-        self.samples = 0;
+        self.had_samples = false;
     }
 
     /// Stamp of the newest sample up to `stamp` \[ns\]; 0 if there was none. The very newest may have come after the
@@ -161,34 +208,6 @@ impl Wheels {
             before
         }
     }
-
-    /// The clock was stepped.
-    pub fn shift(&mut self, shift: Span) {
-        self.steps = (Stamp::default() + self.steps + shift) - Stamp::default();
-        let shifted = |stamp: i64| {
-            if stamp == 0 {
-                0
-            } else {
-                stamp.saturating_add(shift.as_nanos())
-            }
-        };
-        self.newest_ns = self.newest_ns.map(shifted);
-    }
-}
-
-/// Drains several buses as if they were one: a burst on both must not be decoded one bus after the other, or the
-/// wheels' counts of different moments would make a pair.
-fn drain(buses: &mut [Bus], inbox: &mut List<(usize, can::Received)>) {
-    for bus in &mut *buses {
-        bus.receive(&mut |received| {
-            // There is room for all that the buses hand over in one call each.
-            let _ = inbox.push((inbox.as_slice().len(), *received));
-        });
-    }
-    // One bus keeps its order, whatever the clock of the stamps did meanwhile.
-    if buses.len() > 1 {
-        inbox.sort_by_key(|(position, received)| (received.stamp_ns, *position));
-    }
 }
 
 impl ToMotion {
@@ -200,11 +219,11 @@ impl ToMotion {
         }
     }
 
-    fn sample(self, odometry: &WheelOdometry, steps: Span) -> OdometrySample {
+    fn sample(self, odometry: &WheelOdometry) -> OdometrySample {
         OdometrySample {
             source: 0,
-            start: Stamp::from_nanos(odometry.start_ns) + steps,
-            stamp: Stamp::from_nanos(odometry.stamp_ns) + steps,
+            start: Stamp::from_nanos(odometry.start_ns),
+            stamp: Stamp::from_nanos(odometry.stamp_ns),
             motion: self.motion(odometry.velocity),
         }
     }
@@ -285,43 +304,5 @@ fn counters(buses: &[Bus], decoded: &OdometryCounters) -> CanCounters {
         alive_repeats: decoded.of(FrameReject::Repeated),
         rx_overflows: sum(|counters| counters.receive_drops + counters.controller_overflows),
         reopens: sum(|counters| counters.reopened),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use coloc_drivers::can::{BusSpec, Sender};
-    use coloc_drivers::encoder::WheelFrames;
-
-    use super::*;
-
-    #[test]
-    fn a_burst_on_two_buses_is_read_in_the_order_in_which_it_came() {
-        let directory = tempfile::tempdir().unwrap();
-        let specs = ["left", "right"].map(|side| BusSpec::Local {
-            directory: directory.path().join(side),
-        });
-        let [left, right] = &specs;
-        let mut buses: Vec<Bus> = specs
-            .iter()
-            .zip(0_u8..)
-            .map(|(spec, number)| Bus::open(spec, number, Filter::All).unwrap())
-            .collect();
-        let mut senders = [left, right].map(|spec| Sender::open(spec).unwrap());
-        let mut wheels = WheelFrames::new(1e-4);
-        for turn in 0..5 {
-            let frames = wheels.encode(0.01 * f64::from(turn), 0.02 * f64::from(turn));
-            for (sender, frame) in senders.iter_mut().zip(frames) {
-                sender.send(&frame).unwrap();
-            }
-        }
-        let mut inbox = List::with_capacity(2 * can::FRAMES_PER_CALL);
-        drain(&mut buses, &mut inbox);
-        let seen: Vec<u8> = inbox
-            .as_slice()
-            .iter()
-            .map(|(_, received)| received.bus)
-            .collect();
-        assert_eq!(seen, [0, 1, 0, 1, 0, 1, 0, 1, 0, 1]);
     }
 }

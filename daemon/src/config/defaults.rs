@@ -11,7 +11,6 @@ impl Default for Clock {
     fn default() -> Self {
         Self {
             source: ClockSource::Realtime,
-            step_s: 0.005,
         }
     }
 }

@@ -63,11 +63,9 @@ mod robot_name {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Clock {
-    /// The clock of every stamp; robots that talk to one another must share one.
+    /// The clock of the stamps that it sends and is sent; robots that talk to one another must share one. Inside it runs on
+    /// `CLOCK_BOOTTIME`, whatever is done to this one.
     pub source: ClockSource,
-    /// A jump of the clock between two ticks that is larger than this is a clock step \[s\].
-    #[schemars(range(min = 1e-4, max = 0.9))]
-    pub step_s: f64,
 }
 
 /// Clocks that stamps can be of.
@@ -79,8 +77,8 @@ pub enum ClockSource {
     Realtime,
     /// `CLOCK_TAI`: the same without leap seconds.
     Tai,
-    /// `CLOCK_MONOTONIC`: never steps; for robots on one machine.
-    Monotonic,
+    /// `CLOCK_BOOTTIME`: nobody sets it, and it counts while the computer is suspended; for robots on one machine.
+    Boottime,
 }
 
 /// `[tick]`
@@ -100,7 +98,7 @@ pub struct Tick {
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Trigger {
-    /// Absolute deadlines on `CLOCK_MONOTONIC`; frames wait for the next one.
+    /// Absolute deadlines on `CLOCK_BOOTTIME`; frames wait for the next one.
     #[default]
     Timer,
     /// A frame's arrival; the timer is the fallback when frames stop.

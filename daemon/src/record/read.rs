@@ -8,7 +8,7 @@ use coloc_estimator::{
     OdometrySample, Origin, Pose, PositionFix, RobotId, Sighting, Stamp, TickInputs,
 };
 
-use super::Record;
+use super::{Record, Step};
 
 /// A daemon's recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,9 +39,9 @@ pub struct Gaps {
 pub struct RecordedTick {
     /// Counted from 0, lost ones included.
     pub tick: u64,
-    /// The clock was stepped before it: what was the first is now the second.
-    pub rebase: Option<(Stamp, Stamp)>,
-    /// The tick's own stamp.
+    /// What the estimator did in it, or ahead of it.
+    pub step: Step,
+    /// The tick's own stamp; of a step ahead of it, that one's.
     pub stamp: Stamp,
     /// What it took in.
     pub measurements: Vec<Measurement>,
@@ -287,24 +287,19 @@ impl Lines {
     }
 
     /// The tick that begins with `record`.
-    fn tick(&mut self, mut record: Record) -> Result<Result<RecordedTick, Broken>, io::Error> {
+    fn tick(&mut self, record: Record) -> Result<Result<RecordedTick, Broken>, io::Error> {
         let mut recorded = RecordedTick::default();
-        while let Record::Rebase { old_ns, new_ns } = record {
-            recorded.rebase = Some((Stamp::from_nanos(old_ns), Stamp::from_nanos(new_ns)));
-            let Some(next) = self.next()? else {
-                return Ok(Err(Broken));
-            };
-            record = next;
-        }
         let Record::Tick {
             tick,
             stamp_ns,
             inputs,
+            step,
         } = record
         else {
             return Ok(Err(Broken));
         };
         (recorded.tick, recorded.stamp) = (tick, Stamp::from_nanos(stamp_ns));
+        recorded.step = step;
         for _ in 0..inputs {
             if let Err(broken) = self.of_tick()?.and_then(|record| recorded.take(record)) {
                 return Ok(Err(broken));
@@ -320,7 +315,7 @@ impl Lines {
     fn of_tick(&mut self) -> Result<Result<Record, Broken>, io::Error> {
         let record = self.next()?;
         Ok(match record {
-            Some(begin @ (Record::Tick { .. } | Record::Rebase { .. })) => {
+            Some(begin @ Record::Tick { .. }) => {
                 self.next = Some(begin);
                 Err(Broken)
             }
@@ -333,7 +328,8 @@ impl Lines {
 /// How many of the ticks up to the last whole one are not there.
 fn missing(ticks: &[RecordedTick]) -> u64 {
     let expected = ticks.last().map_or(0, |last| last.tick + 1);
-    expected.saturating_sub(ticks.len() as u64)
+    let whole = ticks.iter().filter(|tick| tick.step != Step::Ahead);
+    expected.saturating_sub(whole.count() as u64)
 }
 
 #[cfg(test)]
@@ -360,6 +356,7 @@ mod tests {
             motion: OdometryNoise::paper().nonholonomic([0.1, -0.7]),
         };
         let tick = RecordedTick {
+            step: Step::Own,
             tick: 0,
             stamp,
             measurements: vec![
@@ -386,11 +383,9 @@ mod tests {
                 }),
             ],
             belief: Belief::independent(third, cov(0.3)),
-            rebase: None,
         };
         let mut second = RecordedTick {
             tick: 1,
-            rebase: Some((stamp, Stamp::from_nanos(5))),
             ..tick.clone()
         };
         second.measurements[0] = Measurement::Odometry(OdometrySample {
@@ -414,11 +409,7 @@ mod tests {
             &recording.initial,
         )];
         for tick in &recording.ticks {
-            records.extend(tick.rebase.map(|(old, new)| Record::Rebase {
-                old_ns: old.as_nanos(),
-                new_ns: new.as_nanos(),
-            }));
-            records.extend(of_inputs(tick.tick, &tick.inputs()));
+            records.extend(of_inputs(tick.tick, tick.step, &tick.inputs()));
             records.push(Record::from(&Estimate {
                 stamp: tick.stamp,
                 belief: tick.belief,
@@ -467,7 +458,7 @@ mod tests {
     #[test]
     fn a_lost_line_costs_its_tick_and_no_other() {
         let (whole, ticks) = four_ticks();
-        for lost in (1..whole.len()).filter(|&line| !matches!(whole[line], Record::Rebase { .. })) {
+        for lost in 1..whole.len() {
             let mut part = whole.clone();
             part[lost] = Record::Lost { lines: 1 };
             let recording = read(&part).unwrap();

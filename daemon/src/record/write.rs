@@ -230,11 +230,13 @@ mod tests {
         let full = Path::new("/dev/full");
         assert!(full.metadata().unwrap().file_type().is_char_device());
         let mut file = RecordFile::new(full);
-        let rebase = Record::Rebase {
-            old_ns: 1,
-            new_ns: 2,
+        let tick = Record::Tick {
+            tick: 1,
+            stamp_ns: 2,
+            inputs: 0,
+            step: crate::record::Step::Own,
         };
-        (0..3).for_each(|_| file.take(vec![rebase; 5]));
+        (0..3).for_each(|_| file.take(vec![tick; 5]));
         assert_eq!((file.lost, file.works), (15, false));
     }
 
@@ -244,19 +246,21 @@ mod tests {
         let path = directory.path().join("later/a.jsonl");
         let mut file = RecordFile::new(&path);
         let begin = Record::begin(1, 0, &coloc_estimator::Belief::default());
-        let rebase = Record::Rebase {
-            old_ns: 1,
-            new_ns: 2,
+        let tick = Record::Tick {
+            tick: 1,
+            stamp_ns: 2,
+            inputs: 0,
+            step: crate::record::Step::Own,
         };
-        file.take(vec![begin, rebase, rebase]);
+        file.take(vec![begin, tick, tick]);
         std::fs::create_dir(directory.path().join("later")).unwrap();
         file.retry.worked();
-        file.take(vec![rebase]);
+        file.take(vec![tick]);
         let text = std::fs::read_to_string(&path).unwrap();
         let kinds: Vec<Record> = text
             .lines()
             .map(|line| serde_json::from_str(line).unwrap())
             .collect();
-        assert_eq!(kinds, [begin, Record::Lost { lines: 2 }, rebase]);
+        assert_eq!(kinds, [begin, Record::Lost { lines: 2 }, tick]);
     }
 }

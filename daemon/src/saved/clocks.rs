@@ -29,13 +29,13 @@ impl When {
         }
     }
 
-    /// The moment of this boot that `CLOCK_MONOTONIC` called `monotonic_ns`, not long ago.
+    /// The moment of this boot that `CLOCK_BOOTTIME` called `boottime_ns`, not long ago.
     #[must_use]
-    pub fn of_monotonic(&self, monotonic_ns: i64) -> Self {
-        let ago = nanos(ClockId::Monotonic).saturating_sub(monotonic_ns);
+    pub fn at(&self, boottime_ns: i64) -> Self {
+        let ago = nanos(ClockId::Boottime).saturating_sub(boottime_ns);
         Self {
             boot_id: self.boot_id.clone(),
-            boottime_ns: nanos(ClockId::Boottime).saturating_sub(ago),
+            boottime_ns,
             realtime_ns: nanos(ClockId::Realtime).saturating_sub(ago),
         }
     }
@@ -95,7 +95,7 @@ mod tests {
     fn the_kernels_clocks_go_on_together() {
         let begin = When::now();
         assert!(!begin.boot_id.is_empty());
-        let before = begin.of_monotonic(nanos(ClockId::Monotonic) - 2 * SECOND);
+        let before = begin.at(nanos(ClockId::Boottime) - 2 * SECOND);
         let age_s = When::now().since(&before);
         assert!((2.0..60.0).contains(&age_s), "{age_s}");
     }

@@ -32,10 +32,10 @@ impl Saver {
         })
     }
 
-    /// What `CLOCK_MONOTONIC` called `monotonic_ns`, not long ago.
+    /// What `CLOCK_BOOTTIME` called `boot_ns`, not long ago.
     #[must_use]
-    pub fn when(&self, monotonic_ns: i64) -> When {
-        self.boot.of_monotonic(monotonic_ns)
+    pub fn when(&self, boot_ns: i64) -> When {
+        self.boot.at(boot_ns)
     }
 
     /// To be written, unless the disk has not done with others yet: there will be a newer one.

@@ -3,6 +3,7 @@
 use tracing::{debug, info, warn};
 
 use super::throttle::Sum;
+use crate::clock::ClockStep;
 use crate::event::Event;
 use coloc_shm_types::Health;
 
@@ -28,13 +29,9 @@ pub(super) fn write((count, event): Sum) {
             deadlines,
             lateness_ns,
         } => warn!(count, deadlines, lateness_ns, "deadline missed"),
-        Event::ClockStepped { shift_ns: 0 } => warn!(
+        Event::ClockStepped(ClockStep { clock, by_ns }) => warn!(
             count,
-            "the clock of the frame stamps was stepped; frames of this tick are stamped by their read"
-        ),
-        Event::ClockStepped { shift_ns } => warn!(
-            count,
-            shift_ns, "the clock was stepped; the belief goes on, the history was dropped"
+            by_ns, "somebody set the clock {clock:?}; the pose goes on, stamps are converted anew"
         ),
         Event::NoRoom {
             overflowed,

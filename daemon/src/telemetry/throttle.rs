@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
+use crate::clock::ClockStep;
 use crate::event::Event;
 
 const PERIOD: Duration = Duration::from_secs(5);
@@ -72,7 +73,7 @@ fn kind(event: &Event) -> Kind {
         } => [1, input as u8, from as u8, to as u8],
         Event::Bus { from, to } => [2, from as u8, to as u8, 0],
         Event::Missed { .. } => [3, 0, 0, 0],
-        Event::ClockStepped { shift_ns } => [4, u8::from(shift_ns == 0), 0, 0],
+        Event::ClockStepped(ClockStep { clock, .. }) => [4, clock as u8, 0, 0],
         Event::NoRoom { .. } => [5, 0, 0, 0],
         Event::Lost { .. } => [6, 0, 0, 0],
         Event::Belief { .. } | Event::Recorded(_) | Event::Account(_) => [7, 0, 0, 0],
@@ -95,10 +96,11 @@ fn added(before: Event, event: Event) -> Event {
             deadlines: a.saturating_add(deadlines),
             lateness_ns: b.max(lateness_ns),
         },
-        (Event::ClockStepped { shift_ns: a }, Event::ClockStepped { shift_ns }) => {
-            Event::ClockStepped {
-                shift_ns: a.saturating_add(shift_ns),
-            }
+        (Event::ClockStepped(before), Event::ClockStepped(ClockStep { clock, by_ns })) => {
+            Event::ClockStepped(ClockStep {
+                clock,
+                by_ns: before.by_ns.saturating_add(by_ns),
+            })
         }
         (
             Event::NoRoom {
@@ -160,7 +162,12 @@ mod tests {
                 deadlines: 1,
                 lateness_ns: 5,
             },
-            || Event::ClockStepped { shift_ns: 1 },
+            || {
+                Event::ClockStepped(ClockStep {
+                    clock: crate::config::ClockSource::Realtime,
+                    by_ns: 1,
+                })
+            },
             || Event::NoRoom {
                 overflowed: 1,
                 folded_early: 0,

@@ -42,9 +42,10 @@ impl TimeSource for TestTime {
     fn read(&self) -> Reading {
         let realtime_ns = self.0.1.load(Ordering::Relaxed);
         Reading {
-            monotonic_ns: self.0.0.load(Ordering::Relaxed),
+            boot_ns: self.0.0.load(Ordering::Relaxed),
             realtime_ns,
             tai_ns: realtime_ns,
+            width_ns: 0,
         }
     }
 }
@@ -149,7 +150,7 @@ impl Subject {
     /// A period passes, and a tick on time.
     pub(crate) fn tick(&mut self) -> Estimate {
         self.time.run(PERIOD);
-        let deadline_ns = self.time.read().monotonic_ns;
+        let deadline_ns = self.time.now_ns();
         assert_eq!(
             self.robot.wake(Wake::Deadline {
                 deadline_ns,

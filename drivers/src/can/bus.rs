@@ -9,7 +9,7 @@ use super::local::Participant;
 use super::log_report::LogReport;
 use super::open_error::OpenError;
 use super::playback::Playback;
-use super::received::{Drained, Received};
+use super::received::{Drained, Received, StampClock};
 use super::room::Shortage;
 use super::socket_bus::SocketBus;
 use super::socketcan::Interface;
@@ -95,12 +95,21 @@ impl Bus {
         }
     }
 
-    /// Looks after the bus: call it once a tick with the time of `CLOCK_MONOTONIC` \[ns\].
+    /// Looks after the bus: call it once a tick with the time of a clock that nobody sets \[ns\].
     pub fn supervise(&mut self, now_ns: i64) {
         match &mut self.source {
             Source::Interface(bus) => bus.supervise(now_ns, &mut self.health),
             Source::Local(bus) => bus.supervise(now_ns, &mut self.health),
             Source::Log(_) => {}
+        }
+    }
+
+    /// The clock of its stamps.
+    #[must_use]
+    pub fn stamp_clock(&self) -> StampClock {
+        match &self.source {
+            Source::Interface(_) | Source::Local(_) => StampClock::Realtime,
+            Source::Log(_) => StampClock::Boottime,
         }
     }
 

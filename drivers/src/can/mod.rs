@@ -33,7 +33,7 @@ pub use self::frame::{CLASSIC_SIZE, FD_SIZE, Frame, FrameError, Kind, raw_id};
 pub use self::health::{BusCounters, BusHealth, BusState};
 pub use self::log_report::LogReport;
 pub use self::open_error::OpenError;
-pub use self::received::{Drained, FRAMES_PER_CALL, Received};
+pub use self::received::{Drained, FRAMES_PER_CALL, Received, StampClock};
 pub use self::room::Shortage;
 pub use self::sender::{SendCounters, Sender};
 pub use self::spec::{BusSpec, BusSpecError};

@@ -17,35 +17,26 @@ use super::socket_bus::accept;
 
 /// Plays a log from the first call of `receive` on: waiting to be waited for costs no frames.
 ///
-/// Stamps are the start's `CLOCK_REALTIME` plus the frame's offset in the log, so they keep the recorded spacing to the
-/// nanosecond. When that clock is stepped they follow, as the kernel's stamps would.
+/// Stamps are the start's `CLOCK_BOOTTIME` plus the frame's offset in the log, so they keep the recorded spacing to the
+/// nanosecond, whatever is done to the clock of the day.
 #[derive(Debug)]
 pub(super) struct Playback {
     log: Log,
     next: usize,
     timer: OwnedFd,
-    /// `CLOCK_MONOTONIC` and `CLOCK_REALTIME` when the log's first frame was due.
-    start: Option<Start>,
+    /// When the log's first frame was due \[ns\].
+    start_ns: Option<i64>,
 }
-
-#[derive(Copy, Clone, Debug)]
-struct Start {
-    monotonic_ns: i64,
-    realtime_ns: i64,
-}
-
-/// A larger change of the distance between the two clocks than this is a step; smaller ones are slewing.
-const CLOCK_STEP_NS: u64 = 100_000_000;
 
 impl Playback {
     pub(super) fn new(log: Log) -> Result<Self, Errno> {
         let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;
-        let timer = timerfd_create(TimerfdClockId::Monotonic, flags)?;
+        let timer = timerfd_create(TimerfdClockId::Boottime, flags)?;
         let playback = Self {
             log,
             next: 0,
             timer,
-            start: None,
+            start_ns: None,
         };
         playback.wake_at(1)?;
         Ok(playback)
@@ -63,10 +54,10 @@ impl Playback {
         health: &mut BusHealth,
         sink: &mut impl FnMut(&Received),
     ) -> Drained {
-        let (monotonic_ns, realtime_ns) = (now_ns(ClockId::Monotonic), now_ns(ClockId::Realtime));
-        let start = self.anchor(monotonic_ns, realtime_ns);
+        let now_ns = now_ns();
+        let start_ns = *self.start_ns.get_or_insert(now_ns);
         let mut frames = 0;
-        while let Some((log, offset_ns)) = self.due(monotonic_ns - start.monotonic_ns) {
+        while let Some((log, offset_ns)) = self.due(now_ns - start_ns) {
             if frames == FRAMES_PER_CALL {
                 return Drained { frames, more: true };
             }
@@ -75,28 +66,16 @@ impl Playback {
             if accept(&log.frame, filter, health) {
                 sink(&Received {
                     frame: log.frame,
-                    stamp_ns: start.realtime_ns.saturating_add(offset_ns),
+                    stamp_ns: start_ns.saturating_add(offset_ns),
                     bus: number,
                 });
             }
         }
-        self.arm(start, health);
+        self.arm(start_ns, health);
         Drained {
             frames,
             more: false,
         }
-    }
-
-    fn anchor(&mut self, monotonic_ns: i64, realtime_ns: i64) -> Start {
-        let start = self.start.get_or_insert(Start {
-            monotonic_ns,
-            realtime_ns,
-        });
-        let step_ns = (realtime_ns - start.realtime_ns) - (monotonic_ns - start.monotonic_ns);
-        if step_ns.unsigned_abs() > CLOCK_STEP_NS {
-            start.realtime_ns += step_ns;
-        }
-        *start
     }
 
     /// The next frame and its offset from the first, if it is due.
@@ -111,10 +90,10 @@ impl Playback {
         Some((*next, next.stamp_ns.saturating_sub(first.stamp_ns)))
     }
 
-    fn arm(&self, start: Start, health: &mut BusHealth) {
+    fn arm(&self, start_ns: i64, health: &mut BusHealth) {
         let due_ns = self
             .upcoming()
-            .map(|(_, offset_ns)| start.monotonic_ns.saturating_add(offset_ns));
+            .map(|(_, offset_ns)| start_ns.saturating_add(offset_ns));
         if due_ns.is_none() {
             health.state = BusState::Ended;
         }
@@ -122,10 +101,10 @@ impl Playback {
         let _ = self.wake_at(due_ns.unwrap_or(0));
     }
 
-    fn wake_at(&self, monotonic_ns: i64) -> Result<(), Errno> {
+    fn wake_at(&self, at_ns: i64) -> Result<(), Errno> {
         let it_value = Timespec {
-            tv_sec: monotonic_ns / NS_PER_S,
-            tv_nsec: monotonic_ns % NS_PER_S,
+            tv_sec: at_ns / NS_PER_S,
+            tv_nsec: at_ns % NS_PER_S,
         };
         let when = Itimerspec {
             it_interval: Timespec::default(),
@@ -137,8 +116,8 @@ impl Playback {
 
 const NS_PER_S: i64 = 1_000_000_000;
 
-fn now_ns(clock: ClockId) -> i64 {
-    let now = clock_gettime(clock);
+fn now_ns() -> i64 {
+    let now = clock_gettime(ClockId::Boottime);
     now.tv_sec
         .saturating_mul(NS_PER_S)
         .saturating_add(now.tv_nsec)
@@ -184,26 +163,5 @@ mod tests {
         assert_eq!(offsets_ns, [0, 0, 10_000_000, 25_001_000]);
         assert_eq!(health.counters.frames, 4);
         assert!(got.iter().all(|received| received.bus == 3));
-    }
-
-    #[test]
-    fn stamps_follow_a_step_of_the_clock_but_not_its_slewing() {
-        let mut playback = playback("(1.000000) can0 001#\n");
-        assert_eq!(
-            playback.anchor(1_000, 5_000_000_000).realtime_ns,
-            5_000_000_000
-        );
-        assert_eq!(
-            playback.anchor(2_000, 5_000_301_000).realtime_ns,
-            5_000_000_000
-        );
-        assert_eq!(
-            playback.anchor(3_000, 3_605_000_002_000).realtime_ns,
-            3_605_000_000_000
-        );
-        assert_eq!(
-            playback.anchor(4_000, 5_000_003_000).realtime_ns,
-            5_000_000_000
-        );
     }
 }

@@ -7,10 +7,19 @@ use super::frame::Frame;
 pub struct Received {
     /// What came.
     pub frame: Frame,
-    /// When the kernel received it \[ns of `CLOCK_REALTIME`\].
+    /// When it was received \[ns of the bus's [`StampClock`]\].
     pub stamp_ns: i64,
     /// The number that [`super::Bus::open`] gave to the bus.
     pub bus: u8,
+}
+
+/// The clock of a bus's stamps.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum StampClock {
+    /// `CLOCK_REALTIME`, with which the kernel stamps what comes through a socket. Somebody may set it meanwhile.
+    Realtime,
+    /// `CLOCK_BOOTTIME`, by which recorded logs are played.
+    Boottime,
 }
 
 /// What one call of [`super::Bus::receive`] did.

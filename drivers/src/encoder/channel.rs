@@ -176,14 +176,6 @@ impl Channel {
         }
     }
 
-    /// Forgets everything seen.
-    pub(super) fn restart(&mut self) {
-        (self.last_ns, self.period_ns, self.has_news, self.value) = (None, None, false, 0.0);
-        if let Measure::Counter(counter) = &mut self.measure {
-            counter.restart();
-        }
-    }
-
     /// Whether a frame has come since the last sample.
     pub(super) fn has_news(&self) -> bool {
         self.has_news

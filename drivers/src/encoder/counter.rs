@@ -144,11 +144,6 @@ impl Counter {
         });
     }
 
-    /// Forgets what was counted: the next count is the first.
-    pub(super) fn restart(&mut self) {
-        (self.last, self.suspect) = (None, None);
-    }
-
     /// Signed distance between two counts, the shorter way round \[m\].
     fn way_m(&self, from: Count, to: Count) -> f64 {
         self.counts.between(from.raw, to.raw) * self.metres_per_count

@@ -25,8 +25,6 @@ pub struct OdometryCounters {
     /// Samples that would have been faster than the robot can be, because late frames came at once: their way is spread
     /// over the samples that follow.
     pub late_ways: u64,
-    /// Times that the stamps' clock was set back.
-    pub clock_steps: u64,
     /// Intervals too long to apply a speed to, left without a sample.
     pub gaps: u64,
 }

@@ -34,7 +34,8 @@ pub struct WheelOdometry {
 /// * Frames less than 1 ms apart (a backlog that came at once) go into one sample.
 /// * No sample is faster than the robot can be. Where late frames come at once, their way is spread over what follows.
 ///
-/// Nothing here allocates after [`OdometryDecoder::new`].
+/// Stamps are of a clock that nobody sets: one that goes back is refused. Nothing here allocates after
+/// [`OdometryDecoder::new`].
 #[derive(Clone, Debug)]
 pub struct OdometryDecoder {
     messages: Vec<Message>,
@@ -48,9 +49,6 @@ pub struct OdometryDecoder {
 
 /// The most channels that kinematics take.
 pub(super) const MAX_CHANNELS: usize = 3;
-
-/// A stamp that lies further back than this comes of a clock that was set, not of a frame that was late.
-const CLOCK_STEP_NS: i64 = 100_000_000;
 
 /// Where the way since the last sample is too long for its time, because late frames came at once, so long is waited for the
 /// time to grow \[s\]; then a part of the way is said, and the rest goes into the next sample.
@@ -120,6 +118,15 @@ impl OdometryDecoder {
         Ok(sample)
     }
 
+    /// When the next frame of the message that `received` is of was to be expected \[ns\], by what was seen of it.
+    #[must_use]
+    pub fn due_ns(&self, received: &Received) -> Option<i64> {
+        let message = self.messages.iter().find(|it| it.carries(received))?;
+        let period_ns = |&channel: &usize| self.channels.get(channel)?.period_ns();
+        let period_ns = message.channels.iter().find_map(period_ns)?;
+        Some(message.last_ns?.saturating_add(period_ns))
+    }
+
     /// What has been counted so far.
     #[must_use]
     pub fn counters(&self) -> &OdometryCounters {
@@ -144,30 +151,12 @@ impl OdometryDecoder {
         Ok(())
     }
 
-    fn check_stamp(&mut self, index: usize, stamp_ns: i64) -> Result<(), FrameReject> {
-        let last_ns = self
-            .messages
-            .get(index)
-            .and_then(|message| message.last_ns)
-            .unwrap_or(stamp_ns);
-        match last_ns.saturating_sub(stamp_ns) {
-            ..=0 => Ok(()),
-            CLOCK_STEP_NS.. => {
-                self.restart();
-                Ok(())
-            }
-            _ => Err(FrameReject::Backward),
+    fn check_stamp(&self, index: usize, stamp_ns: i64) -> Result<(), FrameReject> {
+        let last_ns = self.messages.get(index).and_then(|message| message.last_ns);
+        match last_ns {
+            Some(last_ns) if stamp_ns < last_ns => Err(FrameReject::Backward),
+            _ => Ok(()),
         }
-    }
-
-    fn restart(&mut self) {
-        self.counters.clock_steps += 1;
-        self.start_ns = None;
-        for message in &mut self.messages {
-            message.last_ns = None;
-            message.guard.restart();
-        }
-        self.channels.iter_mut().for_each(Channel::restart);
     }
 
     fn apply(&mut self, updates: Updates, stamp_ns: i64) {

@@ -54,13 +54,6 @@ impl Guard {
             alive.accept(seen);
         }
     }
-
-    /// Forgets what was seen: the stamps' clock was set.
-    pub(super) fn restart(&mut self) {
-        if let Some(alive) = &mut self.alive {
-            (alive.last, alive.period_ns) = (None, None);
-        }
-    }
 }
 
 fn check_crc(id: Id, data: &[u8], byte: usize) -> Result<(), FrameReject> {

@@ -76,10 +76,6 @@ impl Places {
         Some(oldest)
     }
 
-    pub(crate) fn clear(&mut self) {
-        self.len = 0;
-    }
-
     /// Moves all from `index` on one place further, in two pieces where they lie across the end of the circle.
     fn make_way(&mut self, index: usize) {
         let (from, free) = (self.at(index), self.at(self.len));

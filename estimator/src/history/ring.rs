@@ -93,12 +93,6 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Ring<S> {
         self.in_slot(slot)
     }
 
-    pub(crate) fn clear(&mut self) {
-        self.entries.clear();
-        self.samples.clear();
-        self.first_sample = 0;
-    }
-
     /// The number of the first sample stamped after `stamp`.
     pub(crate) fn first_sample_after(&self, stamp: Stamp) -> usize {
         self.first_sample + self.samples_before(|entry| entry.stamp() <= stamp)

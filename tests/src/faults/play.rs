@@ -7,19 +7,19 @@ use coloc_shm_types::{BusState, Estimate, Health, Input, Status};
 
 use super::script::COUNTERS;
 use super::{Fault, Way, at};
-use crate::rig::{Line, Rig, Ticked};
+use crate::rig::{Line, Rig, Stamps, Ticked};
 
 /// Ticks before the fault: by then everything has its steady state, and memory is mapped.
 const WARM_UP: u32 = 25;
 /// Good ticks that are watched after it.
 const AFTERWARDS: u32 = 25;
 
-/// Plays `fault` on the bus that `line` makes.
+/// Plays `fault` on the bus that `line` makes, with frame stamps that are believed or not.
 ///
 /// # Panics
 /// At the first tick that is not as the table says.
-pub fn play(fault: &Fault, line: impl FnOnce(&Path) -> Line) {
-    let mut rig = Rig::new(line, fault.first_ticks);
+pub fn play(fault: &Fault, line: impl FnOnce(&Path) -> Line, stamps: Stamps) {
+    let mut rig = Rig::new(line, fault.first_ticks, stamps);
     for _ in 0..WARM_UP {
         good_tick(&mut rig);
     }

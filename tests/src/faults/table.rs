@@ -350,7 +350,7 @@ pub const FAULTS: &[Fault] = &[
     Fault {
         name: "the clock is set 1 s ahead",
         word: Wrong,
-        made: "the clock of the stamps steps while frames come",
+        made: "the clock of the stamps steps before the frames of a tick come",
         script: Script {
             begin: |rig| rig.clock.step(SECOND_NS),
             ..Script::each(script::drive)
@@ -360,7 +360,7 @@ pub const FAULTS: &[Fault] = &[
     Fault {
         name: "the clock is set 1 s back",
         word: Wrong,
-        made: "the clock of the stamps steps while frames come",
+        made: "the clock of the stamps steps before the frames of a tick come",
         script: Script {
             begin: |rig| rig.clock.step(-SECOND_NS),
             ..Script::each(script::drive)
@@ -370,7 +370,7 @@ pub const FAULTS: &[Fault] = &[
     Fault {
         name: "the clock is set 1 h ahead",
         word: Wrong,
-        made: "the clock of the stamps steps while frames come",
+        made: "the clock of the stamps steps before the frames of a tick come",
         script: Script {
             begin: |rig| rig.clock.step(3600 * SECOND_NS),
             ..Script::each(script::drive)
@@ -380,13 +380,97 @@ pub const FAULTS: &[Fault] = &[
     Fault {
         name: "the clock is set 1 h back",
         word: Wrong,
-        made: "the clock of the stamps steps while frames come",
+        made: "the clock of the stamps steps before the frames of a tick come",
         script: Script {
             begin: |rig| rig.clock.step(-3600 * SECOND_NS),
             ..Script::each(script::drive)
         },
         ..USUAL
     },
+    Fault {
+        name: "the clock is set 5 ms ahead",
+        word: Wrong,
+        made: "the clock of the stamps steps before the frames of a tick come",
+        script: Script {
+            begin: |rig| rig.clock.step(5 * MILLISECOND_NS),
+            ..Script::each(script::drive)
+        },
+        ..USUAL
+    },
+    Fault {
+        name: "the clock is set 5 ms back",
+        word: Wrong,
+        made: "the clock of the stamps steps before the frames of a tick come",
+        script: Script {
+            begin: |rig| rig.clock.step(-5 * MILLISECOND_NS),
+            ..Script::each(script::drive)
+        },
+        ..USUAL
+    },
+    Fault {
+        name: "the clock is set 119 ms ahead",
+        word: Wrong,
+        made: "the clock of the stamps steps before the frames of a tick come",
+        script: Script {
+            begin: |rig| rig.clock.step(119 * MILLISECOND_NS),
+            ..Script::each(script::drive)
+        },
+        ..USUAL
+    },
+    Fault {
+        name: "the clock is set 119 ms back",
+        word: Wrong,
+        made: "the clock of the stamps steps before the frames of a tick come",
+        script: Script {
+            begin: |rig| rig.clock.step(-119 * MILLISECOND_NS),
+            ..Script::each(script::drive)
+        },
+        ..USUAL
+    },
+    Fault {
+        name: "the clock is set 1 h ahead under way",
+        word: Wrong,
+        made: "the clock of the stamps steps between the frames of a tick and their read",
+        script: Script::each(|rig, tick| {
+            script::drive(rig, tick);
+            rig.clock.step(if tick == 1 { 3600 * SECOND_NS } else { 0 });
+        }),
+        ..USUAL
+    },
+    Fault {
+        name: "the clock is set 1 h back under way",
+        word: Wrong,
+        made: "the clock of the stamps steps between the frames of a tick and their read",
+        script: Script::each(|rig, tick| {
+            script::drive(rig, tick);
+            rig.clock
+                .step(if tick == 1 { -3600 * SECOND_NS } else { 0 });
+        }),
+        ..USUAL
+    },
+    Fault {
+        name: "the clock is set 30 ms ahead under way",
+        word: Wrong,
+        made: "the clock of the stamps steps between the frames of a tick and their read",
+        script: Script::each(|rig, tick| {
+            script::drive(rig, tick);
+            rig.clock
+                .step(if tick == 1 { 30 * MILLISECOND_NS } else { 0 });
+        }),
+        ..USUAL
+    },
+    Fault {
+        name: "the clock is set 30 ms back under way",
+        word: Wrong,
+        made: "the clock of the stamps steps between the frames of a tick and their read",
+        script: Script::each(|rig, tick| {
+            script::drive(rig, tick);
+            rig.clock
+                .step(if tick == 1 { -30 * MILLISECOND_NS } else { 0 });
+        }),
+        ..USUAL
+    },
 ];
 
+const MILLISECOND_NS: i64 = 1_000_000;
 const SECOND_NS: i64 = 1_000_000_000;

@@ -10,7 +10,7 @@ use coloc_shm_types::{Estimate, RobotName, Space};
 use rustix::event::{PollFd, PollFlags, poll};
 
 use super::bus::PATIENCE;
-use super::{Clock, PERIOD_NS, config};
+use super::{Clock, PERIOD_NS, Stamps, config};
 
 /// The estimates that `pairs` of encoder frames on `bus` lead to, from when `start` is called.
 ///
@@ -23,7 +23,7 @@ pub fn follow(bus: &BusSpec, pairs: usize, start: impl FnOnce()) -> Option<Vec<E
     let published = space
         .subscriber(&RobotName::new("robot1").unwrap())
         .unwrap();
-    let (clock, link) = (Clock::default(), Arc::new(Link::new()));
+    let (clock, link) = (Clock::new(Stamps::Unbelievable), Arc::new(Link::new()));
     let mut robot = Robot::open(&config, &space, Box::new(clock.clone()), link).unwrap();
     start();
     let (mut estimates, mut whole) = (Vec::new(), 0);

@@ -19,7 +19,7 @@ use coloc_shm_types::{Estimate, RobotName, Space, Status, Subscriber};
 use tempfile::TempDir;
 
 pub use bus::Line;
-pub use clock::Clock;
+pub use clock::{Clock, Stamps};
 pub use follow::follow;
 pub use wheels::{METRES_PER_TICK, TRACK_M, WAY_PER_PERIOD_M, Wheels, altered};
 
@@ -55,7 +55,7 @@ pub struct Ticked {
 impl Rig {
     /// A robot at the origin; `line` makes the bus from a directory of the rig's own. Its encoders start at `first_ticks`.
     #[must_use]
-    pub fn new(line: impl FnOnce(&Path) -> Line, first_ticks: u32) -> Self {
+    pub fn new(line: impl FnOnce(&Path) -> Line, first_ticks: u32, stamps: Stamps) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let line = line(directory.path());
         let bench = bus::Bench::new(line.clone());
@@ -64,7 +64,7 @@ impl Rig {
         let estimates = space
             .subscriber(&RobotName::new("robot1").unwrap())
             .unwrap();
-        let clock = Clock::default();
+        let clock = Clock::new(stamps);
         let before = descriptor::sockets();
         let robot = Robot::open(
             &config,
@@ -101,7 +101,7 @@ impl Rig {
     pub fn tick(&mut self) -> Ticked {
         self.clock.run(PERIOD_NS);
         let wake = Wake::Deadline {
-            deadline_ns: coloc_daemon::clock::TimeSource::monotonic_ns(&self.clock),
+            deadline_ns: coloc_daemon::clock::TimeSource::now_ns(&self.clock),
             missed: 0,
         };
         let (outcome, calls) = calls_during(|| self.robot.wake(wake));

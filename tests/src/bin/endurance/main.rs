@@ -22,7 +22,7 @@ use coloc_daemon::clock::TimeSource;
 use coloc_daemon::wait::Wake;
 use coloc_shm_types::Input;
 use coloc_tests::output::{end, print_line};
-use coloc_tests::rig::{Clock, PERIOD_NS};
+use coloc_tests::rig::{Clock, PERIOD_NS, Stamps};
 use coloc_tests::scene::{Scene, WARM_UP};
 use coloc_tests::surroundings::{Heard, config};
 
@@ -86,7 +86,7 @@ impl Life {
             "σ m"
         ));
         Self {
-            clock: Clock::default(),
+            clock: Clock::new(Stamps::Plausible),
             begun: Instant::now(),
             ticks: 0,
             watch: Watch::default(),
@@ -120,7 +120,7 @@ impl Life {
                 .send_messages(self.clock.read().realtime_ns, truth);
         }
         let wake = Wake::Deadline {
-            deadline_ns: self.clock.monotonic_ns(),
+            deadline_ns: self.clock.now_ns(),
             missed: 0,
         };
         let (_, calls) = calls_during(|| scene.robot.wake(wake));

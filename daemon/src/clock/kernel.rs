@@ -1,0 +1,63 @@
+//! The kernel's clocks, read as one.
+
+use rustix::time::{ClockId, DynamicClockId, Timespec, clock_gettime, clock_gettime_dynamic};
+
+use super::{Reading, TimeSource};
+
+/// The kernel's clocks, which are read through the vDSO, mostly without a system call.
+#[derive(Copy, Clone, Debug, Default)]
+pub struct KernelTime;
+
+/// Clocks read within so little time were read at one moment \[ns\]; who is interrupted between two of them reads again.
+const ONE_MOMENT_NS: i64 = 200_000;
+const READ_ATTEMPTS: usize = 5;
+
+impl TimeSource for KernelTime {
+    fn read(&self) -> Reading {
+        let mut best = read_once();
+        for _ in 1..READ_ATTEMPTS {
+            if best.width_ns <= ONE_MOMENT_NS {
+                break;
+            }
+            best = std::cmp::min_by_key(best, read_once(), |reading| reading.width_ns);
+        }
+        best
+    }
+
+    fn now_ns(&self) -> i64 {
+        nanos(clock_gettime(ClockId::Boottime))
+    }
+}
+
+fn read_once() -> Reading {
+    let boot_ns = nanos(clock_gettime(ClockId::Boottime));
+    let realtime_ns = nanos(clock_gettime(ClockId::Realtime));
+    // Every kernel since 3.10 has it.
+    let tai_ns = clock_gettime_dynamic(DynamicClockId::Tai).map_or(realtime_ns, nanos);
+    let width_ns = nanos(clock_gettime(ClockId::Boottime)) - boot_ns;
+    Reading {
+        boot_ns,
+        realtime_ns,
+        tai_ns,
+        width_ns,
+    }
+}
+
+fn nanos(time: Timespec) -> i64 {
+    time.tv_sec
+        .saturating_mul(1_000_000_000)
+        .saturating_add(time.tv_nsec)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_inner_clock_goes_on_between_two_readings() {
+        let first = KernelTime.read();
+        let second = KernelTime.read();
+        assert!(first.width_ns >= 0 && second.boot_ns >= first.boot_ns + first.width_ns);
+        assert!(second.realtime_ns > 0 && second.tai_ns > 0);
+    }
+}
