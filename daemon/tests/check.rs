@@ -102,7 +102,7 @@ fn it_says_everything_that_it_understood() {
         ("tick", "50 Hz, every 20 ms"),
         (
             "tick",
-            "started by timer: Absolute deadlines on CLOCK_MONOTONIC",
+            "started by timer: Absolute deadlines on CLOCK_BOOTTIME",
         ),
         (
             "start",

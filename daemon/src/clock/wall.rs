@@ -18,6 +18,7 @@ pub struct WallClock {
 
 /// The epoch before, and when it ended.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
+#[expect(clippy::struct_field_names, reason = "units belong in names")]
 struct Before {
     offset_ns: i64,
     /// It had not ended at this moment of the inner clock …

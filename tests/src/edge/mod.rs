@@ -3,6 +3,8 @@
 //! What it drives is the daemon's own code between the kernel and the estimator, without sockets, shared memory and threads: so
 //! fast that a million episodes can be played. What comes out of each is held against what really happened.
 
+#![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation)] // Times of an episode are below 2^53 ns.
+
 mod encoders;
 mod truth;
 mod world;
