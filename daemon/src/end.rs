@@ -2,7 +2,7 @@
 //!
 //! `docs/operation.md` has the same table for people.
 
-use coloc_shm_types::{Lost, OpenError};
+use coloc_shm_types::{Lost, OpenError, PortError};
 
 use crate::start::StartError;
 
@@ -54,9 +54,9 @@ impl EndError {
             Self::Start(StartError::Space(
                 OpenError::AlreadyClaimed { .. } | OpenError::SameNumber { .. },
             )) => Status::AlreadyRun,
+            Self::Start(StartError::Port(PortError::Lost(_))) | Self::Lost(_) => Status::SpaceLost,
             Self::Start(_) | Self::Output(_) | Self::Unlikely { .. } => Status::Failed,
             Self::RealTime(_) => Status::RealTimeEnded,
-            Self::Lost(_) => Status::SpaceLost,
         }
     }
 }

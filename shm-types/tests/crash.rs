@@ -114,7 +114,8 @@ fn visit(root: &Path) {
     let subscriber = space
         .subscriber::<Estimate>(&robot())
         .expect("a subscriber");
-    publisher.send(Estimate::default()).expect("sent");
+    // A connection to somebody who is killed just then may have to be made again first.
+    assert!(arrives(|| publisher.send(Estimate::default()).is_ok()));
     assert!(subscriber.receive().expect("received").is_some());
 }
 
@@ -243,6 +244,28 @@ fn many_may_come_and_go_at_once() {
             "{text}"
         );
     }
+    assert_eq!(remains(root.path(), &prefix), Vec::<String>::new());
+}
+
+#[test]
+fn who_is_killed_among_others_stops_none_of_them() {
+    let root = tempfile::tempdir().unwrap();
+    let prefix = full_prefix(root.path());
+    let mut random: u64 = 1;
+    for round in 0..40 {
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        let mut visitors: Vec<_> = (0..4).map(|_| start("visitor", root.path())).collect();
+        std::thread::sleep(Duration::from_micros((random >> 32) % 60_000));
+        kill(visitors.remove(0));
+        for visitor in visitors {
+            let output = visitor.wait_with_output().unwrap();
+            let text = String::from_utf8_lossy(&output.stdout);
+            assert!(text.contains("1 passed"), "round {round}: {text}");
+        }
+    }
+    drop(open(root.path()));
     assert_eq!(remains(root.path(), &prefix), Vec::<String>::new());
 }
 

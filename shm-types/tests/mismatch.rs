@@ -1,4 +1,7 @@
 //! What a service that somebody else opened differently says.
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
 use coloc_shm_types::{Estimate, PortError, RobotName, Space};
 use iceoryx2::node::Node;
 use iceoryx2::prelude::{FileName, NodeBuilder, SemanticString, ZeroCopySend, ipc};
@@ -11,7 +14,7 @@ struct OldEstimate {
 }
 
 /// The node of a program that goes its own way in the same space.
-fn other_node(root: &std::path::Path, full_prefix: &str) -> Node<ipc::Service> {
+fn other_node(root: &Path, full_prefix: &str) -> Node<ipc::Service> {
     let mut config = iceoryx2::config::Config::default();
     let path = root.canonicalize().expect("a directory");
     let path =
@@ -37,6 +40,50 @@ fn another_version_of_a_payload_is_refused() {
         .unwrap_err();
     assert!(matches!(&refusal, PortError::OtherType { service } if service == "coloc/r1/estimate"));
     assert!(refusal.to_string().contains("restart"));
+}
+
+/// Files whose names end so, by a second name of each that outlives the first.
+fn kept(directory: &Path, prefix: &str, ending: &str) -> Vec<(PathBuf, PathBuf)> {
+    let entries = std::fs::read_dir(directory).expect("a directory");
+    let names = entries.map(|entry| entry.expect("an entry").file_name());
+    names
+        .filter_map(|name| name.into_string().ok())
+        .filter(|name| name.starts_with(prefix) && name.ends_with(ending))
+        .map(|name| {
+            let (path, second) = (
+                directory.join(&name),
+                directory.join(format!("kept_{name}")),
+            );
+            std::fs::hard_link(&path, &second).expect("the same file system");
+            (path, second)
+        })
+        .collect()
+}
+
+#[test]
+fn another_version_that_died_meanwhile_is_in_nobodys_way() {
+    let root = tempfile::tempdir().unwrap();
+    let space = Space::open(root.path(), "t", "test").unwrap();
+    let prefix = space.middleware_prefix();
+    let node = other_node(root.path(), prefix);
+    let name = "coloc/r1/estimate".try_into().unwrap();
+    let service = node
+        .service_builder(&name)
+        .publish_subscribe::<OldEstimate>()
+        .create()
+        .unwrap();
+    let mut halves = kept(&root.path().join("services"), prefix, ".service");
+    halves.extend(kept(Path::new("/dev/shm"), prefix, ".dynamic"));
+    assert_eq!(halves.len(), 2);
+    drop((service, node));
+    for ((path, kept), mode) in halves.into_iter().zip([0o400, 0o700]) {
+        // It was made writable to be removed.
+        std::fs::set_permissions(&kept, PermissionsExt::from_mode(mode)).unwrap();
+        std::fs::rename(kept, path).unwrap();
+    }
+    space
+        .subscriber::<Estimate>(&RobotName::new("r1").unwrap())
+        .unwrap();
 }
 
 #[test]

@@ -3,6 +3,7 @@ use std::io::Write;
 use std::os::fd::AsRawFd;
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{FileName, FilePath, SemanticString};
@@ -14,6 +15,10 @@ use super::key::Key;
 /// iceoryx2 limits paths to 255 bytes, and puts up to 99 and the full prefix (at most 51) behind the root.
 const LONGEST_ROOT: usize = 100;
 const LONGEST_PREFIX: usize = 16;
+
+/// So long does iceoryx2 wait for a service that is half-made: its maker is dead, or knows nothing of the gate and takes
+/// no time at all.
+const CREATION: Duration = Duration::from_millis(50);
 
 /// A root directory and a prefix that is nobody else's.
 #[derive(Debug)]
@@ -107,6 +112,9 @@ pub(super) fn configure(root: &Path, prefix: &str) -> Result<Config, OpenError> 
         .ok()
         .filter(|_| bytes.len() <= LONGEST_ROOT);
     let mut config = Config::default();
+    config.global.creation_timeout = CREATION;
+    // Not outside of the gate.
+    config.global.node.cleanup_dead_nodes_on_destruction = false;
     config
         .global
         .set_root_path(&path.ok_or_else(|| bad_root(root))?);

@@ -223,7 +223,7 @@ pub enum PortError {
     Full {
         /// Name of the service.
         service: String,
-        /// Publisher or subscriber.
+        /// Publisher, subscriber or process.
         port: &'static str,
         /// How many there may be.
         limit: usize,
@@ -238,6 +238,9 @@ pub enum PortError {
         /// What to do about it.
         advice: &'static str,
     },
+    /// Its files were removed while this process uses it.
+    #[error(transparent)]
+    Lost(#[from] Lost),
     /// iceoryx2 failed otherwise.
     #[error(
         "cannot open {service} ({reason}): check that /dev/shm has room; if it persists, stop all programs of this space and start again"

@@ -3,12 +3,14 @@ mod claim;
 mod config;
 mod disk;
 mod error;
+mod gate;
 mod key;
 mod leftovers;
 mod lock;
 mod port;
 mod residence;
 mod segments;
+mod services;
 mod transport;
 
 use std::path::Path;
@@ -26,8 +28,10 @@ pub use port::{Publisher, Subscriber};
 use crate::private::PrivateDirectory;
 use crate::{Message, RobotName, places};
 use config::Place;
+use gate::Gate;
 use leftovers::{Broom, Turn};
 use residence::Residence;
+use services::Services;
 use transport::fault::{self, Site};
 
 pub(crate) type Node = iceoryx2::node::Node<transport::Service>;
@@ -61,8 +65,11 @@ impl Space {
         // Its errors come back as values; printing them would wait for whoever reads standard error, also within a tick.
         set_log_level(LogLevel::Fatal);
         let mut residence = Residence::enter(root, prefix)?;
-        let node = create_node(residence.place(), name)?;
-        let files = leftovers::remove(residence.place(), Turn::ALL);
+        let node = create_node(&residence, name)?;
+        let files = {
+            let _pass = residence.gate().pass();
+            leftovers::remove(residence.place(), Turn::ALL)
+        };
         if files > 0 {
             residence.remark(Remark::Tidied {
                 root: residence.place().root().into(),
@@ -145,12 +152,15 @@ impl Space {
     )]
     pub fn tidy(&self) -> usize {
         // Whoever holds it is at it.
-        let Ok(mut broom) = self.tenancy.broom.try_lock() else {
+        let (Ok(mut broom), Some(_pass)) =
+            (self.tenancy.broom.try_lock(), self.gate().pass_at_once())
+        else {
             return 0;
         };
         broom.sweep(|turn| self.remove_leftovers(turn))
     }
 
+    /// For whoever has passed the gate.
     fn remove_leftovers(&self, turn: Turn) -> usize {
         let place = self.place();
         Node::try_cleanup_dead_nodes(place.config());
@@ -190,6 +200,14 @@ impl Space {
         &self.tenancy.node
     }
 
+    fn gate(&self) -> &Gate {
+        self.tenancy.residence.gate()
+    }
+
+    fn services(&self) -> &Services {
+        self.tenancy.residence.services()
+    }
+
     fn directory(&self) -> &PrivateDirectory {
         self.tenancy.residence.directory()
     }
@@ -199,20 +217,23 @@ impl Space {
 const TRIES: usize = 20;
 const PAUSE: Duration = Duration::from_millis(25);
 
-fn create_node(place: &Place, name: &str) -> Result<Node, OpenError> {
+fn create_node(residence: &Residence, name: &str) -> Result<Node, OpenError> {
+    let place = residence.place();
     let name: NodeName = name
         .try_into()
         .map_err(|_| OpenError::BadNodeName { name: name.into() })?;
     disk::check(place.root()).map_err(|error| refused(place, Site::Root, error))?;
     let mut tries = 0..TRIES;
     loop {
+        let pass = residence.gate().pass();
         match try_create_node(place, &name) {
             // Full is full.
             Err(NodeCreationFailure::InternalError)
                 if fault::peek().is_none() && tries.next().is_some() =>
             {
-                std::thread::sleep(PAUSE);
                 leftovers::remove(place, Turn::ALL);
+                drop(pass);
+                std::thread::sleep(PAUSE);
             }
             result => return result.map_err(|reason| failed(place, reason)),
         }

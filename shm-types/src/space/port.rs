@@ -8,17 +8,19 @@ use iceoryx2::port::publisher::PublisherCreateError;
 use iceoryx2::port::subscriber::SubscriberCreateError;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::port::{DegradationAction, DegradationFn};
-use iceoryx2::prelude::{BackpressureStrategy, ServiceName};
+use iceoryx2::prelude::{BackpressureStrategy, PortFactory as _, ServiceName};
 use iceoryx2::service::builder::publish_subscribe::{
     PublishSubscribeCreateError as CreateError, PublishSubscribeOpenError as ServiceOpenError,
     PublishSubscribeOpenOrCreateError as ServiceError,
 };
 
 use super::error::{PortError, ReceiveError, SendError};
-use super::leftovers::Turn;
+use super::gate::Pass;
+use super::leftovers::{self, Turn};
+use super::services::Use;
 use super::transport::{self, fault};
 use super::{Node, Space};
-use crate::{Message, RobotName};
+use crate::{Message, Quality, RobotName};
 
 type Factory<M> =
     iceoryx2::service::port_factory::publish_subscribe::PortFactory<transport::Service, M, ()>;
@@ -26,41 +28,37 @@ type Factory<M> =
 /// Processes that come and go leave a service between states for a moment: for so long is it tried again.
 const PATIENCE: Duration = Duration::from_millis(1200);
 const PAUSE: Duration = Duration::from_millis(25);
+/// What is still so after this is not just being made or removed.
+const MOMENT: Duration = Duration::from_millis(250);
 
 /// Sends the messages of one robot and channel. It stays on the thread that opened it.
 #[derive(Debug)]
 pub struct Publisher<M: Message> {
     port: iceoryx2::port::publisher::Publisher<transport::Service, M, ()>,
     missed: Missed,
-    // Dropped after the port: the space is left last.
-    _space: Space,
+    stay: Stay,
 }
 
 impl<M: Message> Publisher<M> {
     pub(super) fn open(space: &Space, robot: &RobotName) -> Result<Self, PortError> {
-        let service = service_name::<M>(robot);
-        let factory = open_service::<M>(space, &service)?;
         let missed = Missed::default();
-        let create = || {
+        let create = |factory: &Factory<M>| {
             factory
                 .publisher_builder()
                 .backpressure_strategy(BackpressureStrategy::DiscardData)
                 .set_degradation_handler(missed.handler())
                 .create()
         };
-        let port = reaping(space, create).map_err(|error| match error {
+        let explain = |error, service| match error {
             PublisherCreateError::ExceedsMaxSupportedPublishers => PortError::Full {
                 service,
                 port: "publisher",
                 limit: M::CHANNEL.quality().publishers,
             },
             reason => failed(service, reason),
-        })?;
-        Ok(Self {
-            port,
-            missed,
-            _space: space.clone(),
-        })
+        };
+        let (port, stay) = enter(space, service_name::<M>(robot), create, explain)?;
+        Ok(Self { port, missed, stay })
     }
 
     /// Sends `message` to whoever listens, without an allocation or a system call while nobody joins.
@@ -100,27 +98,22 @@ impl<M: Message> Publisher<M> {
 #[derive(Debug)]
 pub struct Subscriber<M: Message> {
     port: iceoryx2::port::subscriber::Subscriber<transport::Service, M, ()>,
-    // Dropped after the port: the space is left last.
-    _space: Space,
+    stay: Stay,
 }
 
 impl<M: Message> Subscriber<M> {
     pub(super) fn open(space: &Space, robot: &RobotName) -> Result<Self, PortError> {
-        let service = service_name::<M>(robot);
-        let factory = open_service::<M>(space, &service)?;
-        let create = || factory.subscriber_builder().create();
-        let port = reaping(space, create).map_err(|error| match error {
+        let create = |factory: &Factory<M>| factory.subscriber_builder().create();
+        let explain = |error, service| match error {
             SubscriberCreateError::ExceedsMaxSupportedSubscribers => PortError::Full {
                 service,
                 port: "subscriber",
                 limit: M::CHANNEL.quality().subscribers,
             },
             reason => failed(service, reason),
-        })?;
-        Ok(Self {
-            port,
-            _space: space.clone(),
-        })
+        };
+        let (port, stay) = enter(space, service_name::<M>(robot), create, explain)?;
+        Ok(Self { port, stay })
     }
 
     /// The next message, copied out of shared memory: what is checked afterwards can no longer change.
@@ -148,6 +141,44 @@ impl<M: Message> Subscriber<M> {
     }
 }
 
+impl<M: Message> Drop for Publisher<M> {
+    fn drop(&mut self) {
+        self.stay.end();
+    }
+}
+
+impl<M: Message> Drop for Subscriber<M> {
+    fn drop(&mut self) {
+        self.stay.end();
+    }
+}
+
+/// What a port has of its service and its space. Dropped after it, the space last.
+#[derive(Debug)]
+struct Stay {
+    used: Option<Use>,
+    /// Held while the port is dropped.
+    pass: Option<Pass>,
+    space: Space,
+}
+
+impl Stay {
+    fn begin<M: Message>(space: &Space, service: &str, factory: &Factory<M>) -> Self {
+        let hash = factory.service_hash().as_str();
+        Self {
+            used: Some(space.services().enter(space.place(), service, hash)),
+            pass: None,
+            space: space.clone(),
+        }
+    }
+
+    /// The port is about to be dropped, and may remove the service.
+    fn end(&mut self) {
+        self.pass = Some(self.space.gate().leave());
+        self.used = None;
+    }
+}
+
 /// Whether somebody was not reached: a connection waits to be made.
 #[derive(Clone, Debug, Default)]
 struct Missed(Arc<AtomicBool>);
@@ -171,22 +202,45 @@ fn service_name<M: Message>(robot: &RobotName) -> String {
     format!("coloc/{robot}/{}", M::CHANNEL.name())
 }
 
-/// Opens the service with the quality of the table, waiting while others are just making or removing it.
-fn open_service<M: Message>(space: &Space, service: &str) -> Result<Factory<M>, PortError> {
-    let name = ServiceName::new(service).map_err(|reason| PortError::Transport {
-        service: service.into(),
-        reason: format!("{reason:?}"),
-    })?;
+/// Opens the service with the quality of the table, and a port with `create`.
+///
+/// Whatever is in the way at first may be of the dead; and others, who know nothing of the gate, may be making or removing
+/// it.
+fn enter<M: Message, P, E>(
+    space: &Space,
+    service: String,
+    create: impl Fn(&Factory<M>) -> Result<P, E>,
+    explain_port: impl FnOnce(E, String) -> PortError,
+) -> Result<(P, Stay), PortError> {
+    let name = ServiceName::new(&service).map_err(|reason| failed(service.clone(), reason))?;
     let start = Instant::now();
+    let mut has_tried = false;
     loop {
+        let pass = space.gate().pass();
+        space.services().check_one(&service)?;
         fault::take();
-        match try_open_service(space.node(), &name) {
-            Err(error) if is_passing(error) && start.elapsed() < PATIENCE => {
+        let factory = match try_open_service(space.node(), &name) {
+            Ok(factory) => factory,
+            Err(error) if !has_tried || is_passing(error) && start.elapsed() < PATIENCE => {
+                has_tried = true;
+                clear_the_way(space, start.elapsed(), &pass);
+                drop(pass);
                 std::thread::sleep(PAUSE);
-                space.remove_leftovers(Turn::ALL);
+                continue;
             }
-            result => return result.map_err(|error| explain(error, service.into())),
-        }
+            Err(error) => return Err(explain::<M>(error, service)),
+        };
+        return match reaping(space, || create(&factory)) {
+            Ok(port) => Ok((port, Stay::begin(space, &service, &factory))),
+            Err(error) => Err(explain_port(error, service)),
+        };
+    }
+}
+
+fn clear_the_way(space: &Space, since: Duration, pass: &Pass) {
+    space.remove_leftovers(Turn::ALL);
+    if pass.is_alone() && since > MOMENT {
+        leftovers::remove_headless(space.place());
     }
 }
 
@@ -200,10 +254,15 @@ fn try_open_service<M: Message>(
         .enable_safe_overflow(true)
         .max_publishers(quality.publishers)
         .max_subscribers(quality.subscribers)
-        .max_nodes(quality.publishers + quality.subscribers)
+        .max_nodes(processes(quality))
         .subscriber_max_buffer_size(quality.buffer)
         .history_size(quality.history)
         .open_or_create()
+}
+
+/// How many may use a service at once.
+const fn processes(quality: Quality) -> usize {
+    quality.publishers + quality.subscribers
 }
 
 fn is_passing(error: ServiceError) -> bool {
@@ -215,20 +274,28 @@ fn is_passing(error: ServiceError) -> bool {
                 CreateError::AlreadyExists
                     | CreateError::IsBeingCreatedByAnotherInstance
                     | CreateError::HangsInCreation
+                    | CreateError::ServiceInCorruptedState
             )
             | Open(
                 ServiceOpenError::DoesNotExist
-                    | ServiceOpenError::IsMarkedForDestruction
+                    | ServiceOpenError::ExceedsMaxNumberOfNodes
                     | ServiceOpenError::HangsInCreation
+                    | ServiceOpenError::IsMarkedForDestruction
+                    | ServiceOpenError::ServiceInCorruptedState
             )
     )
 }
 
-fn explain(error: ServiceError, service: String) -> PortError {
+fn explain<M: Message>(error: ServiceError, service: String) -> PortError {
     use ServiceError::PublishSubscribeOpenError as Open;
     use ServiceOpenError as E;
     match error {
         Open(E::IncompatibleTypes) => PortError::OtherType { service },
+        Open(E::ExceedsMaxNumberOfNodes) => PortError::Full {
+            service,
+            port: "process",
+            limit: processes(M::CHANNEL.quality()),
+        },
         Open(
             reason @ (E::DoesNotSupportRequestedAmountOfPublishers
             | E::DoesNotSupportRequestedAmountOfSubscribers

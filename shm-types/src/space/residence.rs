@@ -18,13 +18,15 @@ use rustix::fs::AtFlags;
 
 use super::config::{self, Place};
 use super::error::{Lost, OpenError, Remark};
+use super::gate::Gate;
 use super::key::{self, Key};
 use super::leftovers::Turn;
+use super::services::{self, Services};
 use super::{Node, claim, leftovers, lock, segments};
 use crate::private::PrivateDirectory;
 
 const NODES: &str = "nodes";
-const SERVICES: &str = "services";
+const SERVICES: &str = services::DIRECTORY;
 
 /// What a space consists of, below its root.
 const OURS: [&str; 4] = [NODES, SERVICES, claim::DIRECTORY, key::FILE];
@@ -49,6 +51,8 @@ pub(crate) struct Residence {
     /// Locked as well, in case the directory goes.
     life: Option<File>,
     remarks: Vec<Remark>,
+    gate: Gate,
+    services: Services,
     watched: [OnceLock<(u64, u64)>; WATCHED.len()],
 }
 
@@ -73,6 +77,8 @@ impl Residence {
         check_room(ROOM)?;
         Ok(Self {
             place,
+            gate: Gate::new(directory.file(key::FILE)?),
+            services: Services::default(),
             directory,
             life: Some(life),
             remarks,
@@ -86,6 +92,14 @@ impl Residence {
 
     pub(crate) fn directory(&self) -> &PrivateDirectory {
         &self.directory
+    }
+
+    pub(crate) fn gate(&self) -> &Gate {
+        &self.gate
+    }
+
+    pub(crate) fn services(&self) -> &Services {
+        &self.services
     }
 
     pub(crate) fn remarks(&self) -> &[Remark] {
@@ -116,7 +130,7 @@ impl Residence {
         }
         match &self.life {
             Some(life) if !segments::is_in_place(life) => Err(Lost(segments::SHARED_MEMORY.into())),
-            _ => Ok(()),
+            _ => self.services.check(),
         }
     }
 }

@@ -18,6 +18,7 @@ use super::config::Place;
 pub(super) use broom::{Broom, Turn};
 use lease::Lease;
 pub(super) use nodes::remove as remove_nodes;
+pub(super) use services::remove_headless;
 
 /// A file as it was found.
 #[derive(Clone, Debug)]

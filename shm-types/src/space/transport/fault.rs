@@ -36,9 +36,12 @@ thread_local! {
     static LAST: Cell<Option<(Site, Errno)>> = const { Cell::new(None) };
 }
 
+/// That there is one already is an answer, no refusal.
 pub(super) fn note(site: Site) -> impl FnOnce(Errno) -> Errno {
     move |error| {
-        LAST.set(Some((site, error)));
+        if error != Errno::EXIST {
+            LAST.set(Some((site, error)));
+        }
         error
     }
 }

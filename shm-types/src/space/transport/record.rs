@@ -11,6 +11,7 @@ use std::os::fd::AsFd;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::PathBuf;
 
+use iceoryx2::prelude::SemanticString;
 use iceoryx2_bb_elementary_traits::testing::abandonable::Abandonable;
 use iceoryx2_cal::named_concept::{
     FileName, NamedConcept, NamedConceptBuilder, NamedConceptConfiguration,
@@ -31,6 +32,9 @@ use super::unfinished::Unfinished;
 
 /// iceoryx2 takes a file of this mode for complete.
 const COMPLETE: Mode = Mode::RUSR;
+
+/// Of the file by which a node says that it uses a service.
+const SERVICE_TAG: &str = ".service_tag";
 
 /// iceoryx2's `static_storage`.
 #[derive(Debug)]
@@ -82,10 +86,16 @@ impl NamedConceptMgmt for Storage {
 
     /// True also if it was gone: where iceoryx2 hears that a dead port's tag is gone, because whoever cleaned up before
     /// was killed too, it would leave the port its place for ever.
+    ///
+    /// A service's tag goes with its node's directory. iceoryx2 removes it before it gives back the node's place in the
+    /// service; who was killed in between would keep that for ever, as nobody knows of it any more.
     unsafe fn remove_cfg(
         name: &FileName,
         config: &Configuration,
     ) -> Result<bool, NamedConceptRemoveError> {
+        if config.get_suffix().as_bytes() == SERVICE_TAG.as_bytes() {
+            return Ok(true);
+        }
         // SAFETY: the caller's promise is handed on.
         unsafe { stock::Storage::remove_cfg(name, config) }.map(|_| true)
     }

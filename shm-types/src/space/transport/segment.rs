@@ -7,7 +7,7 @@ use std::ptr::NonNull;
 
 use iceoryx2_bb_posix::access_mode::AccessMode;
 use iceoryx2_cal::named_concept::FileName;
-use rustix::fs::{FallocateFlags, FileType, Mode, OFlags};
+use rustix::fs::{AtFlags, CWD, FallocateFlags, FileType, Mode, OFlags};
 use rustix::io::Errno;
 use rustix::mm::{MapFlags, ProtFlags};
 
@@ -36,6 +36,8 @@ pub(super) enum Refusal {
 pub(super) struct Segment {
     base: NonNull<u8>,
     length: usize,
+    /// Device and inode.
+    identity: (u64, u64),
 }
 
 // SAFETY: an address range belongs to the process, not to a thread; what may be done with its bytes is its users' concern.
@@ -63,7 +65,14 @@ impl Segment {
         self.length
     }
 
+    /// Whether the file at `path` is this one.
+    pub(super) fn is_at(&self, path: &Path) -> bool {
+        let found = rustix::fs::statat(CWD, path, AtFlags::SYMLINK_NOFOLLOW);
+        found.is_ok_and(|found| (found.st_dev, found.st_ino) == self.identity)
+    }
+
     fn map(file: BorrowedFd<'_>, length: usize, access: ProtFlags) -> Result<Self, Errno> {
+        let found = rustix::fs::fstat(file)?;
         // SAFETY: the kernel chooses a range that nothing else uses.
         let base = unsafe {
             rustix::mm::mmap(
@@ -76,7 +85,11 @@ impl Segment {
             )?
         };
         let base = NonNull::new(base.cast()).ok_or(Errno::NOMEM)?;
-        Ok(Self { base, length })
+        Ok(Self {
+            base,
+            length,
+            identity: (found.st_dev, found.st_ino),
+        })
     }
 }
 

@@ -100,8 +100,11 @@ impl<T: Debug + Send + Sync> Drop for Storage<T> {
                 core::ptr::drop_in_place(&raw mut data.value);
             }
         }
-        // Who has removed it before has done what was to be done.
-        let _ = rustix::fs::unlink(path(&self.file));
+        // Who has removed it before has done what was to be done; there may be another one of its name by now.
+        let path = path(&self.file);
+        if self.segment.is_at(&path) {
+            let _ = rustix::fs::unlink(path);
+        }
     }
 }
 
