@@ -3,7 +3,9 @@ use std::fs::Permissions;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-use coloc_shm_types::{Estimate, Header, Neighbour, OpenError, Position, RobotName, Space, Status};
+use coloc_shm_types::{
+    Estimate, Header, Neighbour, OpenError, Position, Remark, RobotName, Space, Status,
+};
 
 fn open(root: &Path) -> Space {
     Space::open(root, "t", "test").expect("a space of its own")
@@ -185,6 +187,62 @@ fn a_directory_with_other_things_in_it_is_refused_and_left_alone() {
         assert_eq!(now, mode);
     }
     assert!(precious.exists());
+}
+
+#[test]
+fn a_robot_is_claimed_once_whatever_becomes_of_the_claims() {
+    for put_file in [false, true] {
+        let root = tempfile::tempdir().unwrap();
+        let space = open(root.path());
+        let claim = space.claim_robot(&robot(), 1).unwrap();
+        let claims = root.path().join("claims");
+        std::fs::remove_dir_all(&claims).unwrap();
+        if put_file {
+            std::fs::write(&claims, "no directory").unwrap();
+        }
+        let newcomer = open(root.path());
+        let r2 = RobotName::new("r2").unwrap();
+        for (robot, id) in [(&robot(), 1), (&robot(), 2), (&r2, 1)] {
+            let refusal = newcomer.claim_robot(robot, id).unwrap_err().to_string();
+            let process = format!("process {}", std::process::id());
+            assert!(refusal.contains(&process), "{refusal}");
+        }
+        newcomer.claim_robot(&r2, 2).unwrap();
+        drop(claim);
+        newcomer.claim_robot(&robot(), 1).unwrap();
+    }
+}
+
+#[test]
+fn what_was_put_into_the_place_of_a_directory_locks_nobody_out() {
+    for name in ["nodes", "services", "claims"] {
+        let root = tempfile::tempdir().unwrap();
+        let inside = open(root.path());
+        let _publisher = inside.publisher::<Estimate>(&robot()).unwrap();
+        let _claim = inside.claim_robot(&robot(), 1).unwrap();
+        let (path, elsewhere) = (root.path().join(name), root.path().join("elsewhere"));
+        std::fs::rename(&path, &elsewhere).unwrap();
+        std::os::unix::fs::symlink(&elsewhere, &path).unwrap();
+        for put_file in [false, true] {
+            if put_file {
+                std::fs::remove_dir_all(&path).unwrap();
+                std::fs::write(&path, "no directory").unwrap();
+            }
+            let newcomer = open(root.path());
+            let said = newcomer.remarks();
+            assert!(
+                matches!(said, [Remark::Restored { path: found }, ..] if *found == path),
+                "{said:?}"
+            );
+            let r2 = RobotName::new("r2").unwrap();
+            let publisher = newcomer.publisher::<Estimate>(&r2).unwrap();
+            let subscriber = newcomer.subscriber::<Estimate>(&r2).unwrap();
+            publisher.send(estimate(1)).unwrap();
+            assert_eq!(subscriber.receive().unwrap(), Some(estimate(1)));
+            newcomer.claim_robot(&r2, 2).unwrap();
+        }
+        assert_eq!(inside.check().is_err(), name != "claims");
+    }
 }
 
 #[test]

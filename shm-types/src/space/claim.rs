@@ -14,8 +14,8 @@ use crate::private::{NotPrivate, OwnFile};
 /// Below the root: a file for each robot and one for each number, locked by the process that acts for it.
 pub(super) const DIRECTORY: &str = "claims";
 
-/// In `/dev/shm`, behind the space's name: the same for those who enter another space with the same root, because the
-/// directory was exchanged while the process lives.
+/// In `/dev/shm`, behind the space's name: the same for those who find no claims, because these or the whole root were
+/// deleted or exchanged while the process lives.
 const BEACON: &str = ".claim_";
 
 /// Longest content of a claim (bytes).
@@ -42,6 +42,8 @@ struct Claimant {
 impl Claim {
     pub(super) fn take(space: &Space, robot: &RobotName, id: u16) -> Result<Self, OpenError> {
         let own = Claimant::new(robot, id);
+        // Two who look for each other's beacons at once would see each other, and neither would run.
+        let _pass = space.gate().pass();
         let claims = space.directory().subdirectory(DIRECTORY)?;
         // No robot's name has a dot.
         let names = [own.robot.clone(), format!("id.{id}")];
@@ -53,7 +55,7 @@ impl Claim {
             let file = claims.file(name)?;
             claim.files.push(own.lock(&file)?);
         }
-        own.look_elsewhere(space)?;
+        own.look_around(space)?;
         claim.files.extend(own.light_beacon(space));
         Ok(claim)
     }
@@ -126,38 +128,44 @@ impl Claimant {
         }
     }
 
-    /// Refuses if somebody acts for the robot whose root was the same path until it was exchanged.
-    fn look_elsewhere(&self, space: &Space) -> Result<(), OpenError> {
+    /// Refuses if somebody acts for the robot or with its number in this space, or in another one whose root was the same
+    /// path until it was exchanged.
+    fn look_around(&self, space: &Space) -> Result<(), OpenError> {
         let place = space.place();
         let names = segments::list().map_err(failed(Path::new(segments::SHARED_MEMORY)))?;
-        let elsewhere = names.iter().filter(|name| {
-            name.starts_with(place.family())
-                && name.contains(BEACON)
-                && !name.starts_with(place.prefix().trim_end_matches('_'))
-        });
-        let living = elsewhere.filter_map(|name| {
-            let file = OwnFile::named(&segments::path(name))
-                .ok()?
-                .existing()
-                .ok()??;
-            (!lock::try_alone(&file)).then(|| Self::read(&file))?
-        });
-        for other in living {
+        let beacons = names
+            .iter()
+            .filter(|name| name.starts_with(place.family()) && name.contains(BEACON));
+        for name in beacons {
+            let Some(other) = Self::who_has_lit(name) else {
+                continue;
+            };
+            let is_here = segments::space_of(name) == Some(space_name(space));
             let same = other.robot == self.robot || other.id == self.id;
-            if same && other.mounts == self.mounts {
+            if same && (is_here || other.mounts == self.mounts) {
                 return Err(self.refusal(Some(&other)));
             }
         }
         Ok(())
     }
 
+    /// `None` if whoever has lit it is dead.
+    fn who_has_lit(beacon: &str) -> Option<Self> {
+        let file = OwnFile::named(&segments::path(beacon)).ok()?;
+        let file = file.existing().ok()??;
+        (!lock::try_alone(&file)).then(|| Self::read(&file))?
+    }
+
     /// If it cannot be made, an exchanged root directory is still noticed, a moment later.
     fn light_beacon(&self, space: &Space) -> Option<File> {
-        let space = space.place().prefix().trim_end_matches('_');
-        let name = format!("{space}{BEACON}{}", self.robot);
+        let name = format!("{}{BEACON}{}", space_name(space), self.robot);
         let file: Result<OwnFile, NotPrivate> = OwnFile::named(&segments::path(&name));
         self.lock(&file.ok()?).ok()
     }
+}
+
+fn space_name(space: &Space) -> &str {
+    space.place().prefix().trim_end_matches('_')
 }
 
 fn failed(path: &Path) -> impl Fn(std::io::Error) -> OpenError {

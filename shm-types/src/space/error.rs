@@ -185,6 +185,12 @@ pub enum Remark {
         /// Files, in `/dev/shm` as well.
         files: usize,
     },
+    /// There was something else in the place of a directory.
+    #[error("{} was no directory; it was removed, and the directory is made anew", .path.display())]
+    Restored {
+        /// What was there.
+        path: PathBuf,
+    },
     /// Somebody who does not take part in the locks may be alive inside.
     #[error("what is in {} stays, because programs of iceoryx2 may be alive in it", .root.display())]
     Kept {

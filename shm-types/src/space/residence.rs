@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::node::NodeState;
 use iceoryx2::prelude::CallbackProgression;
-use rustix::fs::AtFlags;
+use rustix::fs::{AtFlags, FileType};
 
 use super::config::{self, Place};
 use super::error::{Lost, OpenError, Remark};
@@ -27,6 +27,9 @@ use crate::private::PrivateDirectory;
 
 const NODES: &str = "nodes";
 const SERVICES: &str = services::DIRECTORY;
+
+/// These are directories.
+const DIRECTORIES: [&str; 3] = [NODES, SERVICES, claim::DIRECTORY];
 
 /// What a space consists of, below its root.
 const OURS: [&str; 4] = [NODES, SERVICES, claim::DIRECTORY, key::FILE];
@@ -75,9 +78,11 @@ impl Residence {
         let space = place.prefix().trim_end_matches('_').to_owned();
         let life = segments::enter(&space, directory.path(), deadline)?;
         check_room(ROOM)?;
+        let gate = Gate::new(directory.file(key::FILE)?);
+        remarks.extend(restore(&directory, &gate)?);
         Ok(Self {
             place,
-            gate: Gate::new(directory.file(key::FILE)?),
+            gate,
             services: Services::default(),
             directory,
             life: Some(life),
@@ -177,6 +182,26 @@ fn begin(directory: &PrivateDirectory) -> Result<Option<Remark>, OpenError> {
         Key::draw(directory)?;
     }
     Ok(remark)
+}
+
+/// Removes what somebody has put into the place of a directory. Those inside notice, as they do when it is deleted; who comes
+/// makes it anew. A link counts as well, wherever it leads.
+fn restore(directory: &PrivateDirectory, gate: &Gate) -> Result<Vec<Remark>, OpenError> {
+    let _pass = gate.pass();
+    let mut remarks = Vec::new();
+    for name in DIRECTORIES {
+        if is_no_directory(directory, name) {
+            directory.remove(name.as_ref())?;
+            let path = directory.path().join(name);
+            remarks.push(Remark::Restored { path });
+        }
+    }
+    Ok(remarks)
+}
+
+fn is_no_directory(directory: &PrivateDirectory, name: &str) -> bool {
+    let found = rustix::fs::statat(directory, name, AtFlags::SYMLINK_NOFOLLOW);
+    found.is_ok_and(|found| FileType::from_raw_mode(found.st_mode) != FileType::Directory)
 }
 
 fn check_ours(directory: &PrivateDirectory) -> Result<(), OpenError> {
