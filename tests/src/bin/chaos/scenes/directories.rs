@@ -6,8 +6,10 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use coloc_drivers::can::{BusSpec, Sender};
+use coloc_drivers::encoder::WheelFrames;
 use rand::seq::IndexedRandom;
 
 use crate::fault::{Outcome, fault};
@@ -16,9 +18,10 @@ use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
 use crate::tally::Tally;
 
+const ROOT: &str = "shm";
 /// Below the fleet's directory.
 const TARGETS: [&str; 6] = [
-    "shm",
+    ROOT,
     "shm/nodes",
     "shm/services",
     "shm/claims",
@@ -27,6 +30,9 @@ const TARGETS: [&str; 6] = [
 ];
 /// Within which whoever is inside has noticed, and has done something about it.
 const NOTICED: Duration = Duration::from_millis(1500);
+/// Of ticks, and of frames.
+const PERIOD: Duration = Duration::from_millis(20);
+const METRES_PER_TICK: f64 = 1e-4;
 const SETTINGS: &str = "[telemetry]\nstate_file = \"{at}/state/{robot}.belief.toml\"\n\
     [odometry]\nbuses = [\"local:{at}/bus\"]\nmax_speed_mps = 5.0\n\
     [odometry.wheels]\ntrack_m = 0.3\n\
@@ -80,17 +86,76 @@ fn robbed(stage: &Stage, target: &str, deed: Deed, round: &mut Round<'_>) -> Out
         true
     } else {
         robot.program.no_panic()?;
-        // Who loses the claims loses nothing, as long as nobody else can run.
-        if robot.program.said().len() == said_before && target != "shm/claims" {
+        let has_spoken = robot.program.said().len() > said_before;
+        if !has_spoken && !lost_nothing(target, fleet.directory.path(), &robot)? {
             fault!("robot1 goes on and does not say anything");
         }
         heard(&mut fleet, &robot, round)?;
         false
     };
+    if has_ended && let (ROOT, Deed::File) = (target, deed) {
+        is_refused_until_removed(&fleet)?;
+    }
     second(&mut fleet, &mut robot, has_ended, round)?;
     if !has_ended {
         round.tally.ends.push(robot.program.terminate()?);
     }
+    Ok(())
+}
+
+/// Whether all is as before, so that there is nothing to say.
+fn lost_nothing(target: &str, directory: &Path, robot: &Started) -> Outcome<bool> {
+    match target {
+        // Nobody else can run, which is tried below.
+        "shm/claims" => Ok(true),
+        "state" => Ok(comes_back(&directory.join("state/robot1.belief.toml"))),
+        "bus" => hears_the_wheels(&directory.join("bus"), robot).map(|()| true),
+        _ => Ok(false),
+    }
+}
+
+/// Saved once a second.
+fn comes_back(file: &Path) -> bool {
+    // A link still leads to the old one.
+    let _ = fs::remove_file(file);
+    let deadline = Instant::now() + ANSWER;
+    while !file.exists() && Instant::now() < deadline {
+        sleep(PERIOD);
+    }
+    file.exists()
+}
+
+/// Whoever sends frames now is heard.
+fn hears_the_wheels(bus: &Path, robot: &Started) -> Outcome {
+    let mut frames = WheelFrames::new(METRES_PER_TICK);
+    let spec = BusSpec::Local {
+        directory: bus.into(),
+    };
+    let heard = || robot.program.said().contains("odometry: ");
+    let deadline = Instant::now() + ANSWER;
+    while !heard() && Instant::now() < deadline {
+        if let Ok(mut sender) = Sender::open(&spec) {
+            for frame in frames.encode(0.0, 0.0) {
+                let _ = sender.send(&frame);
+            }
+        }
+        sleep(PERIOD);
+    }
+    if heard() {
+        return Ok(());
+    }
+    fault!("robot1 says nothing, and does not hear its wheels any more")
+}
+
+/// What a person has put into the place of the root is not taken away; they are told to.
+fn is_refused_until_removed(fleet: &Fleet) -> Outcome {
+    let mut again = fleet.start(Who::Daemon, VICTIM);
+    let status = again.program.wait(ANSWER)?;
+    let words = again.program.refused(status)?;
+    if !words.contains("is not a directory: remove it") {
+        fault!("it does not say what to do: {words}");
+    }
+    fs::remove_file(fleet.root()).unwrap();
     Ok(())
 }
 
