@@ -1,5 +1,6 @@
 //! Services of which files were taken away while somebody uses them, or which somebody is just making or removing.
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use coloc_shm_types::{Estimate, Lost, PortError, RobotName, Space};
 use rustix::fs::{FlockOperation, flock};
@@ -70,6 +71,23 @@ fn a_service_that_was_removed_is_missed() {
     assert!(service.exists());
     drop(subscriber);
     assert_eq!((service.exists(), space.check()), (false, Ok(())));
+}
+
+#[test]
+fn who_comes_before_the_space_has_a_key_is_in_nobodys_way() {
+    let temporary = tempfile::tempdir().unwrap();
+    let root = temporary.path();
+    // As somebody does who comes while nobody is alone, and somebody was killed who was to draw the key.
+    let waiting = std::fs::File::open(root).unwrap();
+    flock(&waiting, FlockOperation::LockShared).unwrap();
+    std::thread::scope(|scope| {
+        let newcomers: Vec<_> = (0..6).map(|_| scope.spawn(|| open(root))).collect();
+        std::thread::sleep(Duration::from_millis(100));
+        drop(waiting);
+        for newcomer in newcomers {
+            newcomer.join().expect("it enters");
+        }
+    });
 }
 
 #[test]

@@ -37,6 +37,11 @@ pub(super) fn share(file: impl AsFd, path: &Path, deadline: Instant) -> Result<(
     }
 }
 
+pub(super) fn give_back(file: impl AsFd) {
+    // If there is none, there is none to give back.
+    let _ = rustix::fs::flock(file, FlockOperation::Unlock);
+}
+
 /// The refusal, with who holds the lock as far as the kernel says so.
 pub(super) fn locked(path: &Path) -> OpenError {
     OpenError::Locked {

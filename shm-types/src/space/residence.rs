@@ -169,7 +169,11 @@ fn join(
         match Key::read(directory)? {
             Some(key) => return Ok(key),
             None if Instant::now() > deadline => return Err(lock::emptied(directory.path())),
-            None => std::thread::sleep(PAUSE),
+            None => {
+                // Several who waited with their locks would keep each other from ever being alone.
+                lock::give_back(directory);
+                std::thread::sleep(PAUSE);
+            }
         }
     }
 }
