@@ -1,4 +1,4 @@
-//! A robot that follows frames as they come, its clock moving by a period with each pair of them.
+//! A robot that follows frames as they come, and tells the time by counting them.
 
 use std::sync::Arc;
 
@@ -10,38 +10,30 @@ use coloc_shm_types::{Estimate, RobotName, Space};
 use rustix::event::{PollFd, PollFlags, poll};
 
 use super::bus::PATIENCE;
-use super::{Clock, PERIOD_NS, Stamps, config};
+use super::{Clock, Stamps, config};
 
 /// The estimates that `pairs` of encoder frames on `bus` lead to, from when `start` is called.
 ///
-/// The stamps are those of the rig's clock, so whenever and however the frames come they are the same; `None` if
-/// frames of two pairs came at once, which have no stamps of their own then.
-pub fn follow(bus: &BusSpec, pairs: usize, start: impl FnOnce()) -> Option<Vec<Estimate>> {
+/// A pair has the stamp of its number, so whenever and however the frames come, estimates of one stamp are the same. Pairs that
+/// are read together lead to one estimate.
+pub fn follow(bus: &BusSpec, pairs: usize, start: impl FnOnce()) -> Vec<Estimate> {
     let directory = tempfile::tempdir().unwrap();
     let config = config(&directory.path().join("shm"), bus);
     let space = Space::open(&config.shm.root, &config.shm.prefix, "follow").unwrap();
     let published = space
         .subscriber(&RobotName::new("robot1").unwrap())
         .unwrap();
-    let (clock, link) = (Clock::new(Stamps::Unbelievable), Arc::new(Link::new()));
-    let mut robot = Robot::open(&config, &space, Box::new(clock.clone()), link).unwrap();
+    let (clock, link) = (Clock::new(Stamps::Counted), Arc::new(Link::new()));
+    let mut robot = Robot::open(&config, &space, Box::new(clock), link).unwrap();
     start();
-    let (mut estimates, mut whole) = (Vec::new(), 0);
-    while whole < 2 * pairs as u64 {
+    let mut estimates = Vec::new();
+    while robot.account().status.can.frames < 2 * pairs as u64 {
         wait(&robot);
         if robot.wake(Wake::Frame) == Outcome::Ticked {
             estimates.push(published.receive().unwrap().expect("a tick publishes"));
         }
-        match robot.account().status.can.frames.checked_sub(whole) {
-            Some(0 | 1) => {}
-            Some(2) => {
-                clock.run(PERIOD_NS);
-                whole += 2;
-            }
-            _ => return None,
-        }
     }
-    Some(estimates)
+    estimates
 }
 
 fn wait(robot: &Robot) {
