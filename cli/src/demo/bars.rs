@@ -55,8 +55,9 @@ impl Expectation {
 
 impl RobotSummary {
     fn too_late(&self) -> Option<String> {
-        let count = self.deadlines_missed_by_more_than_a_period;
-        (count > 0).then(|| format!("{count} (is the machine busy?)"))
+        let all = self.deadlines_missed_by_more_than_a_period;
+        let own = all.saturating_sub(self.deadlines_missed_by_the_machine);
+        (own > 0).then(|| format!("{own} (is the machine busy?)"))
     }
 
     fn absent(&self) -> Option<String> {
@@ -118,7 +119,7 @@ mod tests {
         };
         RobotSummary {
             accuracy: Some(accuracy),
-            ..RobotSummary::of(0, &Record::new(), true)
+            ..RobotSummary::of(0, &Record::new(), true, &[])
         }
     }
 

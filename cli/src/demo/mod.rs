@@ -7,6 +7,7 @@
 
 mod bars;
 pub(crate) mod bus;
+mod bystanders;
 pub(crate) mod clock;
 mod console;
 mod feed;

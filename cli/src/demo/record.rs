@@ -6,6 +6,7 @@ use std::time::Instant;
 use coloc_shm_types::{Estimate, Input, Reject, Status};
 use hdrhistogram::Histogram;
 
+use super::bystanders::{Stall, stalled_ns};
 use crate::comparison::Comparison;
 
 /// After so long without an estimate \[s\] its daemon was dead, or as good as.
@@ -21,8 +22,19 @@ pub(crate) struct Record {
     statuses: BTreeMap<i64, Status>,
     /// Deadlines that were missed, by session.
     missed: BTreeMap<i64, Missed>,
+    /// Ticks that woke later than by a period.
+    late: Vec<Late>,
     /// From wake-up to publication \[ns\].
     latency: Histogram<u64>,
+}
+
+/// A tick that woke too late.
+#[derive(Copy, Clone, Debug)]
+#[expect(clippy::struct_field_names, reason = "units belong in names")]
+struct Late {
+    at_ns: i64,
+    lateness_ns: u64,
+    period_ns: u64,
 }
 
 #[derive(Copy, Clone, Debug, Default)]
@@ -50,6 +62,7 @@ impl Record {
             latest: None,
             statuses: BTreeMap::new(),
             missed: BTreeMap::new(),
+            late: Vec::new(),
             latency,
         }
     }
@@ -69,6 +82,24 @@ impl Record {
         let missed = self.missed.entry(estimate.header.session_ns).or_default();
         missed.at_all += estimate.lateness_ns.saturating_add(took_ns) / period_ns;
         missed.by_more_than_a_period += estimate.lateness_ns / period_ns;
+        if estimate.lateness_ns >= period_ns {
+            self.late.push(Late {
+                at_ns: estimate.header.stamp_ns,
+                lateness_ns: estimate.lateness_ns,
+                period_ns,
+            });
+        }
+    }
+
+    /// How many of the deadlines that were missed by more than a period would not have been, had the machine not stood still.
+    pub(crate) fn missed_by_the_machine(&self, stalls: &[Stall]) -> u64 {
+        let of_the_machine = |late: &Late| {
+            let began_ns = late.at_ns.saturating_sub_unsigned(late.lateness_ns);
+            let stalled_ns = stalled_ns(stalls, began_ns, late.at_ns).unsigned_abs();
+            let own_ns = late.lateness_ns.saturating_sub(stalled_ns);
+            late.lateness_ns / late.period_ns - own_ns / late.period_ns
+        };
+        self.late.iter().map(of_the_machine).sum()
     }
 
     /// Notes the counters.
@@ -219,6 +250,22 @@ mod tests {
             ),
             (2, 1, 1)
         );
+    }
+
+    #[test]
+    fn what_the_machine_did_is_not_the_robots() {
+        let mut record = Record::new();
+        let mut late = estimate(1, 45_000_000);
+        late.header.stamp_ns = 1_000_000_000;
+        record.hear_estimate(&late, None, 20_000_000);
+        let missed = |from_ms: i64, until_ms: i64| {
+            let [from_ns, until_ns] = [from_ms, until_ms].map(|ms| ms * 1_000_000);
+            record.missed_by_the_machine(&[Stall { from_ns, until_ns }])
+        };
+        assert_eq!(record.missed_by_more_than_a_period(), 2);
+        assert_eq!(missed(950, 1010), 2);
+        assert_eq!(missed(955, 970), 1, "30 ms of 45 were the robot's own");
+        assert_eq!(missed(0, 900), 0);
     }
 
     #[test]

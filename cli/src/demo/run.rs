@@ -1,8 +1,10 @@
 //! The course of the demo: set up, wait until everybody speaks, drive, end everybody, say what it came to.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::bus::Buses;
+use super::bystanders::stalled_ns;
 use super::console::Console;
 use super::interrupt::Interrupt;
 use super::out::Out;
@@ -61,13 +63,18 @@ fn facts(
     let heard = ended.records.iter().zip(ended.up).enumerate();
     let facts = Facts {
         robots: heard
-            .map(|(robot, (record, up))| RobotSummary::of(robot, record, up))
+            .map(|(robot, (record, up))| RobotSummary::of(robot, record, up, &ended.stalls))
             .collect(),
         seconds: ended.seconds,
         world: stage.description().to_owned(),
         bus: buses.kind,
         bus_reason: buses.reason,
         left: ended.left,
+        machine_stood_still_ms: Duration::from_nanos(
+            stalled_ns(&ended.stalls, i64::MIN, i64::MAX).unsigned_abs(),
+        )
+        .as_secs_f64()
+            * 1e3,
         broke_down: broke_down.or(ended.trouble).map(|error| error.to_string()),
     };
     (facts, ended.records)

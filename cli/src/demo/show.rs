@@ -9,6 +9,7 @@ use rustix::process::Signal;
 
 use super::DemoError;
 use super::bus::Buses;
+use super::bystanders::{Bystanders, Stall};
 use super::clock::now_ns;
 use super::console::Console;
 use super::feed_thread::FeedThread;
@@ -35,6 +36,7 @@ const END_PATIENCE: Duration = Duration::from_secs(3);
 /// The daemons, what they are fed and what is heard of them.
 pub(crate) struct Show {
     seconds: f64,
+    bystanders: Bystanders,
     feed: FeedThread,
     fleet: Fleet,
     watch: Watch,
@@ -53,6 +55,8 @@ pub(crate) struct Ended {
     pub(crate) records: Vec<Record>,
     /// Whose daemon spoke until the end.
     pub(crate) up: Vec<bool>,
+    /// When the machine stood still, if that was not because of the robots.
+    pub(crate) stalls: Vec<Stall>,
     /// Files in shared memory that should not be there.
     pub(crate) left: Vec<PathBuf>,
     /// What went wrong at the end.
@@ -75,8 +79,10 @@ impl Show {
         let feed = FeedThread::start(stage, &root, &buses.specs)?;
         let fleet = Fleet::start(&files, logs)?;
         let command = run_command(buses.private);
+        let bystanders = Bystanders::start();
         Ok(Self {
             seconds,
+            bystanders,
             feed,
             fleet,
             watch,
@@ -199,6 +205,7 @@ impl Show {
             ));
         }
         self.end_strangers();
+        let stalls = self.stalls(console);
         let heard = self.watch.listen(start_ns);
         let prefix = self.watch.full_prefix();
         let records = self.watch.close();
@@ -210,9 +217,21 @@ impl Show {
             seconds,
             records,
             up,
+            stalls,
             left: left_behind(&self.root, &prefix),
             trouble: stopped.and(heard).err(),
         }
+    }
+
+    /// When the machine stood still. Robots that keep its processors busy themselves have no excuse.
+    fn stalls(&mut self, console: &mut Console) -> Vec<Stall> {
+        let stalls = self.bystanders.end();
+        let spare = children_s().is_some_and(|busy_s| busy_s < 0.5 * self.progress().time_s);
+        if stalls.is_empty() || spare {
+            return stalls;
+        }
+        console.say("the robots themselves keep this machine busy");
+        Vec::new()
     }
 
     /// Daemons that somebody started by hand would go on without sensors, in a folder that is about to go.
@@ -225,6 +244,20 @@ impl Show {
         }
         strangers().for_each(|pid| signal(pid, Signal::KILL));
     }
+}
+
+/// The processor time of all daemons that have ended \[s\].
+fn children_s() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // Behind the name, which may contain anything, the 3rd field comes first; the 16th and 17th are cutime and cstime, in
+    // hundredths of a second.
+    let (_, fields) = stat.rsplit_once(')')?;
+    let fields: Vec<&str> = fields.split_whitespace().collect();
+    let times = [fields.get(13)?, fields.get(14)?].map(|field| field.parse::<f64>());
+    let [Ok(user), Ok(system)] = times else {
+        return None;
+    };
+    Some((user + system) / 100.0)
 }
 
 fn run_command(private_network: bool) -> String {

@@ -7,6 +7,7 @@ use coloc_shm_types::{Input, Reject};
 use serde::Serialize;
 
 use super::bars::{Bar, bars};
+use super::bystanders::Stall;
 use super::record::{Latency, Record};
 use super::robot_file::name;
 use crate::comparison::Accuracy;
@@ -29,6 +30,8 @@ pub(crate) struct Summary {
     pub(crate) bars: Vec<Bar>,
     /// What is left of the run's shared memory: files that should not be there.
     pub(crate) left_in_shared_memory: Vec<PathBuf>,
+    /// For how long the machine did not serve threads that do nothing \[ms\].
+    pub(crate) machine_stood_still_ms: f64,
     /// Why the run ended before its time, if something other than a person made it end.
     pub(crate) broke_down: Option<String>,
     /// The pictures that were drawn.
@@ -75,6 +78,7 @@ pub(crate) struct Facts {
     pub(crate) bus: &'static str,
     pub(crate) bus_reason: String,
     pub(crate) left: Vec<PathBuf>,
+    pub(crate) machine_stood_still_ms: f64,
     pub(crate) broke_down: Option<String>,
 }
 
@@ -92,6 +96,8 @@ pub(crate) struct RobotSummary {
     pub(crate) deadlines_missed: u64,
     /// Deadlines by which the tick before had not even woken.
     pub(crate) deadlines_missed_by_more_than_a_period: u64,
+    /// Those out of them that the machine missed: threads that do nothing were as late.
+    pub(crate) deadlines_missed_by_the_machine: u64,
     /// Inputs that changed the belief, by kind.
     pub(crate) accepted: BTreeMap<&'static str, u64>,
     /// Inputs that did not, by kind and reason, where there were any.
@@ -101,7 +107,7 @@ pub(crate) struct RobotSummary {
 }
 
 impl RobotSummary {
-    pub(crate) fn of(robot: usize, record: &Record, up_at_the_end: bool) -> Self {
+    pub(crate) fn of(robot: usize, record: &Record, up_at_the_end: bool, stalls: &[Stall]) -> Self {
         let accepted = Input::ALL.map(|input| (input.name(), record.accepted(input)));
         let reasons = |input| {
             let counts = Reject::ALL.map(|reason| (reason.name(), record.rejected(input, reason)));
@@ -118,6 +124,7 @@ impl RobotSummary {
             accuracy: Accuracy::of(&record.comparisons),
             deadlines_missed: record.missed(),
             deadlines_missed_by_more_than_a_period: record.missed_by_more_than_a_period(),
+            deadlines_missed_by_the_machine: record.missed_by_the_machine(stalls),
             accepted: accepted.into(),
             rejected: rejected
                 .into_iter()
@@ -175,6 +182,7 @@ impl Summary {
             robots,
             bars,
             left_in_shared_memory: facts.left,
+            machine_stood_still_ms: facts.machine_stood_still_ms,
             broke_down: facts.broke_down,
             pictures: Vec::new(),
         }
@@ -188,6 +196,7 @@ impl Summary {
         lines.push(String::new());
         let bar = |bar: &Bar| bar.line(word(bar.broken_by.is_empty()));
         lines.extend(self.bars.iter().map(bar));
+        lines.extend(self.machine());
         let left = self.left_in_shared_memory.len();
         lines.push(format!(
             "{}  nothing left in shared memory{}",
@@ -207,6 +216,19 @@ impl Summary {
             self.world
         ));
         lines
+    }
+
+    /// What the machine did, if deadlines were missed by that.
+    fn machine(&self) -> Option<String> {
+        let missed: u64 = (self.robots.iter())
+            .map(|robot| robot.deadlines_missed_by_the_machine)
+            .sum();
+        (missed > 0).then(|| {
+            format!(
+                "note  the machine stood still for {:.0} ms in all, and {missed} deadlines were missed by that",
+                self.machine_stood_still_ms
+            )
+        })
     }
 
     /// Why it did not pass, in one line.
@@ -271,7 +293,7 @@ mod tests {
             deadlines_missed: 123,
             deadlines_missed_by_more_than_a_period: 0,
             latency_us: Some(Latency::default()),
-            ..RobotSummary::of(robot, &Record::new(), true)
+            ..RobotSummary::of(robot, &Record::new(), true, &[])
         };
         Facts {
             robots: (0..robots).map(heard).collect(),
@@ -279,6 +301,7 @@ mod tests {
             world: "synthetic world, seed 1".into(),
             bus: "local",
             bus_reason: String::new(),
+            machine_stood_still_ms: 0.0,
             left: Vec::new(),
             broke_down: None,
         }
