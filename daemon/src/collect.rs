@@ -64,7 +64,7 @@ impl Collect {
         self.wheels.emptied()
     }
 
-    /// Decodes the frames that were drained before `moment`; whether that is all, rather than all that there is room for.
+    /// Decodes the frames that were drained before `moment`; whether all samples that wait now can wait for the tick.
     pub fn frames(&mut self, moment: &Moment, account: &mut Account) -> bool {
         self.wheels.decode(moment, account)
     }

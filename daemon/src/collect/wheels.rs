@@ -5,7 +5,7 @@ use std::os::fd::{AsFd, BorrowedFd};
 use coloc_drivers::can::{self, Bus, Filter};
 use coloc_drivers::encoder::{FrameReject, OdometryCounters, OdometryDecoder, WheelOdometry};
 use coloc_estimator::{
-    Measurement, Motion, OdometryNoise, OdometrySample, Stamp, TickInputs, noise,
+    Measurement, Motion, OdometryNoise, OdometrySample, Span, Stamp, TickInputs, noise,
 };
 use coloc_shm_types::{BusState, CanCounters, Input};
 use tracing::warn;
@@ -30,6 +30,8 @@ pub struct Wheels {
     to_motion: ToMotion,
     /// Samples that wait for the estimator.
     samples: List<Measurement>,
+    /// They wait no longer, or the history might begin after them.
+    patience: Span,
     /// There was one since the last tick.
     had_samples: bool,
     /// Stamps of the newest sample and of the one before \[ns\]; 0 if there was none.
@@ -77,6 +79,7 @@ impl Wheels {
             buses,
             to_motion: ToMotion::new(config),
             samples: List::with_capacity(SAMPLES),
+            patience: Span::from_nanos(config::nanos(config.history.length_s) / 4),
             had_samples: false,
             newest_ns: [0; 2],
         })
@@ -115,14 +118,14 @@ impl Wheels {
             .is_some_and(|frames| !frames.is_empty())
     }
 
-    /// Decodes what was drained before `moment`; whether that is all, rather than all that there is room for.
+    /// Decodes what was drained before `moment`; whether all that waits now can wait for the tick.
     pub fn decode(&mut self, moment: &Moment, account: &mut Account) -> bool {
         let Some(frames) = &mut self.frames else {
             return true;
         };
-        while !self.samples.is_full() {
+        while !self.samples.is_full() && !spans_more_than(self.patience, &self.samples) {
             match frames.next(moment) {
-                None => return true,
+                None => return !self.are_old(moment.stamp),
                 Some(Ok(Some(odometry))) => {
                     let sample = self.to_motion.sample(&odometry);
                     self.newest_ns = [sample.stamp.as_nanos(), self.newest_ns[0]];
@@ -153,6 +156,11 @@ impl Wheels {
     /// The buses, to be waited on.
     pub fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         self.buses.iter().map(AsFd::as_fd)
+    }
+
+    fn are_old(&self, now: Stamp) -> bool {
+        let oldest = self.samples.as_slice().first();
+        oldest.is_some_and(|oldest| now - oldest.stamp() > self.patience)
     }
 
     /// How many samples wait for the estimator.
@@ -207,6 +215,14 @@ impl Wheels {
         } else {
             before
         }
+    }
+}
+
+/// From the first sample to the last.
+fn spans_more_than(limit: Span, samples: &List<Measurement>) -> bool {
+    match samples.as_slice() {
+        [first, .., last] => last.stamp() - first.stamp() > limit,
+        _ => false,
     }
 }
 

@@ -7,6 +7,7 @@
     reason = "a test fails by panicking, also in its helpers"
 )]
 
+mod backlog;
 mod bus_lost;
 mod can_utils;
 mod car;

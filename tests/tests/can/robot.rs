@@ -88,6 +88,16 @@ impl Robot {
         sleeps.unwrap().trim().parse().unwrap()
     }
 
+    /// Stops it, as a debugger or a machine without time would.
+    pub(crate) fn pause(&self) {
+        kill_process(Pid::from_child(&self.process), Signal::STOP).unwrap();
+    }
+
+    /// Lets it go on.
+    pub(crate) fn go_on(&self) {
+        kill_process(Pid::from_child(&self.process), Signal::CONT).unwrap();
+    }
+
     /// Ends it as a person would; it obeys.
     pub(crate) fn end(mut self) {
         kill_process(Pid::from_child(&self.process), Signal::TERM).unwrap();

@@ -15,6 +15,7 @@ pub(crate) struct Wheels {
     senders: [Sender; 2],
     frames: WheelFrames,
     way_m: [f64; 2],
+    period: Duration,
     next: Instant,
 }
 
@@ -30,8 +31,19 @@ impl Wheels {
             senders,
             frames,
             way_m: [0.0; 2],
+            period: PERIOD,
             next: Instant::now(),
         }
+    }
+
+    /// With frames that come so often.
+    pub(crate) fn every(self, period: Duration) -> Self {
+        Self { period, ..self }
+    }
+
+    /// How far the wheels have come, left and right \[m\].
+    pub(crate) fn ways_m(&self) -> (f64, f64) {
+        (self.way_m[0], self.way_m[1])
     }
 
     /// Sends by new sockets: the old ones have an error to tell when their interface was down.
@@ -59,6 +71,6 @@ impl Wheels {
         }
         // From the later frame on: where this machine lost time between the two, the next pair would follow at once, which no
         // encoder does.
-        self.next = Instant::now() + PERIOD;
+        self.next = Instant::now() + self.period;
     }
 }
