@@ -60,11 +60,18 @@ impl World {
         let size_ns = (1e6 * 3.6e6_f64.powf(random.random())) as i64; // 1 ms to 1 h.
         let by_ns = if random.random() { size_ns } else { -size_ns };
         let stopped_ns = (5e7 * 600.0_f64.powf(random.random())) as i64; // 50 ms to 30 s.
+        // Frames that come at once and of which some are missing are no longer told from a false count: that way is refused, and
+        // counted. So it is one or the other.
+        let (loss, longest_hold_ns) = if random.random() {
+            (0.0, 150 * MS)
+        } else {
+            (0.03, 20 * MS)
+        };
         Self {
             now_ns: begin_ns,
             steps: vec![(moment(&mut random), by_ns)],
             stop: (moment(&mut random), stopped_ns),
-            hold: (moment(&mut random), random.random_range(0..150 * MS)),
+            hold: (moment(&mut random), random.random_range(0..longest_hold_ns)),
             end_ns: begin_ns + length_ns,
             encoders: Encoders::new(&mut random),
             next_ns: begin_ns + PERIOD_NS / 2,
@@ -76,7 +83,7 @@ impl World {
             received: 0,
             stopped_ns,
             capacity: random.random_range(200..8000),
-            loss: if random.random() { 0.0 } else { 0.03 },
+            loss,
             tally: Tally::default(),
             random,
         }
