@@ -7,6 +7,7 @@ pub mod messages;
 pub mod wheels;
 
 use std::os::fd::BorrowedFd;
+use std::sync::Arc;
 
 use coloc_estimator::{Measurement, Stamp, TickInputs};
 use coloc_shm_types::Space;
@@ -14,6 +15,7 @@ use coloc_shm_types::Space;
 use crate::account::Account;
 use crate::clock::{Moment, TimeSource};
 use crate::config::Config;
+use crate::event::Link;
 use crate::start::StartError;
 use list::List;
 use messages::Messages;
@@ -29,13 +31,13 @@ pub struct Collect {
 }
 
 impl Collect {
-    /// Opens the buses and subscribes.
+    /// Opens the buses and subscribes; says through `link` what is heard.
     ///
     /// # Errors
     /// What could not be opened.
-    pub fn open(config: &Config, space: &Space) -> Result<Self, StartError> {
+    pub fn open(config: &Config, space: &Space, link: Arc<Link>) -> Result<Self, StartError> {
         Ok(Self {
-            wheels: Wheels::open(config)?,
+            wheels: Wheels::open(config, link)?,
             messages: Messages::open(config, space)?,
             measurements: List::with_capacity(wheels::SAMPLES + messages::MOST),
         })

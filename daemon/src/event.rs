@@ -14,6 +14,7 @@ use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 
 use crate::clock::ClockStep;
+use crate::hearing::Hearing;
 use crate::ledger::Ledger;
 use crate::record::Record;
 
@@ -88,6 +89,8 @@ pub struct Link {
     spare: AtomicCell<Option<Box<Ledger>>>,
     /// Ticks since the start.
     heartbeat: AtomicU64,
+    /// What is heard of the wheels.
+    pub hearing: Hearing,
 }
 
 /// There was no room in the ring.
@@ -108,6 +111,7 @@ impl Link {
             events: ArrayQueue::new(Self::CAPACITY + 2),
             spare: AtomicCell::new(Some(Box::default())),
             heartbeat: AtomicU64::new(0),
+            hearing: Hearing::new(),
         }
     }
 

@@ -21,6 +21,7 @@ pub mod end;
 pub mod estimate;
 pub mod event;
 pub mod health;
+pub mod hearing;
 pub mod ledger;
 mod log;
 pub mod publish;

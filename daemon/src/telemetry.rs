@@ -1,8 +1,10 @@
-//! The second, ordinary thread: lines of the log, status, watchdog; and what goes to disk, by threads that may stall.
+//! The second, ordinary thread: lines of the log, status, watchdog, why there is no odometry; and what goes to disk, by
+//! threads that may stall.
 //!
 //! The robot does without it: what fails here is said and tried again. After a panic, a defect, it begins anew.
 
 mod lines;
+mod listening;
 mod status;
 mod throttle;
 mod watchdog;
@@ -23,6 +25,7 @@ use crate::ledger::Ledger;
 use crate::record::Recorder;
 use crate::retry::Retry;
 use crate::saved::{Saved, Saver};
+use listening::Listening;
 use status::StatusPort;
 use throttle::Throttle;
 use watchdog::Watchdog;
@@ -47,6 +50,7 @@ pub struct Telemetry {
     lost_events: u64,
     writers: Writers,
     watchdog: Watchdog,
+    listening: Option<Listening>,
     defects: Retry,
 }
 
@@ -89,6 +93,7 @@ impl Telemetry {
             f64::from(config.telemetry.watchdog_ticks) / config.tick.rate_hz,
         );
         Self {
+            listening: Listening::new(config, Arc::clone(&link)),
             link,
             robot: config.robot.id,
             status: StatusPort::new(config, spaces),
@@ -128,6 +133,9 @@ impl Telemetry {
         while !has_ended(stop, PERIOD) {
             self.drain();
             self.watchdog.look(self.link.last_beat());
+            if let Some(listening) = &mut self.listening {
+                listening.look(Instant::now());
+            }
             if checked.elapsed() >= CHECK_PERIOD {
                 checked = Instant::now();
                 self.status.look_after_space()?;

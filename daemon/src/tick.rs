@@ -73,13 +73,14 @@ impl Robot {
             Some(Ok((belief, _))) => *belief,
             _ => initial(config),
         };
+        let collect = Collect::open(config, space, Arc::clone(&link))?;
         let mut account = Account::new(config, link, session_ns);
         account.record([Record::begin(config.robot.id, stamp.as_nanos(), &belief)]);
         Ok(Self {
             time,
             timeline: Timeline::new(&now),
             clock: config.clock.source,
-            collect: Collect::open(config, space)?,
+            collect,
             estimate: Estimate::new(config, stamp, belief),
             publish: Publish::open(config, space, session_ns)?,
             account,

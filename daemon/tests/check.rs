@@ -96,8 +96,8 @@ fn it_says_everything_that_it_understood() {
         "{ROBOT}[[team]]\nname = \"robot2\"\nid = 2\n{WHEELS}"
     ));
     for (subject, expected) in [
-        ("robot", "robot1, number 1"),
-        ("team", "2 robots, this one and robot2 (number 2)"),
+        ("robot", "robot1 (number 1), 2 in the team"),
+        ("team", "this one, robot2 (number 2)"),
         ("clock", "realtime: CLOCK_REALTIME"),
         ("tick", "50 Hz, every 20 ms"),
         (

@@ -1,6 +1,7 @@
 //! The wheels: buses drained, frames decoded, velocities with their noise.
 
 use std::os::fd::{AsFd, BorrowedFd};
+use std::sync::Arc;
 
 use coloc_drivers::can::{self, Bus, Filter};
 use coloc_drivers::encoder::{FrameReject, OdometryCounters, OdometryDecoder, WheelOdometry};
@@ -16,6 +17,7 @@ use super::list::List;
 use crate::account::Account;
 use crate::clock::{Moment, TimeSource};
 use crate::config::{self, Config};
+use crate::event::Link;
 use crate::start::StartError;
 
 /// The estimator takes so many samples at once: 64 ticks' worth at the usual rate. If there are more, it takes the next
@@ -27,6 +29,8 @@ pub const SAMPLES: usize = 64;
 pub struct Wheels {
     buses: Vec<Bus>,
     frames: Option<Frames>,
+    /// Where it says what it hears.
+    link: Arc<Link>,
     to_motion: ToMotion,
     /// Samples that wait for the estimator.
     samples: List<Measurement>,
@@ -50,7 +54,7 @@ impl Wheels {
     ///
     /// # Errors
     /// A signal that the DBC file does not have, or a bus that cannot be opened.
-    pub fn open(config: &Config) -> Result<Self, StartError> {
+    pub fn open(config: &Config, link: Arc<Link>) -> Result<Self, StartError> {
         let decoder = config
             .odometry
             .as_ref()
@@ -78,6 +82,7 @@ impl Wheels {
             frames: decoder.map(|decoder| Frames::new(decoder, clocks)),
             buses,
             to_motion: ToMotion::new(config),
+            link,
             samples: List::with_capacity(SAMPLES),
             patience: Span::from_nanos(config::nanos(config.history.length_s) / 4),
             had_samples: false,
@@ -147,6 +152,7 @@ impl Wheels {
         for bus in &mut self.buses {
             bus.supervise(moment.stamp.as_nanos());
         }
+        self.link.hearing.note(&self.buses, frames.decoder());
         account.buses(
             worst(&self.buses),
             counters(&self.buses, frames.decoder().counters()),

@@ -9,6 +9,7 @@ use flate2::read::MultiGzDecoder;
 use super::candump_line::{self, Line, LineFault, LineFrame};
 use super::filter::Filter;
 use super::frame::Frame;
+use super::heard::Heard;
 use super::log_report::LogReport;
 use super::timeline::Timeline;
 
@@ -55,12 +56,14 @@ pub enum LogError {
         fault: LineFault,
     },
     /// Nothing to play.
-    #[error("{path} holds no frame that is wanted{}", interface.as_ref().map(|name| format!(" of interface {name}")).unwrap_or_default())]
+    #[error("{path} holds no frame that is wanted{}; it holds {heard}", interface.as_ref().map(|name| format!(" of interface {name}")).unwrap_or_default())]
     Empty {
         /// The log.
         path: PathBuf,
         /// The interface that was asked for.
         interface: Option<String>,
+        /// What there is of that interface instead.
+        heard: Box<Heard>,
     },
 }
 
@@ -70,13 +73,32 @@ impl Log {
     /// # Errors
     /// [`LogError`] if there is no frame to play.
     pub fn read(path: &Path, interface: Option<&str>, filter: &Filter) -> Result<Self, LogError> {
+        Self::read_with(path, LogReader::new(interface, filter))
+    }
+
+    /// Its first frames, so many at most, whatever they are.
+    ///
+    /// # Errors
+    /// As [`Log::read`].
+    pub fn read_beginning(
+        path: &Path,
+        interface: Option<&str>,
+        frames: usize,
+    ) -> Result<Self, LogError> {
+        let reader = LogReader {
+            most: frames,
+            ..LogReader::new(interface, &Filter::All)
+        };
+        Self::read_with(path, reader)
+    }
+
+    fn read_with(path: &Path, mut reader: LogReader<'_>) -> Result<Self, LogError> {
         let unreadable = |error| LogError::Read {
             path: path.to_owned(),
             error,
         };
         let mut file = BufReader::new(File::open(path).map_err(unreadable)?);
         let compressed = file.fill_buf().map_err(unreadable)?.starts_with(&GZIP);
-        let mut reader = LogReader::new(interface, filter);
         if compressed {
             reader.read(BufReader::new(MultiGzDecoder::new(file)))
         } else {
@@ -109,9 +131,13 @@ struct LogReader<'a> {
     interface: Option<&'a str>,
     filter: &'a Filter,
     timeline: Timeline,
+    /// So many frames are enough.
+    most: usize,
     line: usize,
     /// Lines that were frames, of any interface and wanted or not.
     known: u64,
+    /// Of the interface, wanted or not.
+    heard: Heard,
     log: Log,
 }
 
@@ -121,15 +147,17 @@ impl<'a> LogReader<'a> {
             interface,
             filter,
             timeline: Timeline::default(),
+            most: usize::MAX,
             line: 0,
             known: 0,
+            heard: Heard::default(),
             log: Log::default(),
         }
     }
 
     fn read(&mut self, mut text: impl BufRead) -> io::Result<()> {
         let mut line = Vec::new();
-        loop {
+        while self.log.frames.len() < self.most {
             line.clear();
             let end = text
                 .by_ref()
@@ -148,6 +176,7 @@ impl<'a> LogReader<'a> {
                 Err(error) => return Err(error),
             }
         }
+        Ok(())
     }
 
     fn take_line(&mut self, line: &[u8]) {
@@ -178,6 +207,7 @@ impl<'a> LogReader<'a> {
             return;
         }
         let frame = line.frame;
+        self.heard.note(&frame);
         let (stamp_ns, jump) = self.timeline.place(line.interface, &frame, line.stamp_ns);
         if let Some(jump) = jump {
             self.log.report.note_jump(self.line, jump);
@@ -199,6 +229,7 @@ impl<'a> LogReader<'a> {
             None => LogError::Empty {
                 path,
                 interface: self.interface.map(str::to_owned),
+                heard: self.heard.into(),
             },
         })
     }
@@ -262,6 +293,14 @@ mod tests {
         assert!(error.starts_with("x.log, line 2: its stamp"), "{error}");
         let error = parse(EVERY_KIND.as_bytes(), Some("can7")).unwrap_err();
         assert!(matches!(error, LogError::Empty { .. }), "{error}");
+        let nothing = Filter::Ids(Vec::new());
+        let mut reader = LogReader::new(Some("can0"), &nothing);
+        reader.read(EVERY_KIND.as_bytes()).unwrap();
+        let error = reader.finish("x.log".as_ref()).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "x.log holds no frame that is wanted of interface can0; it holds 0x110 × 1, 0x00000120 (extended) × 1"
+        );
     }
 
     /// `count` good lines, 20 ms apart.

@@ -24,6 +24,18 @@ pub enum BusState {
 }
 
 impl BusState {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Up,
+        Self::ErrorWarning,
+        Self::ErrorPassive,
+        Self::BusOff,
+        Self::Down,
+        Self::Gone,
+        Self::Closed,
+        Self::Ended,
+    ];
+
     /// Whether frames can arrive at all in this state.
     #[must_use]
     pub fn receives(self) -> bool {

@@ -10,6 +10,8 @@ mod error_frame;
 mod filter;
 mod frame;
 mod health;
+mod heard;
+mod listen;
 mod local;
 mod log_report;
 mod open_error;
@@ -31,6 +33,8 @@ pub use self::error_frame::{ControllerState, ErrorClass, ErrorCounters, ErrorFra
 pub use self::filter::Filter;
 pub use self::frame::{CLASSIC_SIZE, FD_SIZE, Frame, FrameError, Kind, raw_id};
 pub use self::health::{BusCounters, BusHealth, BusState};
+pub use self::heard::{Heard, identifier};
+pub use self::listen::listen;
 pub use self::log_report::LogReport;
 pub use self::open_error::OpenError;
 pub use self::received::{Drained, FRAMES_PER_CALL, Received, StampClock};

@@ -48,7 +48,7 @@ pub struct OdometryDecoder {
 }
 
 /// The most channels that kinematics take.
-pub(super) const MAX_CHANNELS: usize = 3;
+pub const MAX_CHANNELS: usize = 3;
 
 /// Where the way since the last sample is too long for its time, because late frames came at once, so long is waited for the
 /// time to grow \[s\]; then a part of the way is said, and the rest goes into the next sample.
@@ -110,6 +110,9 @@ impl OdometryDecoder {
         else {
             return Ok(None);
         };
+        if let Some(message) = self.messages.get_mut(index) {
+            message.heard += 1;
+        }
         let sample = self
             .take(index, received)
             .and_then(|()| self.form_sample())
@@ -125,6 +128,12 @@ impl OdometryDecoder {
         let period_ns = |&channel: &usize| self.channels.get(channel)?.period_ns();
         let period_ns = message.channels.iter().find_map(period_ns)?;
         Some(message.last_ns?.saturating_add(period_ns))
+    }
+
+    /// How many frames have come of each wanted message, refused ones too, in the order of
+    /// [`super::Description::expected`].
+    pub fn heard(&self) -> impl Iterator<Item = u64> {
+        self.messages.iter().map(|message| message.heard)
     }
 
     /// What has been counted so far.

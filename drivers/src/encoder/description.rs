@@ -4,7 +4,7 @@ use std::fmt;
 
 use can_dbc::{ByteOrder, Signal, ValueType};
 
-use crate::can::Id;
+use crate::can::{Id, identifier};
 use crate::signal::SignalDecoder;
 
 /// What will be read, for the person who configured it.
@@ -97,12 +97,4 @@ pub(super) fn place(place: (&str, Id, u8), signal: &Signal, decoder: &SignalDeco
             format!(" {}", signal.unit)
         },
     )
-}
-
-/// An identifier as people write it.
-pub(crate) fn identifier(id: Id) -> String {
-    match id {
-        Id::Standard(id) => format!("0x{:03X}", id.as_raw()),
-        Id::Extended(id) => format!("0x{:08X} (extended)", id.as_raw()),
-    }
 }

@@ -15,6 +15,8 @@ pub(super) struct Message {
     /// Positions of its channels.
     pub(super) channels: Vec<usize>,
     pub(super) last_ns: Option<i64>,
+    /// Frames that have come.
+    pub(super) heard: u64,
 }
 
 impl Message {

@@ -22,7 +22,7 @@ pub use self::config::{
     WheelConfig, WheelsConfig,
 };
 pub use self::counters::OdometryCounters;
-pub use self::decoder::{OdometryDecoder, WheelOdometry};
+pub use self::decoder::{MAX_CHANNELS, OdometryDecoder, WheelOdometry};
 pub use self::description::{Description, Expected, SignalDescription};
 pub use self::plan::describe;
 pub use self::reject::FrameReject;

@@ -149,6 +149,11 @@ fn send_altered(rig: &mut Rig, mut change: impl FnMut(&mut Vec<u8>)) {
     rig.send(&pair);
 }
 
+/// The kernel's usual buffer, rather than one for a minute \[bytes\].
+pub(super) fn usual_buffer(rig: &mut Rig) {
+    rig.limit_socket(106_496);
+}
+
 /// More than the kernel keeps for a socket that nobody reads. What it dropped it says with a later frame.
 pub(super) fn flood(rig: &mut Rig, tick: u32) {
     let pair = rig.turn();

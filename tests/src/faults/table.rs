@@ -336,10 +336,13 @@ pub const FAULTS: &[Fault] = &[
     Fault {
         name: "the receive buffer overflows",
         word: Intermittent,
-        made: "200 pairs of frames between two ticks",
+        made: "200 pairs of frames between two ticks, where the kernel has not granted more than its usual buffer",
         place: Interface,
         ticks: 2,
-        script: Script::each(script::flood),
+        script: Script {
+            begin: script::usual_buffer,
+            ..Script::each(script::flood)
+        },
         counts: &[
             script::rx_overflows(1).or_more(),
             script::alive_repeats(1).or_more(),

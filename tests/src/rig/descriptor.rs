@@ -42,6 +42,13 @@ pub(super) fn the_new_one(before: &BTreeSet<i32>, line: &Line) -> i32 {
     *new[0]
 }
 
+/// Has the kernel keep no more on `fd` than `bytes` for whoever owns it.
+pub(super) fn limit(fd: i32, bytes: usize) {
+    // SAFETY: it is open, and only asked to be smaller.
+    let socket = unsafe { BorrowedFd::borrow_raw(fd) };
+    sockopt::set_socket_recv_buffer_size(socket, bytes).unwrap();
+}
+
 /// Closes `fd`, whoever owns it; with `reuse` the number means another file from then on.
 pub(super) fn close(fd: i32, reuse: bool) {
     // SAFETY: not sound in general, which is the point: the owner must cope. It does so by asking the kernel whose the

@@ -129,6 +129,11 @@ impl Rig {
         self.bench.exist(exists);
     }
 
+    /// Takes from the robot's socket what it has asked the kernel for: so many bytes remain.
+    pub fn limit_socket(&mut self, bytes: usize) {
+        descriptor::limit(self.socket, bytes);
+    }
+
     /// Closes the robot's own socket behind its back. `reuse`: its number then means something else.
     pub fn close_socket(&mut self, reuse: bool) {
         descriptor::close(self.socket, reuse);

@@ -20,6 +20,7 @@ mod hardware;
 mod kept;
 mod kernel_filter;
 mod kernel_stamp;
+mod listen;
 mod load;
 mod outage;
 mod recorded;

@@ -6,18 +6,15 @@ use super::super::{Config, Member};
 use super::page::{Page, chosen};
 
 pub(super) fn write(config: &Config, page: &mut Page) {
-    let robot = &config.robot;
-    page.line("robot", format!("{}, number {}", robot.name, robot.id));
+    let (robot, all) = (&config.robot, config.peers().count() + 1);
+    let text = format!("{} (number {}), {all} in the team", robot.name, robot.id);
+    page.line("robot", text);
     let name = |peer: &Member| format!("{} (number {})", peer.name, peer.id);
     let peers: Vec<_> = config.peers().map(name).collect();
     if peers.is_empty() {
         page.line("team", "nobody else: it hears and sees no other robot");
     } else {
-        let all = peers.len() + 1;
-        page.line(
-            "team",
-            format!("{all} robots, this one and {}", peers.join(", ")),
-        );
+        page.line("team", format!("this one, {}", peers.join(", ")));
     }
     page.line("clock", chosen("clock.source", config.clock.source));
     tick(config, page);

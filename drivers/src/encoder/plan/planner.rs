@@ -130,6 +130,7 @@ impl<'a> Planner<'a> {
             period_us: role.period.us(),
             channels: vec![channel],
             last_ns: None,
+            heard: 0,
         });
         Ok(())
     }

@@ -12,7 +12,7 @@ const TRACKS_M: std::ops::RangeInclusive<f64> = 0.02..=4.0;
 const RADII_M: std::ops::RangeInclusive<f64> = 0.005..=1.2;
 
 /// Faster than that robots do not drive \[m/s, rad/s\].
-const FAST_MPS: f64 = 60.0;
+const FAST_MPS: f64 = 100.0;
 const FAST_RADPS: f64 = 50.0;
 
 /// Fewer steps a frame at the highest speed are no measurement.
