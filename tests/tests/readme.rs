@@ -123,7 +123,7 @@ fn check_the_configuration() {
         String::from_utf8_lossy(&output.stderr)
     );
     assert!(
-        said.contains("robot1, number 1") && said.contains("socketcan:can0"),
+        said.contains("robot1 (number 1)") && said.contains("socketcan:can0"),
         "{said}"
     );
 }
