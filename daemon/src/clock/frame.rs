@@ -26,7 +26,8 @@ impl FrameTime {
     pub fn settle(self, due_ns: impl FnOnce() -> Option<i64>, now_ns: i64) -> i64 {
         match self {
             Self::At(ns) => ns,
-            Self::Either(newest, older) => due_ns().map_or(newest, |due_ns| {
+            // Where nothing is known, the earlier: what comes behind it on the bus still finds its place.
+            Self::Either(newest, older) => due_ns().map_or(newest.min(older), |due_ns| {
                 std::cmp::min_by_key(newest, older, |ns| ns.abs_diff(due_ns))
             }),
             Self::Unbelievable => now_ns,
@@ -44,6 +45,7 @@ mod tests {
         assert_eq!(either.settle(|| Some(104), 200), 105);
         assert_eq!(either.settle(|| Some(116), 200), 115);
         assert_eq!(either.settle(|| None, 200), 105);
+        assert_eq!(FrameTime::Either(115, 105).settle(|| None, 200), 105);
         assert_eq!(FrameTime::Unbelievable.settle(|| Some(116), 200), 200);
     }
 }
