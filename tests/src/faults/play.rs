@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use coloc_counting::Calls;
+use coloc_daemon::clock::TimeSource;
 use coloc_shm_types::{BusState, Estimate, Health, Input, Status};
 
 use super::script::COUNTERS;
@@ -67,6 +68,11 @@ fn check(fault: &Fault, tick: u32, rig: &Rig, ticked: &Ticked) {
         ticked.calls,
         Calls::NONE,
         "{name}, tick {tick}: the allocator was called"
+    );
+    assert_eq!(
+        estimate.header.stamp_ns,
+        rig.clock.read().realtime_ns,
+        "{name}, tick {tick}: the stamp is of the clock of the day, as it is now"
     );
     assert_sane(name, tick, estimate);
     assert_eq!(
