@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use rustix::fs::{FlockOperation, flock};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -145,6 +146,16 @@ pub(crate) fn process_with(path: &Path) -> Option<u32> {
         String::from_utf8_lossy(&line).contains(path.to_str().unwrap())
     };
     numbers.into_iter().find(names)
+}
+
+/// Whether nobody holds the locks of a demo's folder and its shared memory: who was killed keeps them for a moment after
+/// its command line is gone.
+pub(crate) fn is_free(home: &Path) -> bool {
+    let lock = |folder: &Path| {
+        let folder = std::fs::File::open(folder).unwrap();
+        flock(&folder, FlockOperation::NonBlockingLockExclusive).is_ok()
+    };
+    lock(home) && lock(&home.join("shm"))
 }
 
 /// Files in `/dev/shm` of the shared-memory space at `root`: they carry the hash (FNV-1a) of its path.

@@ -4,7 +4,9 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use crate::stage::{Demo, coloc, entries, process_with, send, shared_memory_of, wait_until};
+use crate::stage::{
+    Demo, coloc, entries, is_free, process_with, send, shared_memory_of, wait_until,
+};
 
 #[test]
 fn a_daemon_that_is_killed_can_be_started_again_and_the_others_do_not_notice() {
@@ -101,7 +103,7 @@ fn what_a_demo_and_its_daemons_leave_that_were_all_killed_goes_with_the_next_dem
     }
     demo.send("KILL");
     let ended = demo.end();
-    wait_until("its daemons have ended", || process_with(&home).is_none());
+    wait_until("nobody lives in it", || is_free(&home));
     assert!(
         !shared_memory_of(&home.join("shm")).is_empty(),
         "else there is nothing to remove"
