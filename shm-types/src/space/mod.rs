@@ -250,7 +250,7 @@ fn try_create_node(place: &Place, name: &NodeName) -> Result<Node, NodeCreationF
 }
 
 fn failed(place: &Place, reason: NodeCreationFailure) -> OpenError {
-    match fault::take() {
+    match fault::take_or_ask() {
         Some((site, error)) => refused(place, site, error),
         None => OpenError::Node {
             root: place.root().into(),

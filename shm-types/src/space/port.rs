@@ -315,7 +315,7 @@ fn explain<M: Message>(error: ServiceError, service: String) -> PortError {
 
 /// What the kernel has refused says more than what iceoryx2 makes of it.
 fn failed(service: String, reason: impl Debug) -> PortError {
-    match fault::take() {
+    match fault::take_or_ask() {
         Some((site, error)) => PortError::Refused {
             service,
             source: error.into(),

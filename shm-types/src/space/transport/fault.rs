@@ -1,6 +1,7 @@
 //! What the kernel refused while iceoryx2 was at work, which itself says no more than `InternalError`.
 use std::cell::Cell;
 
+use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 
 /// Where something was to be made.
@@ -49,6 +50,21 @@ pub(super) fn note(site: Site) -> impl FnOnce(Errno) -> Errno {
 /// What was refused last on this thread, once.
 pub(crate) fn take() -> Option<(Site, Errno)> {
     LAST.take()
+}
+
+/// As [`take`]; or that files are few, which iceoryx2 meets in places where nobody notes it.
+pub(crate) fn take_or_ask() -> Option<(Site, Errno)> {
+    take().or_else(|| Some((Site::Root, few_files()?)))
+}
+
+/// More than are opened at once, and closed again.
+const FILES: usize = 8;
+
+fn few_files() -> Option<Errno> {
+    let open = || rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty());
+    let opened: Result<Vec<_>, _> = (0..FILES).map(|_| open()).collect();
+    let few = |error: &Errno| matches!(*error, Errno::MFILE | Errno::NFILE);
+    opened.err().filter(few)
 }
 
 /// As [`take`], and leaves it there.
