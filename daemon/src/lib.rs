@@ -12,6 +12,7 @@
 //!   is checked, counted under its reason, and never ends the program.
 
 pub mod account;
+mod address_space;
 mod args;
 mod aside;
 pub mod clock;
@@ -22,6 +23,7 @@ pub mod estimate;
 pub mod event;
 pub mod health;
 pub mod hearing;
+mod last_words;
 pub mod ledger;
 mod log;
 pub mod publish;
@@ -39,9 +41,6 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::mpsc::channel;
-use std::thread::Builder;
-use std::time::Duration;
 
 use clap::Parser;
 use coloc_shm_types::OpenError;
@@ -88,6 +87,8 @@ fn check(path: &Path, strict: bool) -> Result<(), EndError> {
 }
 
 fn run(path: &Path) -> Result<(), EndError> {
+    // Before anything takes much of it.
+    address_space::check()?;
     let Examined { config, warnings } = Config::examine(path).map_err(StartError::from)?;
     run::run(&config, &warnings)
 }
@@ -106,22 +107,6 @@ fn finish(result: Result<(), EndError>) -> ExitCode {
     let Err(problem) = result else {
         return ExitCode::SUCCESS;
     };
-    last_words(format!("colocd: {problem}\n"));
+    last_words::say(format!("colocd: {problem}\n"));
     ExitCode::from(problem.status() as u8)
-}
-
-/// How long whoever reads standard error may take.
-const LAST_WORDS: Duration = Duration::from_millis(100);
-
-/// On a thread of its own: a pipe that nobody reads must not keep the process.
-fn last_words(words: String) {
-    let (said, heard) = channel::<()>();
-    let say = move || {
-        let _said = said;
-        // If this fails there is nowhere left to say so.
-        let _ = io::stderr().write_all(words.as_bytes());
-    };
-    if Builder::new().spawn(say).is_ok() {
-        let _ = heard.recv_timeout(LAST_WORDS);
-    }
 }

@@ -174,7 +174,9 @@ impl Sink {
         }
     }
 
+    /// Where that fails, the lines go to standard error: nobody looks for them in the old file.
     fn reopen(&mut self) {
+        self.file = None;
         if self.open() {
             info!("the log was opened again");
         }

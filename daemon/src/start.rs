@@ -27,6 +27,17 @@ pub enum StartError {
     /// The kernel refused a descriptor.
     #[error("the tick's timer cannot be set up: {0}")]
     Wait(#[from] Errno),
+    /// The process would not have the addresses that it takes.
+    #[error(
+        "an address space of {limit_mib} MiB is too small, colocd takes up to {needed_mib} MiB: \
+         raise the limit (ulimit -v; LimitAS= in a unit)"
+    )]
+    AddressSpace {
+        /// The limit \[MiB\].
+        limit_mib: u64,
+        /// What it should be at least \[MiB\].
+        needed_mib: u64,
+    },
     /// `realtime.required`, and not granted.
     #[error("realtime.required = true, but {0}")]
     Realtime(String),

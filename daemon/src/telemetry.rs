@@ -52,6 +52,8 @@ pub struct Telemetry {
     watchdog: Watchdog,
     listening: Option<Listening>,
     defects: Retry,
+    /// Not before this is anything done but watching, so that a defect that stays fills no log.
+    resumes: Instant,
 }
 
 /// Those who write what is to be kept, each on a thread of its own.
@@ -92,6 +94,7 @@ impl Telemetry {
         let patience = Duration::from_secs_f64(
             f64::from(config.telemetry.watchdog_ticks) / config.tick.rate_hz,
         );
+        let now = Instant::now();
         Self {
             listening: Listening::new(config, Arc::clone(&link)),
             link,
@@ -101,8 +104,9 @@ impl Telemetry {
             lines: Throttle::default(),
             lost_events: 0,
             writers: Writers::default(),
-            watchdog: Watchdog::new(patience.max(2 * PERIOD)),
+            watchdog: Watchdog::new(patience.max(2 * PERIOD), now),
             defects: Retry::default(),
+            resumes: now,
         }
     }
 
@@ -120,8 +124,10 @@ impl Telemetry {
         let result = loop {
             match catch_unwind(AssertUnwindSafe(|| self.work(stop))) {
                 Ok(result) => break result,
-                Err(_) if has_ended(stop, self.begin_anew()) => break Ok(()),
-                Err(_) => {}
+                Err(_) => self.begin_anew(),
+            }
+            if has_ended(stop, Duration::ZERO) {
+                break Ok(());
             }
         };
         self.finish();
@@ -131,8 +137,11 @@ impl Telemetry {
     fn work(&mut self, stop: &Receiver<()>) -> Result<(), Lost> {
         let mut checked = Instant::now();
         while !has_ended(stop, PERIOD) {
+            self.watch();
+            if Instant::now() < self.resumes {
+                continue;
+            }
             self.drain();
-            self.watchdog.look(self.link.last_beat());
             if let Some(listening) = &mut self.listening {
                 listening.look(Instant::now());
             }
@@ -145,8 +154,15 @@ impl Telemetry {
         Ok(())
     }
 
-    /// After a panic, in some doubt about the port and without the ledger that was at hand; how long to wait before that.
-    fn begin_anew(&mut self) -> Duration {
+    fn watch(&mut self) {
+        let beat = self.link.last_beat();
+        if let Some(word) = self.watchdog.look(beat, Instant::now()) {
+            word.say(beat);
+        }
+    }
+
+    /// After a panic and a pause, in some doubt about the port and without the ledger that was at hand.
+    fn begin_anew(&mut self) {
         let pause = self.defects.failed();
         error!(
             pause_s = pause.as_secs(),
@@ -154,7 +170,7 @@ impl Telemetry {
         );
         self.status.close();
         self.link.give_back(Box::default());
-        pause
+        self.resumes = Instant::now() + pause;
     }
 
     fn finish(mut self) {

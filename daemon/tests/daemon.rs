@@ -122,6 +122,29 @@ fn fixes_are_fused_and_bad_ones_counted() {
 }
 
 #[test]
+fn no_two_robots_have_the_same_number() {
+    let site = Site::new("robot1", PRECISE);
+    let mut first = site.start();
+    site.listen().until("the first", |_| true);
+    let config = site
+        .config()
+        .replace("name = \"robot1\"", "name = \"robot2\"");
+    std::fs::write(site.config_path(), config).unwrap();
+    let (code, said) = site.try_run();
+    assert_eq!(code, Some(5), "{said}");
+    let first_pid = first.pid().to_string();
+    for part in [
+        "robot `robot2` has the number 1",
+        "`robot1`",
+        &first_pid,
+        "give this robot another number",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    first.terminate();
+}
+
+#[test]
 fn the_same_robot_is_not_run_twice() {
     let site = Site::new("robot1", PRECISE);
     let mut first = site.start();

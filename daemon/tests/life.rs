@@ -263,6 +263,34 @@ fn without_its_clock_it_ends_with_a_status_and_nothing_is_left() {
 }
 
 #[test]
+fn an_address_space_that_is_too_small_is_refused_with_what_it_takes() {
+    let site = Site::new("robot1", "");
+    for limit_mib in [16, 64, 511] {
+        let script = format!("ulimit -v {} && exec \"$@\"", limit_mib << 10);
+        let mut command = shell(&script, &site.run_command());
+        let output = command.stderr(Stdio::piped()).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{limit_mib} MiB: {said}");
+        let refusal = format!("colocd: an address space of {limit_mib} MiB is too small");
+        assert!(
+            said.starts_with(&refusal) && said.contains("ulimit -v; LimitAS="),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn as_much_address_space_as_it_asks_for_is_enough_for_everything() {
+    let all = "[initial]\nresume = true\n[telemetry]\nlog = \"debug\"\nlog_file = \"{at}/log\"\n\
+        record = \"{at}/record\"\n[realtime]\nscheduler = \"other\"\nlock_memory = false\n";
+    let site = Site::new("robot1", all);
+    let script = format!("ulimit -v {} && exec \"$@\"", 512 << 10);
+    let mut daemon = Daemon::spawn(&mut shell(&script, &site.run_command()));
+    site.saved_until("a belief", |_| true);
+    assert_lives(&site, &mut daemon);
+}
+
+#[test]
 fn when_its_place_is_taken_away_it_ends_with_a_status_and_starts_again() {
     let site = Site::new("robot1", "");
     let mut daemon = Daemon::spawn(site.run_command().stderr(Stdio::piped()));

@@ -17,7 +17,7 @@ use tempfile::TempDir;
 
 const METRES_PER_TICK: f64 = 1e-5;
 const ORDINARY: &str = "[realtime]\nscheduler = \"other\"\nlock_memory = false\n";
-const PATIENCE: Duration = Duration::from_secs(20);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
 const PERIOD: Duration = Duration::from_millis(20);
 
 pub(crate) struct Site {
