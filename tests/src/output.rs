@@ -1,4 +1,5 @@
-//! Standard output of this workspace's own programs: it may be a closed pipe or a full disk, and nothing panics for that.
+//! Standard output of this workspace's own programs: it may be a closed pipe or a full disk, and nothing panics for that;
+//! nor where no directory can be made for them.
 
 use std::io::{self, Write, stderr, stdout};
 use std::process::ExitCode;
@@ -23,6 +24,19 @@ pub fn print_line(text: &str) {
 /// Prints a line on standard error. Nobody is left to tell if that fails.
 pub fn complain(text: &str) {
     let _ = stderr().write_all(format!("{text}\n").as_bytes());
+}
+
+/// Whether programs can have directories of their own, for as long as they run.
+///
+/// # Errors
+/// Why not, and what to do about it.
+pub fn check_place() -> Result<(), String> {
+    let trouble = |error| {
+        let place = std::env::temp_dir();
+        let place = place.display();
+        format!("no directory can be made in {place} ({error}): choose another place with TMPDIR")
+    };
+    tempfile::tempdir().map(drop).map_err(trouble)
 }
 
 /// How `program` ends: as its `result` says if all of its output went out.

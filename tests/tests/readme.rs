@@ -158,6 +158,12 @@ fn the_listener_hears_the_robot_of_the_readme() {
     assert_eq!(heard.lines().count(), 3, "heard {heard:?}; colocd: {said}");
     assert!(heard.lines().all(is_at_the_origin), "{heard}");
     assert!(output.status.success(), "{said}");
+    // `head` has seen enough.
+    let end = said.lines().find(|line| line.starts_with("listener: "));
+    assert!(
+        end.is_some_and(|line| line.contains("Broken pipe")),
+        "{said}"
+    );
 }
 
 /// `[x, y, φ] [nine numbers]`

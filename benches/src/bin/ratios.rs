@@ -1,4 +1,5 @@
-//! Writes the table of `benches/README.md` from what criterion measured last: run `cargo bench -p coloc-benches` first.
+//! Writes the table of `benches/README.md`, or of another file that is named, from what criterion measured last: run
+//! `cargo bench -p coloc-benches` first.
 //!
 //! Ratios are of medians of one run, so that they hold where nanoseconds do not.
 
@@ -45,12 +46,14 @@ fn main() -> ExitCode {
 fn run() -> Result<(), Box<dyn Error>> {
     let table = table(&criterion_directory())?;
     print_line(table.trim_end());
-    let readme = read_to_string(README)?;
+    let path = std::env::args_os().nth(1).unwrap_or_else(|| README.into());
+    let trouble = |error| format!("{}: {error}", Path::new(&path).display());
+    let readme = read_to_string(&path).map_err(trouble)?;
     let (before, rest) = readme
         .split_once(BEGIN)
         .ok_or("README.md has lost its marks")?;
     let (_, after) = rest.split_once(END).ok_or("README.md has lost its marks")?;
-    write(README, format!("{before}{BEGIN}{table}{END}{after}"))?;
+    write(&path, format!("{before}{BEGIN}{table}{END}{after}")).map_err(trouble)?;
     Ok(())
 }
 

@@ -1,7 +1,6 @@
 //! `edge`: plays episodes at the daemon's edge by the million, each against the truth; see `coloc_tests::edge`.
 #![allow(clippy::unwrap_used)] // What fails here fails the run.
 
-use std::io::{self, Write};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use coloc_tests::edge::{Tally, play};
+use coloc_tests::output::{end, print_line};
 
 /// Frames and messages with true times, clocks that somebody sets, a process that is stopped: does every way come out whole?
 #[derive(Parser)]
@@ -47,7 +47,7 @@ fn main() -> ExitCode {
                 }
                 Err(fault) => {
                     faults.fetch_add(1, Ordering::Relaxed);
-                    say(&format!("episode {}: {fault}", args.first + number));
+                    print_line(&format!("episode {}: {fault}", args.first + number));
                 }
             }
         }
@@ -57,20 +57,12 @@ fn main() -> ExitCode {
         (0..threads).for_each(|_| drop(scope.spawn(work)));
     });
     let (episodes, tally) = *total.lock().unwrap();
-    say(&format!("{episodes} episodes hold: {tally:?}"));
+    print_line(&format!("{episodes} episodes hold: {tally:?}"));
     let faults = faults.into_inner();
-    say(&format!("{faults} do not"));
-    if faults == 0 && episodes > 0 {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    }
+    print_line(&format!("{faults} do not"));
+    let holds = faults == 0 && episodes > 0;
+    end("edge", Ok(ExitCode::from(u8::from(!holds))))
 }
 
 /// After so many it is clear that something is wrong.
 const MOST_FAULTS: u64 = 20;
-
-/// Who no longer listens misses it.
-fn say(line: &str) {
-    let _ = writeln!(io::stdout(), "{line}");
-}

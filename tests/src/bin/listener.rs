@@ -1,15 +1,23 @@
 //! The listener of the README, held equal to it by `tests/tests/readme.rs`.
 
-use std::{error::Error, thread::sleep, time::Duration};
+use std::convert::Infallible;
+use std::io::{Write, stderr, stdout};
+use std::{error::Error, process::ExitCode, thread::sleep, time::Duration};
 
 use coloc_shm_types::{Estimate, RobotName, Space};
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> ExitCode {
+    let Err(error) = listen();
+    let _ = writeln!(stderr(), "listener: {error}");
+    ExitCode::FAILURE
+}
+
+fn listen() -> Result<Infallible, Box<dyn Error>> {
     let space = Space::open_default("listener")?;
     let estimates = space.subscriber::<Estimate>(&RobotName::new("robot1")?)?;
     loop {
         while let Some(estimate) = estimates.receive()? {
-            println!("{:?} {:?}", estimate.pose, estimate.total);
+            writeln!(stdout(), "{:?} {:?}", estimate.pose, estimate.total)?;
         }
         sleep(Duration::from_millis(10));
     }

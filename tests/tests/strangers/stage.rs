@@ -1,5 +1,5 @@
 //! A directory like /tmp, and who acts in it.
-use std::fs::{self, Permissions};
+use std::fs::{self, File, Permissions};
 use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
@@ -17,7 +17,7 @@ pub(crate) const READY: &str = "ready";
 
 const STRANGER: u32 = 65534;
 const PREFIX: &str = "strangers";
-const PATIENCE: Duration = Duration::from_secs(30);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 
 pub(crate) fn chmod(path: &Path, mode: u32) {
     fs::set_permissions(path, Permissions::from_mode(mode)).unwrap();
@@ -59,6 +59,13 @@ impl Stage {
             chmod(&site.join(directory), mode);
         }
         site
+    }
+
+    /// A directory of ours in which everybody may put something.
+    pub(crate) fn open_directory(&self, mode: u32) -> PathBuf {
+        let directory = tempfile::tempdir_in(self.sticky.path()).unwrap().keep();
+        chmod(&directory, mode);
+        directory
     }
 
     fn command(&self, act: &str, places: &[&Path]) -> Command {
@@ -122,10 +129,16 @@ impl Drop for Staying {
 pub(crate) struct Daemon {
     child: Child,
     root: PathBuf,
+    said: PathBuf,
 }
 
 impl Daemon {
     pub(crate) fn start(site: &Path, umask: &str) -> Self {
+        Self::start_with(site, umask, "")
+    }
+
+    /// With more lines of configuration.
+    pub(crate) fn start_with(site: &Path, umask: &str, lines: &str) -> Self {
         let at = site.display();
         let config = site.join("robot.toml");
         let text = format!(
@@ -135,39 +148,59 @@ impl Daemon {
              [odometry.wheels]\ntrack_m = 0.3\n\
              left = {{ message = \"WheelLeft\", signal = \"Ticks\", metres_per_tick = 1e-5 }}\n\
              right = {{ message = \"WheelRight\", signal = \"Ticks\", metres_per_tick = 1e-5 }}\n\
-             [realtime]\nscheduler = \"other\"\nlock_memory = false\n"
+             [realtime]\nscheduler = \"other\"\nlock_memory = false\n{lines}"
         );
+        let said = site.join("said");
         fs::write(&config, text).unwrap();
         let child = Command::new("sh")
             .args(["-c", "umask $1; exec \"$2\" run \"$3\"", "sh", umask])
             .arg(env!("CARGO_BIN_EXE_colocd-under-test"))
             .arg(&config)
+            .stderr(File::create(&said).unwrap())
             .spawn()
             .unwrap();
         Self {
             child,
+            said,
             root: site.join("shm"),
         }
     }
 
+    /// What it has written to standard error.
+    pub(crate) fn said(&self) -> String {
+        fs::read_to_string(&self.said).unwrap()
+    }
+
     /// An estimate of a tick that was not there before.
-    pub(crate) fn listen(&self) {
+    pub(crate) fn listen(&self) -> Estimate {
         let space = Space::open(&self.root, PREFIX, "test").unwrap();
         let robot = RobotName::new("robot1").unwrap();
         let estimates = space.subscriber::<Estimate>(&robot).unwrap();
         let deadline = Instant::now() + PATIENCE;
-        let mut heard = 0;
-        while heard < 2 {
-            assert!(Instant::now() < deadline, "no estimates");
-            heard += u32::from(estimates.receive().unwrap().is_some());
+        let mut heard = Vec::new();
+        while heard.len() < 2 {
+            assert!(Instant::now() < deadline, "no estimates: {}", self.said());
+            heard.extend(estimates.receive().unwrap());
             std::thread::sleep(Duration::from_millis(1));
         }
+        heard[1]
     }
 
-    pub(crate) fn terminate(mut self) {
+    /// SIGHUP.
+    pub(crate) fn hang_up(&self) {
+        self.signal(Signal::HUP);
+    }
+
+    fn signal(&self, signal: Signal) {
         let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();
-        kill_process(pid, Signal::TERM).unwrap();
+        kill_process(pid, signal).unwrap();
+    }
+
+    /// What it has said by its end.
+    pub(crate) fn terminate(mut self) -> String {
+        self.signal(Signal::TERM);
         assert!(self.child.wait().unwrap().success());
+        self.said()
     }
 }
 

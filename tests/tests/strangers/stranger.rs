@@ -19,7 +19,9 @@ pub(crate) fn act() {
         ("everything", [site, socket]) => everything(site, socket),
         ("precreate", [place]) => precreate(place),
         ("link", [target, link]) => symlink(target, link).expect("a link"),
+        ("copy", [from, to]) => copy(from, to),
         ("write", places) => places.iter().for_each(|place| write(place)),
+        ("take the place of", places) => places.iter().for_each(|place| take_the_place_of(place)),
         ("lock", [place]) => hold(place),
         ("try-lock", [place]) => println!("did: {:?}", lock(place)),
         (act, _) => panic!("no such act: {act}"),
@@ -35,6 +37,19 @@ fn precreate(place: &Path) {
 fn write(place: &Path) {
     fs::write(place, [0xA5; 4096]).expect("a file");
     fs::set_permissions(place, Permissions::from_mode(0o666)).expect("a mode");
+}
+
+fn take_the_place_of(place: &Path) {
+    let mut attempts = with_file(place);
+    attempts.retain(|(what, _)| !matches!(*what, "look at" | "move" | "remove"));
+    report(place, attempts);
+    let _ = fs::remove_file(place);
+    write(place);
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::copy(from, to).expect("a file");
+    fs::set_permissions(to, Permissions::from_mode(0o644)).expect("a mode");
 }
 
 fn lock(place: &Path) -> io::Result<File> {

@@ -21,7 +21,7 @@ use coloc_counting::{Calls, calls_during};
 use coloc_daemon::clock::TimeSource;
 use coloc_daemon::wait::Wake;
 use coloc_shm_types::Input;
-use coloc_tests::output::{end, print_line};
+use coloc_tests::output::{check_place, end, print_line};
 use coloc_tests::rig::{Clock, PERIOD_NS, Stamps};
 use coloc_tests::scene::{Scene, WARM_UP};
 use coloc_tests::surroundings::{Heard, config};
@@ -48,6 +48,14 @@ const TOLERANCE_KIB: u64 = 64;
 
 fn main() -> ExitCode {
     let Args { ticks } = Args::parse();
+    let result = check_place().map(|()| live(ticks));
+    end(
+        "endurance",
+        result.map(|()| ExitCode::SUCCESS).map_err(Into::into),
+    )
+}
+
+fn live(ticks: u64) {
     let warm_up = (ticks / POINTS).min(LONGEST_WARM_UP);
     let mut life = Life::new();
     life.scene().with_telemetry(|scene| {
@@ -58,7 +66,6 @@ fn main() -> ExitCode {
         }
     });
     print_line(&format!("{ticks} ticks: nothing grew, nothing was lost"));
-    end("endurance", Ok(ExitCode::SUCCESS))
 }
 
 /// What the run knows beside the scene.
