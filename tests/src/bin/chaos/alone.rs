@@ -4,6 +4,8 @@ use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use coloc_tests::output::complain;
+
 use crate::files::SHARED_MEMORY;
 
 /// Enough for everything but the scenes that fill it.
@@ -22,7 +24,7 @@ pub(crate) fn begin_again() {
         .args(std::env::args_os().skip(1))
         .arg("--alone")
         .exec();
-    println!("no mount namespace: {problem}");
+    complain(&format!("chaos: no mount namespace: {problem}"));
 }
 
 fn can_unshare() -> bool {

@@ -6,7 +6,12 @@ use clap::Parser;
 
 use crate::parts::Part;
 
+/// In the short form.
+const KILLS: u32 = 30;
+
 /// Kills, stops, starves and robs a fleet of robots, and holds what lives to its promises.
+///
+/// With more kills than by default, with every call or with minutes it holds it to times, too.
 #[derive(Parser)]
 #[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct Args {
@@ -14,7 +19,7 @@ pub(crate) struct Args {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Kills at random moments; a sixth as many within start, and rounds of the other scenes in proportion.
-    #[arg(long, default_value_t = 40)]
+    #[arg(long, default_value_t = KILLS)]
     pub(crate) kills: u32,
     /// Kill at every system call of start and end, instead of at as many as there are kills at random.
     #[arg(long)]
@@ -39,4 +44,11 @@ pub(crate) struct Args {
     pub(crate) alone: bool,
     #[command(subcommand)]
     pub(crate) part: Option<Part>,
+}
+
+impl Args {
+    /// Whether times are bars: the short form is for machines that have other things to do.
+    pub(crate) fn is_long(&self) -> bool {
+        self.kills > KILLS || self.every_call || self.minutes > 0
+    }
 }

@@ -9,9 +9,11 @@
     clippy::unwrap_used,
     reason = "what fails here fails the run, and the panic says where"
 )]
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod alone;
 mod args;
+mod bars;
 mod evidence;
 mod fault;
 mod files;
@@ -28,21 +30,31 @@ mod stage;
 mod tally;
 mod watch;
 
+use std::error::Error;
 use std::process::ExitCode;
 
 use clap::Parser;
+use coloc_tests::output::{check_place, end};
 
 use args::Args;
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    if let Some(part) = args.part {
-        return parts::play(part);
+    match args.part {
+        Some(part) => parts::play(part),
+        None => end("chaos", run(&args)),
     }
+}
+
+fn run(args: &Args) -> Result<ExitCode, Box<dyn Error>> {
+    if args.is_long() {
+        bars::hold();
+    }
+    check_place()?;
     if args.alone {
         alone::settle_in();
     } else {
         alone::begin_again();
     }
-    scenes::run(&args)
+    Ok(scenes::run(args))
 }

@@ -12,13 +12,14 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::bars::Bar;
 use crate::evidence;
 use crate::fault::{Fault, Outcome, fault};
 
 /// Within which SIGTERM ends it.
-pub(crate) const END: Duration = Duration::from_secs(1);
+pub(crate) const END: Bar = Bar(Duration::from_secs(1));
 /// After which nothing is waited for any more.
-const PATIENCE: Duration = Duration::from_secs(10);
+const PATIENCE: Bar = Bar(Duration::from_secs(10));
 const PAUSE: Duration = Duration::from_micros(500);
 
 pub(crate) struct Program {
@@ -123,7 +124,7 @@ impl Program {
     /// kill -9.
     pub(crate) fn kill(&mut self) -> Outcome {
         self.signal(Signal::KILL);
-        let status = self.wait(PATIENCE)?;
+        let status = self.wait(PATIENCE.patience())?;
         match status.signal() {
             Some(9) => self.no_panic(),
             _ => self.judge(status),
@@ -134,18 +135,15 @@ impl Program {
     pub(crate) fn terminate(&mut self) -> Outcome<Duration> {
         let begun = Instant::now();
         self.signal(Signal::TERM);
-        let status = self.wait(PATIENCE)?;
+        let status = self.wait(PATIENCE.patience())?;
         let took = begun.elapsed();
         if status.signal() != Some(15) {
             self.judge(status)?;
         }
-        if took > END {
+        END.hold(took, || {
             let words = self.words();
-            return Err(Fault::late(format!(
-                "{} took {took:?} to end after SIGTERM{words}",
-                self.name
-            )));
-        }
+            format!("{} took {took:?} to end after SIGTERM{words}", self.name)
+        })?;
         Ok(took)
     }
 
@@ -162,6 +160,24 @@ impl Program {
                     self.name,
                     self.evidence()
                 );
+            }
+            sleep(PAUSE);
+        }
+    }
+
+    /// Whether it has ended, or this has happened, within that time.
+    pub(crate) fn ends_or(
+        &mut self,
+        within: Duration,
+        mut happened: impl FnMut(&Self) -> bool,
+    ) -> bool {
+        let deadline = Instant::now() + within;
+        loop {
+            if self.ended().is_some() || happened(self) {
+                return true;
+            }
+            if Instant::now() > deadline {
+                return false;
             }
             sleep(PAUSE);
         }

@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::fault::{Fault, Outcome};
 use crate::stage::Stage;
 use crate::tally::Tally;
+use coloc_tests::output::print_line;
 
 /// One round.
 pub(crate) struct Round<'a> {
@@ -58,10 +59,10 @@ fn again_if_late(
     if !fault.is_late {
         return Err(fault);
     }
-    println!(
+    print_line(&format!(
         "late, played again (load {}): {fault}",
         crate::stage::load()
-    );
+    ));
     tally.late += 1;
     attempt(tally)
 }

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::fault::{Fault, Outcome};
 use crate::stage::Stage;
+use coloc_tests::output::print_line;
 
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
@@ -47,7 +48,7 @@ impl Tally {
             "FAILED {} round {round}: {fault}\n  again: cargo run -p coloc-tests --bin chaos -- --seed {} --only {} --round {round}",
             self.scene, stage.seed, self.scene
         );
-        println!("{words}");
+        print_line(&words);
         self.failures.push(words);
     }
 

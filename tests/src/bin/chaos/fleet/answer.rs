@@ -5,12 +5,15 @@ use std::process::ExitStatus;
 use std::time::Duration;
 
 use super::{Fleet, Started, Who};
-use crate::fault::{Fault, Outcome, fault};
+use crate::bars::Bar;
+use crate::fault::{Outcome, fault};
 
 /// Within which whoever is started answers.
-pub(crate) const ANSWER: Duration = Duration::from_secs(2);
+pub(crate) const ANSWER: Bar = Bar(Duration::from_secs(2));
+/// Within which it is sent away, or works although something is missing.
+const CHOICE: Bar = Bar(Duration::from_secs(4));
 /// What is waited for beyond that, to see whether it is late or never comes.
-pub(super) const PATIENCE: Duration = Duration::from_secs(10);
+pub(super) const PATIENCE: Bar = Bar(Duration::from_secs(10));
 /// Between two looks at whether it has ended instead.
 const STEP: Duration = Duration::from_millis(20);
 
@@ -26,15 +29,15 @@ impl Fleet {
     /// How long it took since it was started.
     pub(crate) fn answers(&mut self, started: &mut Started) -> Outcome<Duration> {
         let took = self.answers_at_last(started)?;
-        if took > ANSWER {
-            let Started { program, .. } = started;
-            let words = format!(
+        let Started { program, .. } = started;
+        let words = || {
+            format!(
                 "{} took {took:?} to answer{}",
                 program.name(),
                 program.words()
-            );
-            return Err(Fault::late(words));
-        }
+            )
+        };
+        ANSWER.hold(took, words)?;
         Ok(took)
     }
 
@@ -57,15 +60,14 @@ impl Fleet {
             Err(status) => Answer::Refuses(started.program.refused(status)?),
         };
         let took = started.at.elapsed();
-        if took > 2 * ANSWER {
-            let words = format!("{} took {took:?} to answer", started.program.name());
-            return Err(Fault::late(words));
-        }
+        CHOICE.hold(took, || {
+            format!("{} took {took:?} to answer", started.program.name())
+        })?;
         Ok(answer)
     }
 
     fn answers_or_ends(&mut self, started: &mut Started) -> Outcome<Result<Duration, ExitStatus>> {
-        while started.at.elapsed() < PATIENCE {
+        while started.at.elapsed() < PATIENCE.patience() {
             if let Some(took) = self.sign_of_life(started) {
                 return Ok(Ok(took));
             }

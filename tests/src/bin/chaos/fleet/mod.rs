@@ -118,8 +118,9 @@ impl Fleet {
     }
 
     /// A tick is heard that begins after now.
-    pub(crate) fn ticks_now(&self, robot: usize, within: Duration) -> bool {
-        self.watch().ticks_after(robot, realtime_ns(), within)
+    pub(crate) fn ticks_now(&self, robot: usize) -> bool {
+        let patience = ANSWER.patience();
+        self.watch().ticks_after(robot, realtime_ns(), patience)
     }
 
     pub(crate) fn root(&self) -> PathBuf {
@@ -191,8 +192,8 @@ impl Fleet {
         let mut command = part("launch");
         then_part(&mut command, "visitor").args(self.place());
         let mut visitor = Program::start("visitor", self.notes.path(), &mut command);
-        let prefix = visitor.line("prefix ", PATIENCE)?;
-        let status = visitor.wait(PATIENCE)?;
+        let prefix = visitor.line("prefix ", PATIENCE.patience())?;
+        let status = visitor.wait(PATIENCE.patience())?;
         visitor.judge(status)?;
         Ok(prefix)
     }

@@ -6,26 +6,24 @@ use std::time::{Duration, Instant};
 use rand::RngExt;
 
 use super::{ANSWER, Fleet, OTHER, VICTIM, Who};
-use crate::fault::{Fault, Outcome, fault};
+use crate::bars::Bar;
+use crate::fault::{Outcome, fault};
 use crate::rounds::Round;
 use crate::watch::Book;
 
 /// Longest time between two ticks of a robot that nobody harms.
-const GAP: Duration = Duration::from_secs(1);
+const GAP: Bar = Bar(Duration::from_secs(1));
 
 impl Fleet {
     /// The other robot ticks, now and ever since its book was taken.
     pub(crate) fn other_goes_on(&mut self) -> Outcome<Book> {
         self.look()?;
-        if !self.ticks_now(OTHER, ANSWER) {
+        if !self.ticks_now(OTHER) {
             fault!("robot2 is not heard for {ANSWER:?}{}", self.evidence());
         }
         let book = self.watch().take_book(OTHER);
         let longest = Duration::from_nanos(book.longest_ns.unsigned_abs());
-        if longest > GAP {
-            let words = format!("robot2 did not tick for {longest:?}");
-            return Err(Fault::late(words));
-        }
+        GAP.hold(longest, || format!("robot2 did not tick for {longest:?}"))?;
         Ok(book)
     }
 
@@ -55,7 +53,7 @@ impl Fleet {
 
     /// Waits until there are no more files than `most`.
     pub(crate) fn settles_to(&self, most: usize) -> Outcome {
-        let deadline = Instant::now() + ANSWER;
+        let deadline = Instant::now() + ANSWER.patience();
         while self.files().len() > most {
             if Instant::now() > deadline {
                 fault!("{} files, {most} before the kills", self.files().len());

@@ -50,7 +50,7 @@ impl Fleet {
         then_part(&mut command, "reader").arg("--report");
         command.args(self.place());
         let mut witness = Program::start("witness", self.notes.path(), &mut command);
-        witness.line("ready", PATIENCE)?;
+        witness.line("ready", PATIENCE.patience())?;
         self.watch = Some(Watch::new(witness.take_lines()));
         self.witness = Some(witness);
         Ok(())

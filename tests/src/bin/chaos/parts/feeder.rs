@@ -5,6 +5,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use coloc_shm_types::{Header, Position, RobotName, Space};
+use coloc_tests::output::print_line;
 use coloc_tests::surroundings::realtime_ns;
 
 use super::Place;
@@ -25,7 +26,7 @@ pub(crate) fn feed(place: &Place) -> Result<(), Box<dyn Error>> {
             let _ = port.send(fix(session_ns, sequence));
         }
         if sequence == 0 {
-            println!("ready");
+            print_line("ready");
         }
         sleep(PERIOD);
     }

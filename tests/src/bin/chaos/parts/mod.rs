@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
+use coloc_tests::output::complain;
 
 pub(crate) use reader::monotonic_ns;
 pub(crate) use tracer::{CountFrom, TraceArgs};
@@ -66,7 +67,7 @@ pub(crate) fn play(Part::Part(role): Part) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(problem) => {
-            eprintln!("{problem}");
+            complain(&problem.to_string());
             ExitCode::FAILURE
         }
     }

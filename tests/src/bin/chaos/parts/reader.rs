@@ -9,6 +9,7 @@ use coloc_shm_types::{Estimate, Input, Message, RobotName, Space, Status, Subscr
 use rustix::time::{ClockId, clock_gettime};
 
 use super::Place;
+use coloc_tests::output::print_line;
 
 #[derive(Args)]
 pub(crate) struct ReaderArgs {
@@ -33,18 +34,18 @@ pub(crate) fn read(args: &ReaderArgs) -> Result<(), Box<dyn Error>> {
         .map(|robot| Ear::open(&space, robot))
         .collect::<Result<Vec<_>, _>>()?;
     if args.report {
-        println!("ready");
+        print_line("ready");
     }
     let mut is_ready = args.report;
     loop {
         for (robot, ear) in ears.iter().enumerate() {
             let heard = ear.listen(|line| {
                 if args.report {
-                    println!("{robot} {line}");
+                    print_line(&format!("{robot} {line}"));
                 }
             });
             if heard && !is_ready {
-                println!("ready");
+                print_line("ready");
                 is_ready = true;
             }
         }

@@ -11,6 +11,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use coloc_tests::output::print_line;
 use nix::sys::ptrace::{self, Options};
 use nix::sys::signal::{Signal, kill};
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
@@ -62,7 +63,7 @@ pub(crate) fn trace(args: &TraceArgs) -> Result<(), Box<dyn Error>> {
         pid,
         Options::PTRACE_O_TRACESYSGOOD | Options::PTRACE_O_TRACECLONE | Options::PTRACE_O_EXITKILL,
     )?;
-    println!("pid {pid}");
+    print_line(&format!("pid {pid}"));
     ptrace::syscall(pid, None)?;
     Tracer::new(args, pid).run()
 }
@@ -102,11 +103,11 @@ impl<'a> Tracer<'a> {
                 }
                 WaitStatus::PtraceEvent(thread, ..) => go_on(thread, None),
                 WaitStatus::Exited(thread, status) if thread == self.pid => {
-                    println!("ended after {} with status {status}", self.stops);
+                    print_line(&format!("ended after {} with status {status}", self.stops));
                     return Ok(());
                 }
                 WaitStatus::Signaled(thread, signal, _) if thread == self.pid => {
-                    println!("ended after {} by {signal}", self.stops);
+                    print_line(&format!("ended after {} by {signal}", self.stops));
                     return Ok(());
                 }
                 _ => {}
@@ -128,7 +129,7 @@ impl<'a> Tracer<'a> {
             let side = if entered.is_some() { "entry" } else { "exit" };
             let call = self.calls.get(&thread).copied().unwrap_or_default();
             self.harm();
-            println!("harmed {} at {side} of call {call}", self.stops);
+            print_line(&format!("harmed {} at {side} of call {call}", self.stops));
         }
     }
 
@@ -154,7 +155,7 @@ impl<'a> Tracer<'a> {
             return None; // A new thread begins with it.
         }
         if signal == Signal::SIGTERM {
-            println!("term {}", self.stops);
+            print_line(&format!("term {}", self.stops));
             self.counts = true;
         }
         Some(signal)

@@ -5,9 +5,10 @@ use std::error::Error;
 use coloc_shm_types::Space;
 
 use super::Place;
+use coloc_tests::output::print_line;
 
 pub(crate) fn visit(place: &Place) -> Result<(), Box<dyn Error>> {
     let space = Space::open(&place.root, &place.prefix, "visitor")?;
-    println!("prefix {}", space.full_prefix());
+    print_line(&format!("prefix {}", space.full_prefix()));
     Ok(())
 }

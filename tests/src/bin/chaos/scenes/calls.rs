@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use rand::RngExt;
 use rustix::process::Signal;
 
+use crate::bars::Bar;
 use crate::fault::{Fault, Outcome, fault};
 use crate::fleet::{Fleet, Harm, Started, Who};
 use crate::parts::CountFrom;
@@ -15,8 +16,10 @@ use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
 use crate::tally::Tally;
 
-/// Within which a traced program comes to the call.
-pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+/// Within which a traced program comes to the call, or not at all.
+const REACHED: Duration = Duration::from_secs(5);
+/// Within which it does what comes next.
+pub(super) const NEXT: Bar = Bar(Duration::from_secs(5));
 
 pub(crate) fn daemon_start(stage: &Stage, tally: &mut Tally) {
     play(stage, tally, Who::Daemon, CountFrom::Start, Harm::Kill);
@@ -110,10 +113,10 @@ fn count(fleet: &mut Fleet, who: Who, from: CountFrom) -> Outcome<u32> {
 
 /// What the tracer of one that gets SIGTERM says.
 pub(super) fn counted(traced: &Started, from: CountFrom) -> Outcome<u32> {
-    let at_term = traced.program.line("term ", PATIENCE)?;
+    let at_term = traced.program.line("term ", NEXT.patience())?;
     let line = match from {
         CountFrom::Start => at_term,
-        CountFrom::Term => traced.program.line("ended after ", PATIENCE)?,
+        CountFrom::Term => traced.program.line("ended after ", NEXT.patience())?,
     };
     let number = line.split(' ').next().unwrap_or_default();
     number
@@ -122,7 +125,7 @@ pub(super) fn counted(traced: &Started, from: CountFrom) -> Outcome<u32> {
 }
 
 pub(super) fn pid(traced: &Started) -> Outcome<u32> {
-    let line = traced.program.line("pid ", PATIENCE)?;
+    let line = traced.program.line("pid ", NEXT.patience())?;
     line.parse()
         .map_err(|_| Fault::new(format!("`{line}` is no process")))
 }
@@ -147,7 +150,7 @@ fn harm_at(
         let took = ended(&mut traced).map_err(|fault| fault.after(&about))?;
         round.tally.ends.push(took);
     }
-    traced.program.wait(PATIENCE)?;
+    traced.program.wait(NEXT.patience())?;
     traced.program.no_panic()?;
     fleet
         .recovers(who, Duration::from_millis(50), round)
@@ -157,7 +160,7 @@ fn harm_at(
 
 /// Where it was harmed. A program of several threads does not take the same way each time: then it ends here.
 pub(super) fn harmed(traced: &mut Started) -> Outcome<Option<String>> {
-    let at = traced.program.line_if_any("harmed ", PATIENCE);
+    let at = traced.program.line_if_any("harmed ", REACHED);
     if at.is_none() {
         traced.program.kill()?;
     }
@@ -167,14 +170,12 @@ pub(super) fn harmed(traced: &mut Started) -> Outcome<Option<String>> {
 /// After SIGTERM: in good order, and soon.
 fn ended(traced: &mut Started) -> Outcome<Duration> {
     let begun = Instant::now();
-    let line = traced.program.line("ended after ", PATIENCE)?;
+    let line = traced.program.line("ended after ", NEXT.patience())?;
     let took = begun.elapsed();
     let words = traced.program.words();
     if !line.ends_with("status 0") && !line.ends_with("SIGTERM") {
         fault!("ended after {line}{words}");
     }
-    if took > END {
-        return Err(Fault::late(format!("took {took:?} to end{words}")));
-    }
+    END.hold(took, || format!("took {took:?} to end{words}"))?;
     Ok(took)
 }

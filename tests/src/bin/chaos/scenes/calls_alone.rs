@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use rustix::process::Signal;
 
-use super::calls::{PATIENCE, counted, harmed, pid, play_stops};
+use super::calls::{NEXT, counted, harmed, pid, play_stops};
 use crate::fault::Outcome;
 use crate::fleet::{Fleet, OTHER, Started, VICTIM, Who};
 use crate::parts::CountFrom;
@@ -80,7 +80,7 @@ fn last(fleet: &mut Fleet, at: Option<u64>) -> Outcome<Started> {
 
 fn comes_back(fleet: &mut Fleet, mut traced: Started, round: &mut Round<'_>) -> Outcome {
     let at = harmed(&mut traced)?.unwrap_or_default();
-    traced.program.wait(PATIENCE)?;
+    traced.program.wait(NEXT.patience())?;
     let result = answers_and_leaves(fleet, round);
     result.map_err(|fault| fault.after(&format!("killed at stop {at}")))
 }

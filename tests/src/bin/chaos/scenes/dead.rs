@@ -66,7 +66,7 @@ fn power_cut(fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome {
 /// The daemon that comes first must say what it found.
 fn is_first(fleet: &mut Fleet, found: bool, round: &mut Round<'_>) -> Outcome {
     let mut first = fleet.start(Who::Daemon, OTHER);
-    first.program.says("running", ANSWER)?;
+    first.program.says("running", ANSWER.patience())?;
     fleet.start_witness()?;
     round.tally.restarts.push(fleet.answers(&mut first)?);
     if found && !first.program.said().contains("remov") {

@@ -12,8 +12,10 @@ use coloc_drivers::can::{BusSpec, Sender};
 use coloc_drivers::encoder::WheelFrames;
 use rand::seq::IndexedRandom;
 
+use crate::bars::Bar;
 use crate::fault::{Outcome, fault};
 use crate::fleet::{ANSWER, Fleet, Started, VICTIM, Who};
+use crate::program::Program;
 use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
 use crate::tally::Tally;
@@ -29,7 +31,7 @@ const TARGETS: [&str; 6] = [
     "state",
 ];
 /// Within which whoever is inside has noticed, and has done something about it.
-const NOTICED: Duration = Duration::from_millis(1500);
+const NOTICED: Bar = Bar(Duration::from_millis(1500));
 /// Of ticks, and of frames.
 const PERIOD: Duration = Duration::from_millis(20);
 const METRES_PER_TICK: f64 = 1e-4;
@@ -80,19 +82,16 @@ fn robbed(stage: &Stage, target: &str, deed: Deed, round: &mut Round<'_>) -> Out
     fleet.answers(&mut robot)?;
     let said_before = robot.program.said().len();
     deed.does(&fleet.directory.path().join(target));
-    sleep(NOTICED);
-    let has_ended = if let Some(status) = robot.program.ended() {
-        robot.program.refused(status)?;
-        true
-    } else {
-        robot.program.no_panic()?;
-        let has_spoken = robot.program.said().len() > said_before;
-        if !has_spoken && !lost_nothing(target, fleet.directory.path(), &robot)? {
-            fault!("robot1 goes on and does not say anything");
-        }
-        heard(&mut fleet, &robot, round)?;
-        false
-    };
+    sleep(NOTICED.0);
+    let speaks = |program: &Program| program.said().len() > said_before;
+    if robot.program.ended().is_none()
+        && !speaks(&robot.program)
+        && !lost_nothing(target, fleet.directory.path(), &robot)?
+        && !robot.program.ends_or(NOTICED.beyond(), speaks)
+    {
+        fault!("robot1 goes on and does not say anything");
+    }
+    let has_ended = !heard(&mut fleet, &mut robot, round)?;
     if has_ended && let (ROOT, Deed::File) = (target, deed) {
         is_refused_until_removed(&fleet)?;
     }
@@ -118,7 +117,7 @@ fn lost_nothing(target: &str, directory: &Path, robot: &Started) -> Outcome<bool
 fn comes_back(file: &Path) -> bool {
     // A link still leads to the old one.
     let _ = fs::remove_file(file);
-    let deadline = Instant::now() + ANSWER;
+    let deadline = Instant::now() + ANSWER.patience();
     while !file.exists() && Instant::now() < deadline {
         sleep(PERIOD);
     }
@@ -132,7 +131,7 @@ fn hears_the_wheels(bus: &Path, robot: &Started) -> Outcome {
         directory: bus.into(),
     };
     let heard = || robot.program.said().contains("odometry: ");
-    let deadline = Instant::now() + ANSWER;
+    let deadline = Instant::now() + ANSWER.patience();
     while !heard() && Instant::now() < deadline {
         if let Ok(mut sender) = Sender::open(&spec) {
             for frame in frames.encode(0.0, 0.0) {
@@ -150,7 +149,7 @@ fn hears_the_wheels(bus: &Path, robot: &Started) -> Outcome {
 /// What a person has put into the place of the root is not taken away; they are told to.
 fn is_refused_until_removed(fleet: &Fleet) -> Outcome {
     let mut again = fleet.start(Who::Daemon, VICTIM);
-    let status = again.program.wait(ANSWER)?;
+    let status = again.program.wait(ANSWER.patience())?;
     let words = again.program.refused(status)?;
     if !words.contains("is not a directory: remove it") {
         fault!("it does not say what to do: {words}");
@@ -159,10 +158,17 @@ fn is_refused_until_removed(fleet: &Fleet) -> Outcome {
     Ok(())
 }
 
-/// Who has healed is heard by who comes now.
-fn heard(fleet: &mut Fleet, robot: &Started, round: &mut Round<'_>) -> Outcome {
+/// Who has healed is heard by who comes now, or has ended in good order.
+fn heard(fleet: &mut Fleet, robot: &mut Started, round: &mut Round<'_>) -> Outcome<bool> {
     let mut listener = fleet.start_listener(VICTIM);
-    if listener.program.line_if_any("ready", ANSWER).is_none() {
+    let is_heard = |_: &Program| listener.program.line_if_any("ready", PERIOD).is_some();
+    let settled = robot.program.ends_or(ANSWER.patience(), is_heard);
+    if let Some(status) = robot.program.ended() {
+        robot.program.refused(status)?;
+        return Ok(false);
+    }
+    robot.program.no_panic()?;
+    if !settled {
         fault!(
             "robot1 lives, and nobody who comes now hears it{}{}",
             robot.program.words(),
@@ -170,7 +176,7 @@ fn heard(fleet: &mut Fleet, robot: &Started, round: &mut Round<'_>) -> Outcome {
         );
     }
     round.tally.ends.push(listener.program.terminate()?);
-    Ok(())
+    Ok(true)
 }
 
 /// A second daemon of the same robot.
@@ -181,7 +187,10 @@ fn second(
     round: &mut Round<'_>,
 ) -> Outcome {
     let mut second = fleet.start(Who::Daemon, VICTIM);
-    sleep(NOTICED);
+    sleep(NOTICED.0);
+    // Whoever is to be refused may take longer to find out.
+    let ends = |_: &Program| first.program.ended().is_some();
+    let _ = second.program.ends_or(NOTICED.beyond(), ends);
     match (second.program.ended(), first.program.ended().is_some()) {
         (None, false) => fault!("robot1 runs twice"),
         (Some(status), false) => second.program.refused(status).map(drop),

@@ -9,7 +9,7 @@ use rand::seq::IndexedRandom;
 use crate::alone::{mount_memory, unmount};
 use crate::fault::{Outcome, fault};
 use crate::filler::Filler;
-use crate::fleet::{ANSWER, Answer, Fleet, Started, VICTIM, Who};
+use crate::fleet::{Answer, Fleet, Started, VICTIM, Who};
 use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
 use crate::tally::Tally;
@@ -112,7 +112,7 @@ fn fills_up(fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome<Option<String>>
 fn ticks(fleet: &Fleet, robot: &mut Started) -> Outcome {
     robot.program.look()?;
     robot.program.no_panic()?;
-    if fleet.ticks_now(VICTIM, ANSWER) {
+    if fleet.ticks_now(VICTIM) {
         return Ok(());
     }
     fault!("robot1 does not tick any more{}", robot.program.evidence())

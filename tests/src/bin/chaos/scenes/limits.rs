@@ -36,7 +36,8 @@ pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
 fn limit(round: &mut Round<'_>) -> String {
     match round.number % 3 {
         0 => format!("--files={}", round.chance.random_range(4..80)),
-        1 => format!("--memory-mib={}", round.chance.random_range(8..300)),
+        // With less, the loader cannot load it.
+        1 => format!("--memory-mib={}", round.chance.random_range(12..800)),
         _ => "--locked-kib=0".into(),
     }
 }

@@ -10,7 +10,7 @@ use rand::seq::IndexedRandom;
 use crate::fault::{Outcome, fault};
 use crate::files::SHARED_MEMORY;
 use crate::filler::{Crowd, Filler};
-use crate::fleet::{ANSWER, Answer, Fleet, OTHER, Started, VICTIM, Who};
+use crate::fleet::{Answer, Fleet, OTHER, Started, VICTIM, Who};
 use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
 use crate::tally::Tally;
@@ -115,7 +115,7 @@ fn later(fleet: &mut Fleet, left: u64, round: &mut Round<'_>) -> Outcome<Answer>
     let answer = fleet.answers_or_refuses(&mut newcomer)?;
     leave(newcomer, &answer, round)?;
     robot.program.look()?;
-    if !fleet.ticks_now(VICTIM, ANSWER) {
+    if !fleet.ticks_now(VICTIM) {
         fault!("robot1 does not tick any more{}", robot.program.evidence());
     }
     fleet.other_goes_on()?;

@@ -18,6 +18,7 @@ use std::time::{Duration, Instant};
 use crate::args::Args;
 use crate::stage::{Stage, load};
 use crate::tally::Tally;
+use coloc_tests::output::print_line;
 
 type Play = fn(&Stage, &mut Tally);
 
@@ -60,29 +61,32 @@ pub(crate) fn run(args: &Args) -> ExitCode {
 /// How many rounds failed.
 fn play_all(args: &Args, seed: u64) -> usize {
     let stage = Stage::new(args, seed);
-    println!("seed {seed}, load {}", load());
+    print_line(&format!("seed {seed}, load {}", load()));
     let asked = |name| args.only.is_empty() || args.only.iter().any(|only| only == name);
     let tallies: Vec<(Tally, Duration)> = SCENES
         .iter()
         .filter(|(name, _)| asked(name))
         .map(|(name, scene)| play(name, *scene, &stage))
         .collect();
-    println!("{:<16} {:>7} {:>7} {:>7}", "scene", "rounds", "failed", "s");
+    print_line(&format!(
+        "{:<16} {:>7} {:>7} {:>7}",
+        "scene", "rounds", "failed", "s"
+    ));
     for (tally, took) in &tallies {
-        println!(
+        print_line(&format!(
             "{:<16} {:>7} {:>7} {:>7.1}  {}",
             tally.scene,
             tally.rounds,
             tally.failures.len(),
             took.as_secs_f64(),
             tally.line()
-        );
+        ));
     }
     tallies.iter().map(|(tally, _)| tally.failures.len()).sum()
 }
 
 fn play(name: &'static str, scene: Play, stage: &Stage) -> (Tally, Duration) {
-    println!("{name} ...");
+    print_line(&format!("{name} ..."));
     let begun = Instant::now();
     let mut tally = Tally::new(name);
     scene(stage, &mut tally);

@@ -9,7 +9,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use crate::fault::{Outcome, fault};
-use crate::fleet::{ANSWER, Answer, Fleet, Started, VICTIM, Who};
+use crate::fleet::{Answer, Fleet, Started, VICTIM, Who};
 use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
 use crate::tally::Tally;
@@ -94,7 +94,7 @@ fn spoiled(stage: &Stage, output: Output, round: &mut Round<'_>) -> Outcome {
 fn goes_on(fleet: &Fleet, robot: &mut Started) -> Outcome {
     sleep(WATCHED);
     robot.program.look()?;
-    if !fleet.ticks_now(VICTIM, ANSWER) {
+    if !fleet.ticks_now(VICTIM) {
         fault!("robot1 does not tick any more{}", robot.program.evidence());
     }
     Ok(())

@@ -8,7 +8,7 @@ use rand::RngExt;
 use rustix::process::Signal;
 
 use crate::fault::{Outcome, fault};
-use crate::fleet::{ANSWER, Answer, Fleet, Harm, OTHER, Started, VICTIM, Who};
+use crate::fleet::{Answer, Fleet, Harm, OTHER, Started, VICTIM, Who};
 use crate::parts::CountFrom;
 use crate::rounds::{Round, play as play_rounds};
 use crate::stage::Stage;
@@ -101,7 +101,7 @@ fn meanwhile(fleet: &mut Fleet, still: Duration, round: &mut Round<'_>) -> Outco
 /// Answers, still or again, and ends when it is told to.
 fn goes_on(fleet: &mut Fleet, mut victim: Started, round: &mut Round<'_>) -> Outcome {
     match victim.who {
-        Who::Daemon if !fleet.ticks_now(VICTIM, ANSWER) => {
+        Who::Daemon if !fleet.ticks_now(VICTIM) => {
             fault!(
                 "robot1 is not heard after it was stopped{}",
                 victim.program.evidence()
