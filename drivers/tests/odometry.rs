@@ -418,6 +418,30 @@ fn late_frames_that_come_at_once_make_nothing_faster_than_the_robot() {
     }
 }
 
+/// While a late way is waited for, each first frame of a pair waits for the second; that is not to use up the patience with
+/// the pair after a gap.
+#[test]
+fn after_late_frames_and_a_gap_both_wheels_are_of_one_moment() {
+    let mut robot = started();
+    let speeds = [1.99, -1.99];
+    let pair = |robot: &mut Robot| {
+        let [left, right] = robot.step(speeds);
+        robot.push_at(left, robot.now_ns).unwrap();
+        robot.push_at(right, robot.now_ns + 1_000_000).unwrap();
+    };
+    (0..3).for_each(|_| pair(&mut robot));
+    let held: Vec<_> = (0..3).flat_map(|_| robot.step(speeds)).collect();
+    for frame in held {
+        robot.push(frame).unwrap();
+    }
+    (0..4).for_each(|_| pair(&mut robot));
+    (0..90).for_each(|_| drop(robot.step(speeds)));
+    (0..200).for_each(|_| pair(&mut robot));
+    (0..200).for_each(|_| robot.drive([0.0; 2]));
+    robot.assert_nothing_lost_since([0.0; 2]);
+    robot.assert_never_faster_than(2.0);
+}
+
 #[test]
 fn a_robot_that_is_faster_than_it_can_be_is_not_believed() {
     let mut robot = started();

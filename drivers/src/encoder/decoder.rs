@@ -231,7 +231,9 @@ impl OdometryDecoder {
         if dt_ns < SHORTEST_INTERVAL_NS {
             return None;
         }
-        if !self.news_belong_together(stamp_ns) && self.held < PATIENCE {
+        if self.news_belong_together(stamp_ns) {
+            self.held = 0;
+        } else if self.held < PATIENCE {
             self.held += 1;
             return None;
         }
