@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant};
 
 use coloc_daemon::clock::{KernelTime, Reading, TimeSource};
+use coloc_daemon::config::Trigger;
 use coloc_daemon::wait::Wake;
 use coloc_tests::scene::Scene;
 use coloc_tests::surroundings::{Surroundings, config, realtime_ns};
@@ -82,7 +83,7 @@ struct Hot {
 impl Hot {
     fn new() -> std::io::Result<Self> {
         let (directory, clock) = (tempfile::tempdir()?, Hurried::default());
-        let mut config = config(directory.path(), "timer");
+        let mut config = config(directory.path(), Trigger::Timer);
         config.history.length_s = 1.0;
         let scene = Scene::with(directory, config, Box::new(clock.clone()));
         Ok(Self { scene, clock })
@@ -138,7 +139,7 @@ fn whole_tick(bench: &mut Criterion) {
             Ok(hot) => measure(bench, "daemon, hot", name, arrive, hot),
             Err(error) => panic!("no temporary directory: {error}"),
         }
-        let paced = Paced(Scene::new("timer"));
+        let paced = Paced(Scene::new(Trigger::Timer));
         measure(bench, "daemon, 500 Hz", name, arrive, paced);
     }
 }

@@ -24,6 +24,7 @@ mod latency;
 mod output;
 mod pictures;
 mod result_file;
+mod robot_file;
 mod status;
 
 use std::process::ExitCode;

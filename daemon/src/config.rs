@@ -95,6 +95,27 @@ pub struct Examined {
 }
 
 impl Config {
+    /// Everything as it is by default, without wheels: for programs that run robots. It is not checked; what is written of it
+    /// (it can be serialized as TOML) and read again is.
+    #[must_use]
+    pub fn of(robot: Robot) -> Self {
+        Self {
+            robot,
+            team: Vec::new(),
+            clock: Clock::default(),
+            tick: Tick::default(),
+            shm: Shm::default(),
+            odometry: None,
+            motion: Motion::default(),
+            initial: Initial::default(),
+            fusion: Fusion::default(),
+            history: History::default(),
+            health: Health::default(),
+            realtime: Realtime::default(),
+            telemetry: Telemetry::default(),
+        }
+    }
+
     /// Reads and checks the file at `path`.
     ///
     /// # Errors

@@ -40,6 +40,20 @@ fn the_documented_example_is_the_defaults() {
 }
 
 #[test]
+fn what_is_serialized_is_read_as_the_same() {
+    let text =
+        format!("{MINIMAL}[fusion]\nposition_gate = inf\n[[team]]\nname = \"b\"\nid = 2\n{WHEELS}");
+    let config = Config::parse(&text, Path::new("/etc/robot.toml")).unwrap();
+    let written = toml::to_string(&config).unwrap();
+    assert_eq!(
+        Config::parse(&written, Path::new("/elsewhere/robot.toml")).unwrap(),
+        config
+    );
+    let minimal = Config::parse(MINIMAL, Path::new("robot.toml")).unwrap();
+    assert_eq!(Config::of(minimal.robot.clone()), minimal);
+}
+
+#[test]
 fn polling_is_refused_for_a_real_time_class() {
     let said = refusal_of("[tick]\nwait = \"poll\"");
     assert!(

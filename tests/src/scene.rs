@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use coloc_daemon::clock::{KernelTime, TimeSource};
-use coloc_daemon::config::Config;
+use coloc_daemon::config::{Config, Trigger};
 use coloc_daemon::event::Link;
 use coloc_daemon::run::turn;
 use coloc_daemon::telemetry::Telemetry;
@@ -37,9 +37,9 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Under the kernel's clocks; `trigger` is `timer` or `encoder`.
+    /// Under the kernel's clocks.
     #[must_use]
-    pub fn new(trigger: &str) -> Self {
+    pub fn new(trigger: Trigger) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let config = config(directory.path(), trigger);
         Self::with(directory, config, Box::new(KernelTime))

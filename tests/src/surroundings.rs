@@ -3,10 +3,11 @@
 //! Open them before the robot: then everything is connected when it starts, and its first tick maps no memory.
 //!
 //! ```
+//! # use coloc_daemon::config::Trigger;
 //! # use coloc_shm_types::Space;
 //! # use coloc_tests::surroundings::{Surroundings, config};
 //! let directory = tempfile::tempdir().unwrap();
-//! let config = config(directory.path(), "timer");
+//! let config = config(directory.path(), Trigger::Timer);
 //! let space = Space::open(&config.shm.root, &config.shm.prefix, "test").unwrap();
 //! let mut surroundings = Surroundings::new(directory.path(), &space);
 //! surroundings.send();
@@ -16,9 +17,9 @@
 use std::ops::AddAssign;
 use std::path::Path;
 
-use coloc_daemon::config::Config;
+use coloc_daemon::config::{Config, History, Member, Robot, Shm, Tick, Trigger};
 use coloc_drivers::can::{BusSpec, Sender};
-use coloc_drivers::encoder::WheelFrames;
+use coloc_drivers::encoder::{OdometryConfig, WheelFrames};
 use coloc_shm_types::{
     Estimate, Header, Message, Neighbour, Position, Publisher, RelativePose, RobotName, Space,
     Subscriber,
@@ -35,27 +36,38 @@ const DISTANCE_M: f64 = 2.0;
 
 /// The robot's: number 1 of five, with its bus, its shared memory and its files below `directory`; 500 Hz.
 #[must_use]
-pub fn config(directory: &Path, trigger: &str) -> Config {
-    let at = directory.display();
-    let team = NEIGHBOURS
-        .map(|id| format!("[[team]]\nname = \"robot{id}\"\nid = {id}\n"))
-        .concat();
-    let wheel = |message| {
-        format!(
-            "{{ message = \"{message}\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}"
-        )
+pub fn config(directory: &Path, trigger: Trigger) -> Config {
+    let name = |id: u16| RobotName::new(&format!("robot{id}")).unwrap();
+    let member = |id| Member { name: name(id), id };
+    let bus = BusSpec::Local {
+        directory: directory.join("bus"),
     };
-    let text = format!(
-        "{team}[robot]\nname = \"robot1\"\nid = 1\n\
-         [tick]\nrate_hz = 500.0\ntrigger = \"{trigger}\"\n\
-         [history]\nlength_s = 0.1\n\
-         [shm]\nroot = \"{at}/shm\"\nprefix = \"test\"\n\
-         [odometry]\nbuses = [\"local:{at}/bus\"]\nmax_speed_mps = 5.0\n\
-         [odometry.wheels]\ntrack_m = {TRACK_M}\nleft = {}\nright = {}\n",
-        wheel("WheelLeft"),
-        wheel("WheelRight"),
-    );
-    Config::parse(&text, Path::new("robot.toml")).unwrap()
+    Config {
+        team: NEIGHBOURS.map(member).into(),
+        tick: Tick {
+            rate_hz: 500.0,
+            trigger,
+            ..Tick::default()
+        },
+        history: History {
+            length_s: 0.1,
+            ..History::default()
+        },
+        shm: Shm {
+            root: directory.join("shm"),
+            prefix: "test".into(),
+        },
+        odometry: Some(OdometryConfig::differential(
+            bus,
+            TRACK_M,
+            METRES_PER_TICK,
+            5.0,
+        )),
+        ..Config::of(Robot {
+            name: name(1),
+            id: 1,
+        })
+    }
 }
 
 /// All that talks to the robot and listens to it.

@@ -8,6 +8,7 @@
 )]
 
 use coloc_counting::{Calls, calls_during};
+use coloc_daemon::config::Trigger;
 use coloc_daemon::config::{Realtime, Scheduler};
 use coloc_daemon::realtime;
 use coloc_shm_types::Input;
@@ -16,15 +17,15 @@ use coloc_tests::surroundings::Heard;
 
 #[test]
 fn no_tick_on_the_timer_allocates() {
-    ticks_without_allocation("timer", 10_000);
+    ticks_without_allocation(Trigger::Timer, 10_000);
 }
 
 #[test]
 fn no_tick_on_a_frame_allocates() {
-    ticks_without_allocation("encoder", 10_000);
+    ticks_without_allocation(Trigger::Encoder, 10_000);
 }
 
-fn ticks_without_allocation(trigger: &str, ticks: u64) {
+fn ticks_without_allocation(trigger: Trigger, ticks: u64) {
     let mut scene = Scene::new(trigger);
     let (mut calls, mut heard, mut counted) = (Calls::NONE, Heard::default(), 0);
     scene.with_telemetry(|scene| {
@@ -65,7 +66,7 @@ fn ticks_without_allocation(trigger: &str, ticks: u64) {
 /// between the ticks included.
 #[test]
 fn no_tick_faults_on_a_page() {
-    let mut scene = Scene::new("timer");
+    let mut scene = Scene::new(Trigger::Timer);
     let memory = Realtime {
         scheduler: Scheduler::Other,
         ..scene.config.realtime.clone()

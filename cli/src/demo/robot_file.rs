@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use coloc_daemon::config::{Clock, ClockSource, Config, Initial, Shm, Telemetry};
 use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
-use serde::Serialize;
 
 use super::PREFIX;
 use super::world::Stage;
 use crate::result_file::WriteError;
+use crate::robot_file::{robot, team, write};
 
 /// Distance of the wheels of the recorded robots \[m\].
 pub(crate) const TRACK_M: f64 = 0.258;
@@ -22,46 +23,6 @@ pub(crate) fn name(id: usize) -> String {
     format!("robot{id}")
 }
 
-#[derive(Serialize)]
-struct RobotFile<'a> {
-    robot: Member,
-    team: Vec<Member>,
-    clock: Clock,
-    shm: Shm<'a>,
-    initial: Initial,
-    telemetry: Telemetry,
-    odometry: OdometryConfig,
-}
-
-#[derive(Serialize)]
-struct Member {
-    name: String,
-    id: usize,
-}
-
-#[derive(Serialize)]
-struct Clock {
-    source: &'static str,
-}
-
-#[derive(Serialize)]
-struct Shm<'a> {
-    root: &'a Path,
-    prefix: &'static str,
-}
-
-#[derive(Serialize)]
-struct Initial {
-    pose: [f64; 3],
-    sigma: [f64; 3],
-    resume: bool,
-}
-
-#[derive(Serialize)]
-struct Telemetry {
-    state_file: PathBuf,
-}
-
 /// Writes a file for each robot into `directory`, in the order of the robots.
 pub(crate) fn write_all(
     directory: &Path,
@@ -71,46 +32,45 @@ pub(crate) fn write_all(
 ) -> Result<Vec<PathBuf>, WriteError> {
     let write = |(index, bus): (usize, &BusSpec)| {
         let path = directory.join(format!("{}.toml", name(index + 1)));
-        let text = toml::to_string(&describe(index, directory, root, stage, bus))
-            .map_err(|error| WriteError::new(&path, &error))?;
-        std::fs::write(&path, text).map_err(|error| WriteError::new(&path, &error))?;
+        write(&path, describe(index, directory, root, stage, bus))?;
         Ok(path)
     };
     buses.iter().enumerate().map(write).collect()
 }
 
-fn describe<'a>(
+fn describe(
     index: usize,
     directory: &Path,
-    root: &'a Path,
+    root: &Path,
     stage: &Stage,
     bus: &BusSpec,
-) -> RobotFile<'a> {
-    let member = |id| Member { name: name(id), id };
+) -> Result<Config, String> {
+    let number = |count: usize| u16::try_from(count).map_err(|error| error.to_string());
     let pose = stage.initial(index);
-    RobotFile {
-        robot: member(index + 1),
-        team: (1..=stage.robots()).map(member).collect(),
+    let odometry =
+        OdometryConfig::differential(bus.clone(), TRACK_M, METRES_PER_TICK, MAX_SPEED_MPS);
+    Ok(Config {
+        team: team(number(stage.robots())?)?,
         // All robots are on this machine: the clock that never steps.
-        clock: Clock { source: "boottime" },
+        clock: Clock {
+            source: ClockSource::Boottime,
+        },
         shm: Shm {
-            root,
-            prefix: PREFIX,
+            root: root.into(),
+            prefix: PREFIX.into(),
         },
         // The paper starts everybody at the true pose.
         initial: Initial {
             pose: [pose.x, pose.y, pose.phi],
             sigma: [0.1, 0.1, 0.05],
             resume: true,
+            ..Initial::default()
         },
         telemetry: Telemetry {
             state_file: directory.join(format!("{}.belief.toml", name(index + 1))),
+            ..Telemetry::default()
         },
-        odometry: OdometryConfig::differential(
-            bus.clone(),
-            TRACK_M,
-            METRES_PER_TICK,
-            MAX_SPEED_MPS,
-        ),
-    }
+        odometry: Some(odometry),
+        ..robot(number(index + 1)?)?
+    })
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use coloc_daemon::config::{Trigger, WaitMode};
 use serde::Serialize;
 
 use crate::args::seconds;
@@ -59,6 +60,13 @@ pub(crate) enum TriggerArg {
 }
 
 impl TriggerArg {
+    pub(crate) fn setting(self) -> Trigger {
+        match self {
+            Self::Timer => Trigger::Timer,
+            Self::Encoder => Trigger::Encoder,
+        }
+    }
+
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Timer => "timer",
@@ -78,6 +86,13 @@ pub(crate) enum WaitArg {
 }
 
 impl WaitArg {
+    pub(crate) fn setting(self) -> WaitMode {
+        match self {
+            Self::Poll => WaitMode::Poll,
+            Self::Sleep => WaitMode::Sleep,
+        }
+    }
+
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Poll => "poll",

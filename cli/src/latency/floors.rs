@@ -11,11 +11,12 @@ use rustix::event::{Timespec, epoll};
 use rustix::time::{ClockId, clock_gettime};
 
 use super::args::WaitArg;
+use super::error::{LatencyError, on_thread};
 use super::percentiles::Durations;
+use super::place::PREFIX;
 use super::placement::{Placement, settle};
 use super::reader::Reader;
 use super::sender::{Schedule, Sender};
-use super::{LatencyError, PREFIX, on_thread};
 use crate::demo::clock::{now_ns, sleep_until};
 
 /// Durations below which nothing can fall \[ns\].

@@ -4,7 +4,7 @@ use std::hint::spin_loop;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::{LatencyError, on_thread};
+use super::error::{LatencyError, on_thread};
 
 /// Busy threads, until dropped.
 pub(crate) struct Load(Arc<AtomicBool>);

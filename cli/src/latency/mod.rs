@@ -11,12 +11,14 @@
 //!   message between two processes, on the same processors at the same rate.
 
 mod args;
+mod error;
 mod facts;
 mod floors;
 mod load;
 mod matching;
 mod pass;
 mod percentiles;
+mod place;
 mod placement;
 mod reader;
 mod report;
@@ -24,62 +26,21 @@ mod robot_file;
 mod sender;
 mod show;
 
-use std::fmt::Display;
 use std::path::PathBuf;
-use std::thread::JoinHandle;
 
 use crate::demo::bus::Buses;
-use crate::home::{Home, Kind, sweep};
 use crate::output::{complain, takes_no_more};
 use crate::pictures::{PercentileCurve, draw_percentiles};
 use crate::result_file::{ResultFile, WriteError};
 use crate::status::Status;
 use args::{CanArg, WaitArg};
 pub(crate) use args::{LatencyArgs, ReaderArgs};
+use error::LatencyError;
 use facts::Facts;
 use load::Load;
 use pass::{Pass, Setting};
+use place::home;
 use report::Report;
-
-/// Begins the name of every file of this command in shared memory.
-const PREFIX: &str = "coloclat";
-
-/// What it keeps while it runs.
-const HOME: Kind = Kind {
-    name: "coloc-latency-",
-    shm_prefix: PREFIX,
-};
-
-/// Why nothing could be measured.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum LatencyError {
-    #[error("shared memory: {0}")]
-    Shm(String),
-    #[error("CAN: {0}")]
-    Bus(String),
-    #[error("cannot start {0}")]
-    Spawn(String),
-    #[error("the daemon did not come up: {0}")]
-    NotUp(String),
-    #[error("the {0} broke down")]
-    Thread(&'static str),
-    #[error("the reader's answer makes no sense: {0}")]
-    Reader(String),
-    #[error(transparent)]
-    Write(#[from] WriteError),
-}
-
-impl LatencyError {
-    #[allow(clippy::needless_pass_by_value)] // For `map_err`.
-    fn shm(reason: impl Display) -> Self {
-        Self::Shm(reason.to_string())
-    }
-
-    #[allow(clippy::needless_pass_by_value)] // For `map_err`.
-    fn bus(reason: impl Display) -> Self {
-        Self::Bus(reason.to_string())
-    }
-}
 
 /// The whole command.
 pub(crate) fn command(args: &LatencyArgs) -> Status {
@@ -134,22 +95,6 @@ fn measure_passes(
         report.passes.push(pass);
     }
     Ok(())
-}
-
-/// A place to work in, once what runs that were killed have left is gone.
-fn home() -> Result<Home, LatencyError> {
-    let place = std::env::temp_dir();
-    sweep(HOME, &place);
-    Home::make(HOME, &place).map_err(|error| WriteError::new(&place, &error).into())
-}
-
-/// Starts a thread, or says which one could not be started.
-fn on_thread<T: Send + 'static>(
-    what: &'static str,
-    run: impl FnOnce() -> T + Send + 'static,
-) -> Result<JoinHandle<T>, LatencyError> {
-    let thread = std::thread::Builder::new().spawn(run);
-    thread.map_err(|error| LatencyError::Spawn(format!("the {what}: {error}")))
 }
 
 /// What the command was asked to write, tried before anything is measured.

@@ -11,15 +11,16 @@ use coloc_shm_types::{Estimate, RobotName, Space};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::args::{LatencyArgs, TriggerArg, WaitArg};
+use super::error::LatencyError;
 use super::facts::{scheduling_class, stolen_ms};
 use super::floors::Floors;
 use super::matching::{Account, Matched, Seen, Sent, matched};
 use super::percentiles::{Durations, Percentiles};
+use super::place::PREFIX;
 use super::placement::Placement;
 use super::reader::Reader;
 use super::robot_file::{ROBOT, Wanted, write};
 use super::sender::{Schedule, Sender};
-use super::{LatencyError, PREFIX};
 use crate::daemon::PARENT_VARIABLE;
 use crate::demo::bus::Buses;
 use crate::demo::clock::{now_ns, sleep_until};

@@ -7,9 +7,10 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use coloc_shm_types::{Estimate, RobotName, Space};
 
 use super::args::ReaderArgs;
+use super::error::LatencyError;
 use super::matching::Seen;
+use super::place::PREFIX;
 use super::placement::{Placement, settle};
-use super::{LatencyError, PREFIX};
 use crate::daemon::{PARENT_VARIABLE, end_with_parent};
 use crate::demo::clock::now_ns;
 use crate::output::print_line;

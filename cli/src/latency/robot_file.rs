@@ -3,14 +3,17 @@
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
+use coloc_daemon::config::{
+    Clock, ClockSource, Config, History, Initial, Realtime, Scheduler, Shm, Telemetry, Tick,
+};
 use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
-use serde::Serialize;
 
-use super::PREFIX;
 use super::args::{TriggerArg, WaitArg};
+use super::place::PREFIX;
 use super::placement::Placement;
 use crate::result_file::WriteError;
+use crate::robot_file::{self, robot, team};
 
 /// The robot that is measured.
 pub(crate) const ROBOT: &str = "robot1";
@@ -42,59 +45,6 @@ pub(crate) fn sight_of_the_origin(time_s: f64) -> [f64; 3] {
     [0.0, v / omega, -phi]
 }
 
-#[derive(Serialize)]
-struct RobotFile<'a> {
-    robot: Member,
-    team: Vec<Member>,
-    clock: Clock,
-    tick: Tick,
-    shm: Shm<'a>,
-    initial: Initial,
-    realtime: Realtime<'a>,
-    telemetry: Telemetry,
-    odometry: OdometryConfig,
-}
-
-#[derive(Serialize)]
-struct Member {
-    name: String,
-    id: u16,
-}
-
-#[derive(Serialize)]
-struct Clock {
-    source: &'static str,
-}
-
-#[derive(Serialize)]
-struct Tick {
-    rate_hz: f64,
-    trigger: TriggerArg,
-    wait: WaitArg,
-}
-
-#[derive(Serialize)]
-struct Shm<'a> {
-    root: &'a Path,
-    prefix: &'static str,
-}
-
-#[derive(Serialize)]
-struct Initial {
-    pose: [f64; 3],
-}
-
-#[derive(Serialize)]
-struct Realtime<'a> {
-    scheduler: &'static str,
-    cpus: &'a [usize],
-}
-
-#[derive(Serialize)]
-struct Telemetry {
-    state_file: PathBuf,
-}
-
 /// What the file depends on.
 pub(crate) struct Wanted<'a> {
     pub(crate) directory: &'a Path,
@@ -110,54 +60,77 @@ pub(crate) struct Wanted<'a> {
 /// Writes it.
 pub(crate) fn write(wanted: &Wanted<'_>) -> Result<PathBuf, WriteError> {
     let path = wanted.directory.join("robot1.toml");
-    let text =
-        toml::to_string(&describe(wanted)).map_err(|error| WriteError::new(&path, &error))?;
-    std::fs::write(&path, text).map_err(|error| WriteError::new(&path, &error))?;
+    robot_file::write(&path, describe(wanted))?;
     Ok(path)
 }
 
-fn describe<'a>(wanted: &Wanted<'a>) -> RobotFile<'a> {
-    let member = |id: u16| Member {
-        name: format!("robot{id}"),
-        id,
-    };
-    RobotFile {
-        robot: member(1),
+fn describe(wanted: &Wanted<'_>) -> Result<Config, String> {
+    // Far above: frames may come close after one another when the machine was busy.
+    let max_speed_mps = 20.0;
+    let odometry =
+        OdometryConfig::differential(wanted.bus.clone(), TRACK_M, METRES_PER_TICK, max_speed_mps);
+    Ok(Config {
         // Robot 2 is seen even where nobody speaks.
-        team: (1..=wanted.neighbours.max(1) + 1).map(member).collect(),
-        clock: Clock { source: "boottime" },
+        team: team(wanted.neighbours.max(1) + 1)?,
+        clock: Clock {
+            source: ClockSource::Boottime,
+        },
         tick: Tick {
             rate_hz: wanted.rate_hz,
-            trigger: wanted.trigger,
-            wait: wanted.wait,
+            trigger: wanted.trigger.setting(),
+            wait: wanted.wait.setting(),
         },
         shm: Shm {
-            root: wanted.root,
-            prefix: PREFIX,
+            root: wanted.root.into(),
+            prefix: PREFIX.into(),
         },
-        initial: Initial { pose: pose(0.0) },
+        initial: Initial {
+            pose: pose(0.0),
+            ..Initial::default()
+        },
+        history: History::for_rate(wanted.rate_hz),
         realtime: Realtime {
             scheduler: match wanted.wait {
-                WaitArg::Poll => "other",
-                WaitArg::Sleep => "fifo",
+                WaitArg::Poll => Scheduler::Other,
+                WaitArg::Sleep => Scheduler::Fifo,
             },
-            cpus: &wanted.placement.daemon,
+            cpus: wanted.placement.daemon.clone(),
+            ..Realtime::default()
         },
         telemetry: Telemetry {
             state_file: wanted.directory.join("belief.toml"),
+            ..Telemetry::default()
         },
-        odometry: OdometryConfig::differential(
-            wanted.bus.clone(),
-            TRACK_M,
-            METRES_PER_TICK,
-            20.0, // Far above: frames may come close after one another when the machine was busy.
-        ),
-    }
+        odometry: Some(odometry),
+        ..robot(1)?
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_daemon_takes_the_file_at_every_rate() {
+        let directory = tempfile::tempdir().unwrap();
+        for rate_hz in [1.0, 50.0, 200.0, 1000.0] {
+            for wait in [WaitArg::Poll, WaitArg::Sleep] {
+                let wanted = Wanted {
+                    directory: directory.path(),
+                    root: directory.path(),
+                    bus: &"local:/tmp/bus".parse().unwrap(),
+                    placement: &Placement::choose(),
+                    rate_hz,
+                    trigger: TriggerArg::Encoder,
+                    neighbours: 4,
+                    wait,
+                };
+                let path = write(&wanted).unwrap();
+                let config = Config::load(&path).unwrap();
+                assert_eq!(config, describe(&wanted).unwrap());
+            }
+        }
+    }
 
     #[test]
     fn the_wheels_the_pose_and_the_sighting_tell_the_same_story() {

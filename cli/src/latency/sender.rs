@@ -7,10 +7,11 @@ use coloc_drivers::can::{BusSpec, Sender as Bus};
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{Header, Neighbour, Position, Publisher, RelativePose, RobotName, Space};
 
+use super::error::{LatencyError, on_thread};
 use super::matching::Sent;
+use super::place::PREFIX;
 use super::placement::{Placement, settle};
 use super::robot_file::{METRES_PER_TICK, ROBOT, pose, sight_of_the_origin, ways_m};
-use super::{LatencyError, PREFIX, on_thread};
 use crate::demo::clock::{now_ns, sleep_until};
 
 /// Deadlines at a fixed rate.

@@ -4,9 +4,13 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use coloc_daemon::config::Config;
+use coloc_daemon::config::{
+    Clock, ClockSource, Config, Initial, LogLevel, Member, Realtime, Robot, Scheduler, Shm,
+    Telemetry,
+};
 use coloc_daemon::record::{Gaps, Recording};
 use coloc_drivers::can::BusSpec;
+use coloc_drivers::encoder::OdometryConfig;
 use coloc_shm_types::{Estimate, RobotName, Space, Subscriber};
 use coloc_sim::World;
 use rustix::process::{Pid, Signal, kill_process};
@@ -32,7 +36,8 @@ impl Team {
         };
         for robot in 0..ROBOTS {
             let file = team.file(robot, "toml");
-            std::fs::write(&file, team.configuration(robot, world)).unwrap();
+            let text = toml::to_string(&team.configuration(robot, world)).unwrap();
+            std::fs::write(&file, text).unwrap();
             let mut command = Command::new(env!("CARGO_BIN_EXE_coloc"));
             command.args(["colocd", "run"]).arg(file);
             team.daemons
@@ -41,36 +46,42 @@ impl Team {
         team
     }
 
-    fn configuration(&self, robot: usize, world: &impl World) -> String {
-        let at = self.home.path().display();
+    fn configuration(&self, robot: usize, world: &impl World) -> Config {
         let pose = world.initial(robot).unwrap();
-        let member =
-            |index: usize| format!("[[team]]\nname = \"{}\"\nid = {}\n", name(index), index + 1);
-        let members: String = (0..ROBOTS).map(member).collect();
-        let wheel = |side: &str| {
-            format!(
-                "{{ message = \"Wheel{side}\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}"
-            )
+        let member = |index: usize| Member {
+            name: robot_name(index),
+            id: u16::try_from(index + 1).unwrap(),
         };
-        format!(
-            "[robot]\nname = \"{}\"\nid = {}\n{members}\
-             [clock]\nsource = \"boottime\"\n\
-             [shm]\nroot = \"{at}/shm\"\nprefix = \"{PREFIX}\"\n\
-             [initial]\npose = [{}, {}, {}]\nsigma = [0.01, 0.01, 0.01]\n\
-             [realtime]\nscheduler = \"other\"\nlock_memory = false\n\
-             [telemetry]\nlog = \"error\"\nrecord = \"{}\"\n\
-             [odometry]\nbuses = [\"{}\"]\nmax_speed_mps = 20.0\n\
-             [odometry.wheels]\ntrack_m = {TRACK_M}\nleft = {}\nright = {}\n",
-            name(robot),
-            robot + 1,
-            pose.x,
-            pose.y,
-            pose.phi,
-            self.file(robot, "jsonl").display(),
-            self.bus(robot),
-            wheel("Left"),
-            wheel("Right"),
-        )
+        let Member { name, id } = member(robot);
+        let odometry =
+            OdometryConfig::differential(self.bus(robot), TRACK_M, METRES_PER_TICK, 20.0);
+        Config {
+            team: (0..ROBOTS).map(member).collect(),
+            clock: Clock {
+                source: ClockSource::Boottime,
+            },
+            shm: Shm {
+                root: self.home.path().join("shm"),
+                prefix: PREFIX.into(),
+            },
+            initial: Initial {
+                pose: [pose.x, pose.y, pose.phi],
+                sigma: [0.01; 3],
+                ..Initial::default()
+            },
+            realtime: Realtime {
+                scheduler: Scheduler::Other,
+                lock_memory: false,
+                ..Realtime::default()
+            },
+            telemetry: Telemetry {
+                log: LogLevel::Error,
+                record: self.file(robot, "jsonl"),
+                ..Telemetry::default()
+            },
+            odometry: Some(odometry),
+            ..Config::of(Robot { name, id })
+        }
     }
 
     fn file(&self, robot: usize, extension: &str) -> PathBuf {

@@ -1,6 +1,8 @@
-//! What a section is where `robot.toml` says nothing.
+//! What a section is where `robot.toml` says nothing. What the estimator has a choice of its own for is as it chooses.
 
 use std::path::PathBuf;
+
+use coloc_estimator::{FusionSettings, OdometryNoise, OdometrySettings, Settings, noise};
 
 use super::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Motion,
@@ -36,21 +38,23 @@ impl Default for Shm {
 
 impl Default for Motion {
     fn default() -> Self {
+        let noise = OdometryNoise::paper();
+        let between = OdometrySettings::default();
         Self {
-            forward: Variance {
-                b: 5.075,
-                ..Variance::default()
-            },
-            sideways: Variance::default(),
-            turning: Variance {
-                a: 0.345,
-                ..Variance::default()
-            },
-            reference_period_s: 0.02,
-            hold_s: 0.2,
-            hold_growth: 0.5,
-            outage_variance: [5.075, 5.075, 0.345],
+            forward: noise.forward.into(),
+            sideways: noise.sideways.into(),
+            turning: noise.turning.into(),
+            reference_period_s: between.reference_period.as_seconds(),
+            hold_s: between.hold.as_seconds(),
+            hold_growth: between.hold_growth,
+            outage_variance: between.outage_variance,
         }
+    }
+}
+
+impl From<noise::Variance> for Variance {
+    fn from(noise::Variance { a, b, c }: noise::Variance) -> Self {
+        Self { a, b, c }
     }
 }
 
@@ -67,16 +71,25 @@ impl Default for Initial {
 
 impl Default for Fusion {
     fn default() -> Self {
+        let settings = Settings::default();
+        let FusionSettings {
+            heading_lever_m,
+            damping,
+            memory,
+            reset_on_transmit,
+            gate,
+            ..
+        } = settings.fusion;
         Self {
             paper: false,
-            criterion: Criterion::Trace,
-            heading_lever_m: 4.0,
-            damping: 0.5,
-            memory_s: 1.0,
-            reset_on_transmit: true,
-            neighbour_gate: 11.344_866_730_144_373,
-            gate_weight: GateWeight::Update,
-            position_gate: 9.210_340_371_976_182,
+            criterion: Criterion::default(),
+            heading_lever_m,
+            damping,
+            memory_s: memory.as_seconds(),
+            reset_on_transmit,
+            neighbour_gate: gate,
+            gate_weight: GateWeight::default(),
+            position_gate: settings.position_gate,
             relative_pose_floor: [0.0; 3],
             neighbour_floor: [0.0; 3],
             position_floor: [0.0; 2],
@@ -86,9 +99,10 @@ impl Default for Fusion {
 
 impl Default for History {
     fn default() -> Self {
+        let settings = Settings::default();
         Self {
-            length_s: 1.0,
-            future_tolerance_s: 0.1,
+            length_s: settings.history.as_seconds(),
+            future_tolerance_s: settings.future_tolerance.as_seconds(),
             capacity: 1024,
         }
     }
@@ -128,5 +142,20 @@ impl Default for Telemetry {
             record: PathBuf::new(),
             watchdog_ticks: 10,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_direction_is_without_noise() {
+        let motion = Motion::default();
+        let directions = [motion.forward, motion.sideways, motion.turning];
+        assert!(
+            directions.iter().all(|it| *it != Variance::default()),
+            "{motion:?}"
+        );
     }
 }

@@ -229,18 +229,27 @@ impl OdometryConfig {
 }
 
 impl WheelConfig {
-    fn coloc(message: &str, metres_per_tick: f64) -> Self {
+    /// Cumulative ticks in this signal of this message, of a length that is not said yet.
+    #[must_use]
+    pub fn new(message: &str, signal: &str) -> Self {
         Self {
             bus: 0,
             message: message.to_owned(),
-            signal: "Ticks".to_owned(),
+            signal: signal.to_owned(),
             quantity: Quantity::CumulativeTicks,
-            metres_per_tick: Some(metres_per_tick),
+            metres_per_tick: None,
             wheel_radius_m: None,
             ticks_per_revolution: None,
             period_s: None,
             modulus: None,
             reversed: false,
+        }
+    }
+
+    fn coloc(message: &str, metres_per_tick: f64) -> Self {
+        Self {
+            metres_per_tick: Some(metres_per_tick),
+            ..Self::new(message, "Ticks")
         }
     }
 }

@@ -10,11 +10,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use coloc_counting::{Calls, calls_during};
-use coloc_daemon::config::Config;
+use coloc_daemon::config::{self, Config, Initial, Motion, Shm, Variance};
 use coloc_daemon::event::Link;
 use coloc_daemon::tick::{Outcome, Robot};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::can::{BusSpec, Frame};
+use coloc_drivers::encoder::OdometryConfig;
 use coloc_shm_types::{Estimate, RobotName, Space, Status, Subscriber};
 use tempfile::TempDir;
 
@@ -143,23 +144,27 @@ impl Rig {
 /// Turning is known exactly and the first heading too, so that where the robot believes to be is plain geometry; along
 /// its way it is as uncertain as a robot is.
 fn config(root: &Path, bus: &BusSpec) -> Config {
-    let wheel = |message| {
-        format!(
-            "{{ message = \"{message}\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}"
-        )
-    };
-    let text = format!(
-        "[robot]\nname = \"robot1\"\nid = 1\n\
-         [shm]\nroot = \"{}\"\nprefix = \"rig\"\n\
-         [initial]\nsigma = [0.1, 0.1, 0.0]\n\
-         [motion]\nforward = {{ a = 1e-4, b = 0.0, c = 0.0 }}\nturning = {{ a = 0.0, b = 0.0, c = 0.0 }}\n\
-         outage_variance = [1.0, 1.0, 0.0]\n\
-         [odometry]\nbuses = [\"{}\"]\nmax_speed_mps = 5.0\n\
-         [odometry.wheels]\ntrack_m = {TRACK_M}\nleft = {}\nright = {}\n",
-        root.display(),
-        bus,
-        wheel("WheelLeft"),
-        wheel("WheelRight"),
-    );
-    Config::parse(&text, Path::new("rig.toml")).unwrap()
+    let name = RobotName::new("robot1").unwrap();
+    let odometry = OdometryConfig::differential(bus.clone(), TRACK_M, METRES_PER_TICK, 5.0);
+    Config {
+        shm: Shm {
+            root: root.into(),
+            prefix: "rig".into(),
+        },
+        initial: Initial {
+            sigma: [0.1, 0.1, 0.0],
+            ..Initial::default()
+        },
+        motion: Motion {
+            forward: Variance {
+                a: 1e-4,
+                ..Variance::default()
+            },
+            turning: Variance::default(),
+            outage_variance: [1.0, 1.0, 0.0],
+            ..Motion::default()
+        },
+        odometry: Some(odometry),
+        ..Config::of(config::Robot { name, id: 1 })
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use coloc_daemon::config::Trigger;
 use coloc_shm_types::{Health, Input};
 
 use super::robot::Robot;
@@ -24,7 +25,7 @@ fn after_a_minutes_frames_it_believes_what_its_twin_does() {
 fn compare_twins(period: Duration, pairs: u32, scale: i32) {
     let interface = Interface::new("vcan3");
     let [twin, stopped] = [0; 2].map(|_| {
-        let robot = Robot::start(&interface.spec(), &interface.spec(), "timer");
+        let robot = Robot::start(&interface.spec(), &interface.spec(), Trigger::Timer);
         robot.estimate_until("the first tick", |_| true);
         robot
     });

@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 
+use coloc_daemon::config::{self, Config, Shm};
 use coloc_drivers::can::{Filter, Id, StandardId};
-use coloc_shm_types::Estimate;
+use coloc_drivers::encoder::{OdometryConfig, Quantity, WheelConfig, WheelsConfig};
+use coloc_shm_types::{Estimate, RobotName};
 
-use super::robot::Robot;
+use super::robot::{NAME, PREFIX, Robot, ordinary};
 use super::support::Interface;
 
 const WHEEL_SPEEDS: u16 = 0x0AA;
@@ -28,23 +30,33 @@ fn recording() -> Option<PathBuf> {
     found.find(|data| data.is_dir())
 }
 
-fn configuration(data: &Path, bus: &str, root: &Path) -> String {
-    let wheel = |name| {
-        format!(
-            "{{ message = \"WHEEL_SPEEDS\", signal = \"WHEEL_SPEED_{name}\", quantity = \"kilometres_per_hour\" }}"
-        )
+fn configuration(data: &Path, bus: &str, root: &Path) -> Config {
+    let wheel = |name| WheelConfig {
+        quantity: Quantity::KilometresPerHour,
+        ..WheelConfig::new("WHEEL_SPEEDS", &format!("WHEEL_SPEED_{name}"))
     };
-    format!(
-        "[robot]\nname = \"robot1\"\nid = 1\n\
-         [shm]\nroot = \"{}\"\nprefix = \"can\"\n\
-         [odometry]\nbuses = [\"{bus}\"]\nmax_speed_mps = 70.0\ndbc = \"{}\"\n\
-         [odometry.wheels]\ntrack_m = 1.56\nleft = {}\nright = {}\n\
-         [realtime]\nscheduler = \"other\"\nlock_memory = false\n",
-        root.display(),
-        data.join("toyota_2017.dbc").display(),
-        wheel("RL"),
-        wheel("RR"),
-    )
+    let wheels = WheelsConfig {
+        track_m: 1.56,
+        left: wheel("RL"),
+        right: wheel("RR"),
+    };
+    let odometry = OdometryConfig {
+        dbc: Some(data.join("toyota_2017.dbc")),
+        wheels: Some(wheels),
+        ..OdometryConfig::differential(bus.parse().unwrap(), 1.0, 1.0, 70.0)
+    };
+    Config {
+        shm: Shm {
+            root: root.into(),
+            prefix: PREFIX.into(),
+        },
+        odometry: Some(odometry),
+        realtime: ordinary(),
+        ..Config::of(config::Robot {
+            name: RobotName::new(NAME).unwrap(),
+            id: 1,
+        })
+    }
 }
 
 fn play(data: &Path) -> Child {

@@ -1,5 +1,6 @@
 //! The machine's clock is set while frames come. Only where the machine is ours: in the virtual one.
 
+use coloc_daemon::config::Trigger;
 use coloc_shm_types::{Estimate, Health, Input};
 use rustix::time::{ClockId, Timespec, clock_gettime, clock_settime};
 
@@ -21,7 +22,7 @@ fn a_daemon_does_not_mind_the_clock_being_set() {
         return;
     }
     let interface = Interface::new("vcan0");
-    let robot = Robot::start(&interface.spec(), &interface.spec(), "timer");
+    let robot = Robot::start(&interface.spec(), &interface.spec(), Trigger::Timer);
     let mut wheels = Wheels::new(&interface, &interface);
     wheels.turn([1000, 1000], 25);
     robot.estimate_until("odometry", |estimate| {

@@ -1,5 +1,6 @@
 //! The whole path: encoder frames on a real bus, through a real `colocd`, to a pose in shared memory.
 
+use coloc_daemon::config::Trigger;
 use coloc_shm_types::{Health, Input};
 use std::f64::consts::FRAC_PI_2;
 
@@ -25,7 +26,7 @@ fn expected() -> [f64; 3] {
     [1.0 + 0.5 * phi.cos(), 0.5 * phi.sin(), phi]
 }
 
-fn a_drive_ends_where_geometry_says(left: &'static str, right: &'static str, trigger: &str) {
+fn a_drive_ends_where_geometry_says(left: &'static str, right: &'static str, trigger: Trigger) {
     let (left, right) = (Interface::new(left), Interface::new(right));
     let robot = Robot::start(&left.spec(), &right.spec(), trigger);
     let mut wheels = Wheels::new(&left, &right);
@@ -43,10 +44,10 @@ fn a_drive_ends_where_geometry_says(left: &'static str, right: &'static str, tri
 
 #[test]
 fn both_wheels_on_one_bus() {
-    a_drive_ends_where_geometry_says("vcan0", "vcan0", "timer");
+    a_drive_ends_where_geometry_says("vcan0", "vcan0", Trigger::Timer);
 }
 
 #[test]
 fn each_wheel_on_its_own_bus_and_frames_as_the_trigger() {
-    a_drive_ends_where_geometry_says("vcan0", "vcan1", "encoder");
+    a_drive_ends_where_geometry_says("vcan0", "vcan1", Trigger::Encoder);
 }

@@ -1,5 +1,7 @@
 //! Several robots: each on a bus of its own, or two on one.
 
+use coloc_daemon::config::Trigger;
+
 use super::robot::{METRES_PER_TICK, Robot};
 use super::support::Interface;
 use super::wheels::Wheels;
@@ -9,7 +11,7 @@ fn five_robots_on_five_interfaces_each_follow_their_own_wheels() {
     let interfaces = ["vcan0", "vcan1", "vcan2", "vcan3", "vcan4"].map(Interface::new);
     let robots = interfaces
         .each_ref()
-        .map(|interface| Robot::start(&interface.spec(), &interface.spec(), "timer"));
+        .map(|interface| Robot::start(&interface.spec(), &interface.spec(), Trigger::Timer));
     let mut wheels = interfaces
         .each_ref()
         .map(|interface| Wheels::new(interface, interface));
@@ -32,7 +34,7 @@ fn five_robots_on_five_interfaces_each_follow_their_own_wheels() {
 #[test]
 fn two_robots_on_one_bus_hear_the_same() {
     let interface = Interface::new("vcan0");
-    let robots = ["timer", "encoder"]
+    let robots = [Trigger::Timer, Trigger::Encoder]
         .map(|trigger| Robot::start(&interface.spec(), &interface.spec(), trigger));
     let mut wheels = Wheels::new(&interface, &interface);
     wheels.turn([0, 0], 5);

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use coloc_daemon::config::{Config, Realtime, Trigger};
 use coloc_drivers::can::{BusSpec, Sender};
 use coloc_tests::faults::{Place, play_all};
 use coloc_tests::rig::Line;
@@ -25,16 +26,22 @@ fn every_fault_that_can_be_made_on_hardware_is_as_the_table_says() {
     );
 }
 
+/// The section of a `robot.toml` that was given, or the defaults.
+fn realtime() -> Realtime {
+    let section = std::env::var("COLOC_HIL_REALTIME").unwrap_or_default();
+    let file: toml::Table = section.parse().unwrap();
+    let given = file.get("realtime").cloned();
+    given.map_or_else(Realtime::default, |it| it.try_into().unwrap())
+}
+
 /// A minute at 50 Hz. Times are shown, not judged: what is good depends on the machine (see `tests/hil/README.md`).
 #[test]
 fn no_frame_is_lost_in_a_minute_and_this_is_how_long_they_take() {
     const PAIRS: u32 = 3000;
     let spec = line().spec().to_string();
-    let robot = Robot::configured(|root| {
-        configuration(&spec, &spec, "encoder", root).replace(
-            "[realtime]\nscheduler = \"other\"\nlock_memory = false\n",
-            &std::env::var("COLOC_HIL_REALTIME").unwrap_or_default(),
-        )
+    let robot = Robot::configured(|root| Config {
+        realtime: realtime(),
+        ..configuration(&spec, &spec, Trigger::Encoder, root)
     });
     let open = |bus: &BusSpec| Sender::open(bus).unwrap();
     let bus = line().sending_spec();

@@ -2,6 +2,8 @@
 
 use std::process::{Child, Command, Stdio};
 
+use coloc_daemon::config::Trigger;
+
 use super::robot::Robot;
 use super::support::Interface;
 use super::wheels::Wheels;
@@ -34,7 +36,7 @@ impl Drop for Generator {
 #[test]
 fn at_full_load_no_frame_is_lost_and_foreign_frames_wake_nobody() {
     let interface = Interface::new("vcan0");
-    let robot = Robot::start(&interface.spec(), &interface.spec(), "encoder");
+    let robot = Robot::start(&interface.spec(), &interface.spec(), Trigger::Encoder);
     let mut wheels = Wheels::new(&interface, &interface);
     wheels.turn([1000, 1000], 50);
     let frames_before = frames_on(&interface);

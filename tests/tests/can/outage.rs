@@ -1,5 +1,6 @@
 //! A running daemon whose interface is switched off and on: health follows at the next tick, and nothing is restarted.
 
+use coloc_daemon::config::Trigger;
 use coloc_shm_types::{Estimate, Health, Input};
 
 use super::robot::Robot;
@@ -9,7 +10,7 @@ use super::wheels::Wheels;
 #[test]
 fn health_flips_at_the_next_tick_and_the_way_is_whole_afterwards() {
     let interface = Interface::new("vcan2");
-    let robot = Robot::start(&interface.spec(), &interface.spec(), "timer");
+    let robot = Robot::start(&interface.spec(), &interface.spec(), Trigger::Timer);
     let mut wheels = Wheels::new(&interface, &interface);
     wheels.turn([1000, 1000], 25);
     let well = robot.estimate_until("odometry", |estimate| health(estimate) == Health::Ok);

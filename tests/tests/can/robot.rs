@@ -4,6 +4,10 @@ use std::path::Path;
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
+use coloc_daemon::config::{
+    self, Config, Initial, Motion, Realtime, Scheduler, Shm, Tick, Trigger, Variance,
+};
+use coloc_drivers::encoder::OdometryConfig;
 use coloc_shm_types::{Estimate, Message, RobotName, Space, Status, Subscriber};
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
@@ -13,8 +17,9 @@ pub(crate) const METRES_PER_TICK: f64 = 1e-5;
 
 /// Longer than anything here takes on the slowest machine; only a failure waits it out.
 const PATIENCE: Duration = Duration::from_secs(20);
-const NAME: &str = "robot1";
-const PREFIX: &str = "can";
+pub(crate) const NAME: &str = "robot1";
+pub(crate) const PREFIX: &str = "can";
+const MAX_SPEED_MPS: f64 = 50.0;
 
 pub(crate) struct Robot {
     process: Child,
@@ -26,18 +31,18 @@ pub(crate) struct Robot {
 
 impl Robot {
     /// Starts it with its left and right wheel on these buses, and waits until it ticks.
-    pub(crate) fn start(left: &str, right: &str, trigger: &str) -> Self {
+    pub(crate) fn start(left: &str, right: &str, trigger: Trigger) -> Self {
         Self::configured(|root| configuration(left, right, trigger, root))
     }
 
     /// Starts it with a configuration for this shared-memory root, and waits until it ticks.
-    pub(crate) fn configured(configuration: impl FnOnce(&Path) -> String) -> Self {
+    pub(crate) fn configured(configuration: impl FnOnce(&Path) -> Config) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let (root, file) = (
             directory.path().join("shm"),
             directory.path().join("robot.toml"),
         );
-        std::fs::write(&file, configuration(&root)).unwrap();
+        std::fs::write(&file, toml::to_string(&configuration(&root)).unwrap()).unwrap();
         let space = Space::open(&root, PREFIX, "test").unwrap();
         let name = RobotName::new(NAME).unwrap();
         let robot = Self {
@@ -143,31 +148,50 @@ impl Drop for Robot {
 }
 
 /// Wheels without noise: where the robot believes to be is then plain geometry.
-pub(crate) fn configuration(left: &str, right: &str, trigger: &str, root: &Path) -> String {
-    let wheel = |bus, message| {
-        format!(
-            "{{ bus = {bus}, message = \"{message}\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}"
-        )
-    };
-    let buses = if left == right {
-        format!("{left:?}")
-    } else {
-        format!("{left:?}, {right:?}")
-    };
-    let (left, right) = (
-        wheel(0, "WheelLeft"),
-        wheel(u8::from(left != right), "WheelRight"),
-    );
-    let root = root.display();
-    format!(
-        "[robot]\nname = \"{NAME}\"\nid = 1\n\
-         [tick]\ntrigger = \"{trigger}\"\n\
-         [shm]\nroot = \"{root}\"\nprefix = \"{PREFIX}\"\n\
-         [initial]\nsigma = [0.1, 0.1, 0.0]\n\
-         [motion]\nforward = {{ a = 0.0, b = 0.0, c = 0.0 }}\nturning = {{ a = 0.0, b = 0.0, c = 0.0 }}\n\
-         outage_variance = [0.0, 0.0, 0.0]\n\
-         [odometry]\nbuses = [{buses}]\nmax_speed_mps = 50.0\n\
-         [odometry.wheels]\ntrack_m = {TRACK_M}\nleft = {left}\nright = {right}\n\
-         [realtime]\nscheduler = \"other\"\nlock_memory = false\n"
-    )
+pub(crate) fn configuration(left: &str, right: &str, trigger: Trigger, root: &Path) -> Config {
+    let name = RobotName::new(NAME).unwrap();
+    Config {
+        tick: Tick {
+            trigger,
+            ..Tick::default()
+        },
+        shm: Shm {
+            root: root.into(),
+            prefix: PREFIX.into(),
+        },
+        initial: Initial {
+            sigma: [0.1, 0.1, 0.0],
+            ..Initial::default()
+        },
+        motion: Motion {
+            forward: Variance::default(),
+            turning: Variance::default(),
+            outage_variance: [0.0; 3],
+            ..Motion::default()
+        },
+        odometry: Some(wheels(left, right)),
+        realtime: ordinary(),
+        ..Config::of(config::Robot { name, id: 1 })
+    }
+}
+
+/// A wheel on each of two buses, or both on one.
+fn wheels(left: &str, right: &str) -> OdometryConfig {
+    let bus = |spec: &str| spec.parse().unwrap();
+    let mut odometry =
+        OdometryConfig::differential(bus(left), TRACK_M, METRES_PER_TICK, MAX_SPEED_MPS);
+    if left != right {
+        odometry.buses.push(bus(right));
+        odometry.wheels.iter_mut().for_each(|it| it.right.bus = 1);
+    }
+    odometry
+}
+
+/// Nothing is asked of the operating system.
+pub(crate) fn ordinary() -> Realtime {
+    Realtime {
+        scheduler: Scheduler::Other,
+        lock_memory: false,
+        ..Realtime::default()
+    }
 }

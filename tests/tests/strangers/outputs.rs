@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::precious;
-use super::stage::{Daemon, PATIENCE, Stage};
+use super::stage::{Daemon, PATIENCE, Stage, configuration};
 
 const STRANGER: u32 = 65534;
 const NAMES: [&str; 3] = ["log", "record", "belief"];
@@ -18,7 +18,13 @@ fn run(stage: &Stage, directory: &Path) -> (f64, String) {
 }
 
 fn start(stage: &Stage, directory: &Path) -> Daemon {
-    Daemon::start_with(&stage.site(0), "022", &settings(directory))
+    let site = stage.site(0);
+    let mut config = configuration(&site);
+    config.initial.resume = true;
+    config.telemetry.log_file = directory.join("log");
+    config.telemetry.record = directory.join("record");
+    config.telemetry.state_file = directory.join("belief");
+    Daemon::start_with(&site, "022", &config)
 }
 
 /// What it said, on standard error and in a log of ours.
@@ -32,14 +38,6 @@ fn end(daemon: Daemon, directory: &Path) -> String {
         return said + &fs::read_to_string(&log).unwrap();
     }
     said
-}
-
-fn settings(directory: &Path) -> String {
-    let at = directory.display();
-    format!(
-        "[initial]\nresume = true\n[telemetry]\nlog_file = \"{at}/log\"\n\
-         record = \"{at}/record\"\nstate_file = \"{at}/belief\"\n"
-    )
 }
 
 fn entries(directory: &Path) -> Vec<PathBuf> {

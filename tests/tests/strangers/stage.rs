@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use coloc_daemon::config::{Config, Realtime, Robot, Scheduler, Shm};
+use coloc_drivers::can::BusSpec;
+use coloc_drivers::encoder::OdometryConfig;
 use coloc_shm_types::{Estimate, RobotName, Space};
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
@@ -125,6 +128,29 @@ impl Drop for Staying {
     }
 }
 
+/// Of a robot at `site`.
+pub(crate) fn configuration(site: &Path) -> Config {
+    let bus = BusSpec::Local {
+        directory: site.join("bus"),
+    };
+    Config {
+        shm: Shm {
+            root: site.join("shm"),
+            prefix: PREFIX.into(),
+        },
+        odometry: Some(OdometryConfig::differential(bus, 0.3, 1e-5, 5.0)),
+        realtime: Realtime {
+            scheduler: Scheduler::Other,
+            lock_memory: false,
+            ..Realtime::default()
+        },
+        ..Config::of(Robot {
+            name: RobotName::new("robot1").unwrap(),
+            id: 1,
+        })
+    }
+}
+
 /// A robot's daemon, ours.
 pub(crate) struct Daemon {
     child: Child,
@@ -134,24 +160,12 @@ pub(crate) struct Daemon {
 
 impl Daemon {
     pub(crate) fn start(site: &Path, umask: &str) -> Self {
-        Self::start_with(site, umask, "")
+        Self::start_with(site, umask, &configuration(site))
     }
 
-    /// With more lines of configuration.
-    pub(crate) fn start_with(site: &Path, umask: &str, lines: &str) -> Self {
-        let at = site.display();
-        let config = site.join("robot.toml");
-        let text = format!(
-            "[robot]\nname = \"robot1\"\nid = 1\n\
-             [shm]\nroot = \"{at}/shm\"\nprefix = \"{PREFIX}\"\n\
-             [odometry]\nbuses = [\"local:{at}/bus\"]\nmax_speed_mps = 5.0\n\
-             [odometry.wheels]\ntrack_m = 0.3\n\
-             left = {{ message = \"WheelLeft\", signal = \"Ticks\", metres_per_tick = 1e-5 }}\n\
-             right = {{ message = \"WheelRight\", signal = \"Ticks\", metres_per_tick = 1e-5 }}\n\
-             [realtime]\nscheduler = \"other\"\nlock_memory = false\n{lines}"
-        );
-        let said = site.join("said");
-        fs::write(&config, text).unwrap();
+    pub(crate) fn start_with(site: &Path, umask: &str, configuration: &Config) -> Self {
+        let (config, said) = (site.join("robot.toml"), site.join("said"));
+        fs::write(&config, toml::to_string(configuration).unwrap()).unwrap();
         let child = Command::new("sh")
             .args(["-c", "umask $1; exec \"$2\" run \"$3\"", "sh", umask])
             .arg(env!("CARGO_BIN_EXE_colocd-under-test"))

@@ -15,6 +15,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::{park_timeout, scope, sleep, spawn};
 use std::time::Duration;
 
+use coloc_daemon::config::Trigger;
 use coloc_drivers::can::Sender;
 use coloc_drivers::encoder::WheelFrames;
 use coloc_tests::scene::Scene;
@@ -43,12 +44,12 @@ const EXPECTED: [libc::c_long; 7] = [
 
 #[test]
 fn a_tick_on_the_timer() {
-    hold("timer", |_| Surroundings::send);
+    hold(Trigger::Timer, |_| Surroundings::send);
 }
 
 #[test]
 fn a_tick_on_two_frames_at_once() {
-    hold("encoder", |_| {
+    hold(Trigger::Encoder, |_| {
         |surroundings: &mut Surroundings| {
             sleep(PERIOD);
             surroundings.send();
@@ -58,7 +59,7 @@ fn a_tick_on_two_frames_at_once() {
 
 #[test]
 fn a_tick_on_two_frames_one_after_the_other() {
-    hold("encoder", |scene| {
+    hold(Trigger::Encoder, |scene| {
         let wheels = Sender::open(&scene.surroundings.bus).unwrap();
         let (running, stopped) = channel();
         spawn(move || send_one_after_the_other(wheels, &stopped));
@@ -87,7 +88,7 @@ fn send_one_after_the_other(mut wheels: Sender, stop: &Receiver<()>) {
 }
 
 /// Ticks, each after what `prepare` made has brought it its inputs.
-fn hold<A>(trigger: &str, prepare: impl FnOnce(&Scene) -> A + Send)
+fn hold<A>(trigger: Trigger, prepare: impl FnOnce(&Scene) -> A + Send)
 where
     A: FnMut(&mut Surroundings),
 {

@@ -27,18 +27,35 @@ fn shortest(config: &Config) -> Option<Finding> {
     })
 }
 
+/// Measurements that a tick can apply again in a quarter of its period.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 1 s / 4 / 450 ns.
+fn most(rate_hz: f64) -> usize {
+    ((0.25 / rate_hz / REPLAY_S) as usize).min(MOST_SLOTS)
+}
+
+impl History {
+    /// As by default, but no more than ticks of this rate can keep up with.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss)] // Thousands.
+    pub fn for_rate(rate_hz: f64) -> Self {
+        let usual = Self::default();
+        let capacity = usual.capacity.min(most(rate_hz));
+        Self {
+            capacity,
+            length_s: usual.length_s.min(capacity as f64 / (2.0 * rate_hz)),
+            ..usual
+        }
+    }
+}
+
 /// A history that is full forgets. One that is large makes a long tick of a late measurement: everything since is applied
 /// again.
 fn capacity(config: &Config) -> Option<Finding> {
     let (history, rate_hz) = (&config.history, config.tick.rate_hz);
+    // 60 s × 1 kHz × 2; a length that was computed from a rate is not to fail by its last bit.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    // 60 s × 1 kHz × 2; 1 s / 4 / 450 ns.
-    let [least, most] = [
-        (2.0 * history.length_s * rate_hz).ceil(),
-        0.25 / rate_hz / REPLAY_S,
-    ]
-    .map(|count| count as usize);
-    let most = most.min(MOST_SLOTS);
+    let least = (2.0 * history.length_s * rate_hz - 1e-6).ceil() as usize;
+    let most = most(rate_hz);
     if least > most {
         return Some(length(history, rate_hz, most));
     }
@@ -71,5 +88,25 @@ fn length(history: &History, rate_hz: f64, most: usize) -> Finding {
     Finding {
         or: &["tick.rate_hz"],
         ..Finding::new("history.length_s", problem)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use coloc_shm_types::RobotName;
+
+    use super::super::super::Robot;
+    use super::*;
+
+    #[test]
+    fn ticks_of_any_rate_keep_up_with_the_history_that_is_made_for_it() {
+        let name = RobotName::new("a").unwrap();
+        let mut config = Config::of(Robot { name, id: 1 });
+        for rate_hz in 1..=1000 {
+            config.tick.rate_hz = f64::from(rate_hz);
+            config.history = History::for_rate(config.tick.rate_hz);
+            assert_eq!(refusal(&config), None, "{rate_hz} Hz: {:?}", config.history);
+        }
+        assert_eq!(History::for_rate(50.0), History::default());
     }
 }

@@ -19,6 +19,7 @@ use std::time::Instant;
 use clap::{Parser, value_parser};
 use coloc_counting::{Calls, calls_during};
 use coloc_daemon::clock::TimeSource;
+use coloc_daemon::config::Trigger;
 use coloc_daemon::wait::Wake;
 use coloc_shm_types::Input;
 use coloc_tests::output::{check_place, end, print_line};
@@ -104,7 +105,7 @@ impl Life {
 
     fn scene(&self) -> Scene {
         let directory = tempfile::tempdir().unwrap();
-        let mut config = config(directory.path(), "timer");
+        let mut config = config(directory.path(), Trigger::Timer);
         config.tick.rate_hz = 50.0;
         config.history.length_s = 1.0;
         Scene::with(directory, config, Box::new(self.clock.clone()))

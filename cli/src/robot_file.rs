@@ -1,0 +1,51 @@
+//! The `robot.toml` of a robot that a command runs.
+
+use std::path::Path;
+
+use coloc_daemon::config::{Config, Member, Robot};
+use coloc_shm_types::RobotName;
+
+use crate::result_file::WriteError;
+
+/// The robot with this number in its team, `robot1` and so on; everything else as it is by default.
+pub(crate) fn robot(id: u16) -> Result<Config, String> {
+    let Member { name, id } = member(id)?;
+    Ok(Config::of(Robot { name, id }))
+}
+
+/// The same, as others know it.
+pub(crate) fn member(id: u16) -> Result<Member, String> {
+    let name = RobotName::new(&format!("robot{id}")).map_err(|error| error.to_string())?;
+    Ok(Member { name, id })
+}
+
+/// Everybody up to this number.
+pub(crate) fn team(last: u16) -> Result<Vec<Member>, String> {
+    (1..=last).map(member).collect()
+}
+
+/// Writes what `config` says, or why it does not.
+pub(crate) fn write(path: &Path, config: Result<Config, String>) -> Result<(), WriteError> {
+    let failed = |reason: &str| WriteError::new(path, reason);
+    let config = config.map_err(|reason| failed(&reason))?;
+    let text = toml::to_string(&config).map_err(|error| failed(&error.to_string()))?;
+    std::fs::write(path, text).map_err(|error| WriteError::new(path, &error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_what_the_daemon_reads() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("robot2.toml");
+        let config = Config {
+            team: team(3).unwrap(),
+            ..robot(2).unwrap()
+        };
+        write(&path, Ok(config.clone())).unwrap();
+        assert_eq!(Config::load(&path).unwrap(), config);
+        assert_eq!(config.peers().count(), 2);
+    }
+}
