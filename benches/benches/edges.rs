@@ -6,9 +6,9 @@ use std::hint::black_box;
 use coloc_benches::case;
 use coloc_drivers::can::{BusSpec, Received};
 use coloc_drivers::encoder::{OdometryConfig, OdometryDecoder, WheelFrames};
-use coloc_estimator::fusion;
 use coloc_estimator::settings::FusionSettings;
-use coloc_shm_types::{Header, Limits, Neighbour, Reject, Replay};
+use coloc_estimator::{Parts, fusion};
+use coloc_shm_types::{Clock, Header, Limits, Neighbour, Present, Reject, Sessions};
 use coloc_sim::method::ellipsoidal;
 use criterion::{Criterion, criterion_group, criterion_main};
 
@@ -46,29 +46,32 @@ fn decode(bench: &mut Criterion) -> Result<(), Box<dyn Error>> {
 fn validate(bench: &mut Criterion) -> Result<(), Box<dyn Error>> {
     let word = case::received(0.5)?;
     let limits = Limits {
-        now_ns: PERIOD_NS,
+        now: Present::only(Clock::Realtime, PERIOD_NS),
+        boot: 0,
         history_ns: 1_000_000_000,
         future_tolerance_ns: 0,
-        set_back_ns: 0,
         own: 1,
         robots: &[1, 2, 3, 4, 5],
     };
+    let parts = Parts::of(&word.total, &word.independent);
     let mut message = Neighbour {
-        header: Header::default(),
-        sender: 2,
+        header: Header {
+            source: 2,
+            clock: Clock::Realtime as u8,
+            ..Header::default()
+        },
         pose: word.pose.to_vector().into(),
-        total: word.total.to_row_major(),
-        independent: word.independent.to_row_major(),
-        ..Neighbour::default()
+        independent: parts.independent.to_row_major(),
+        dependent: parts.dependent.to_row_major(),
     };
     message.validate(&limits).map_err(Reject::name)?;
-    let mut replay = Replay::default();
+    let mut sessions = Sessions::new(limits.robots.len());
     let mut group = bench.benchmark_group("validate");
     group.bench_function("neighbour", |b| {
         b.iter(|| {
             message.header.sequence += 1;
             black_box(&message).validate(&limits)?;
-            replay.accept(&message.header)
+            sessions.accept(&message.header, PERIOD_NS)
         });
     });
     group.finish();

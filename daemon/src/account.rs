@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use coloc_estimator::{Estimate, Kind, OdometryState, Report, Stamp, TickOutputs, Verdict};
-use coloc_shm_types::{BusState, CanCounters, Header, Health, Input, Reject, Status};
+use coloc_shm_types::{BeliefState, BusState, CanCounters, Health, Input, Reject, Sender, Status};
 
 use crate::config::{Config, nanos};
 use crate::event::{Event, Link};
-use crate::health::Watch;
+use crate::health::{Watch, belief_state};
 use crate::ledger::Ledger;
 use crate::record::Record;
 use crate::wait::Wake;
@@ -34,16 +34,12 @@ const REPORT_PERIOD_NS: i64 = 1_000_000_000;
 impl Account {
     /// Reports through `link`; hands on the belief as often as the configuration says, if it is to be saved.
     #[must_use]
-    pub fn new(config: &Config, link: Arc<Link>, session_ns: i64) -> Self {
-        let header = Header {
-            session_ns,
-            ..Header::default()
-        };
+    pub fn new(config: &Config, link: Arc<Link>, sender: &Sender) -> Self {
+        let header = sender.beside().header(0);
         Self {
             link,
             status: Status {
                 header,
-                robot: config.robot.id,
                 ..Status::default()
             },
             watch: Watch::new(&config.health),
@@ -214,6 +210,9 @@ impl Account {
                 });
             }
         }
+        let state = belief_state(health);
+        self.status.state = state as u8;
+        self.status.fit = u8::from(state == BeliefState::Ok);
         health
     }
 
@@ -279,10 +278,11 @@ fn reason(verdict: Verdict) -> Option<Reject> {
         Verdict::Gated { .. } => Some(Reject::Gated),
         Verdict::TooOld => Some(Reject::TooOld),
         Verdict::FromFuture => Some(Reject::FromFuture),
-        Verdict::Duplicate | Verdict::EmptyInterval => Some(Reject::Replayed),
+        Verdict::Duplicate => Some(Reject::Replayed),
+        Verdict::EmptyInterval => Some(Reject::EmptyInterval),
         Verdict::NoRoom => Some(Reject::HistoryFull),
         Verdict::NotFinite => Some(Reject::NotFinite),
-        Verdict::NoNoise => Some(Reject::BadQuality),
+        Verdict::NoNoise => Some(Reject::NoCovariance),
     }
 }
 
@@ -290,12 +290,15 @@ fn reason(verdict: Verdict) -> Option<Reject> {
 mod tests {
     use std::path::Path;
 
+    use coloc_shm_types::Clock;
+
     use super::*;
 
     fn account() -> (Account, Arc<Link>) {
         let link = Arc::new(Link::new());
         let config = Config::parse("[robot]\nname = \"a\"\nid = 1\n", Path::new("a.toml")).unwrap();
-        (Account::new(&config, Arc::clone(&link), 0), link)
+        let sender = Sender::start(1, Clock::Realtime).unwrap();
+        (Account::new(&config, Arc::clone(&link), &sender), link)
     }
 
     #[test]

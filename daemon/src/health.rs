@@ -9,9 +9,18 @@
 //! | else | never seen |
 
 use coloc_estimator::{Span, Stamp};
-use coloc_shm_types::{Health, Input};
+use coloc_shm_types::{BeliefState, Health, Input};
 
 use crate::config;
+
+/// Whether a robot whose inputs do like this knows where it is: with wheels that are heard it is taken to, without them not.
+#[must_use]
+pub fn belief_state(health: [Health; Input::COUNT]) -> BeliefState {
+    match health.get(Input::Odometry as usize) {
+        Some(Health::Ok) => BeliefState::Ok,
+        _ => BeliefState::Finding,
+    }
+}
 
 /// Watches all sensors.
 #[derive(Clone, Debug)]

@@ -2,21 +2,19 @@
 
 use coloc_estimator::{Estimate, OutgoingPose};
 use coloc_shm_types::{
-    self as shm, Header, Health, Input, Neighbour, PortError, Publisher, RobotName, Space,
+    self as shm, BeliefState, Health, Input, Neighbour, PortError, Publisher, RobotName, Sender,
+    Space,
 };
 
 use crate::clock::Moment;
-use crate::config::{ClockSource, Config};
+use crate::config::Config;
+use crate::health::belief_state;
 
 /// The ports, all opened at start: a peer that is missing does not matter, its service waits for it.
 #[derive(Debug)]
 pub struct Publish {
-    robot: u16,
-    /// Of the stamps.
-    clock: ClockSource,
-    session_ns: i64,
+    sender: Sender,
     estimates: Publisher<shm::Estimate>,
-    sequence: u64,
     peers: Vec<Peer>,
     /// Messages that did not reach everybody; they are not sent again, the next tick's are newer.
     pub undelivered: u64,
@@ -26,7 +24,7 @@ pub struct Publish {
 struct Peer {
     id: u16,
     port: Publisher<Neighbour>,
-    sequence: u64,
+    sender: Sender,
 }
 
 /// What accompanies the belief of a tick.
@@ -64,20 +62,17 @@ impl Publish {
     ///
     /// # Errors
     /// If a port cannot be opened.
-    pub fn open(config: &Config, space: &Space, session_ns: i64) -> Result<Self, PortError> {
+    pub fn open(config: &Config, space: &Space, sender: &Sender) -> Result<Self, PortError> {
         let estimates = space.publisher(&config.robot.name)?;
         // Whom this does not reach now the first message will.
         let _ = estimates.refresh();
         let peers = config
             .peers()
-            .map(|peer| Peer::open(space, peer.id, &peer.name))
+            .map(|peer| Peer::open(space, peer.id, &peer.name, sender.beside()))
             .collect::<Result<_, _>>()?;
         Ok(Self {
-            robot: config.robot.id,
-            clock: config.clock.source,
-            session_ns,
+            sender: sender.beside(),
             estimates,
-            sequence: 0,
             peers,
             undelivered: 0,
         })
@@ -86,7 +81,6 @@ impl Publish {
     /// Sends the estimate.
     pub fn estimate(&mut self, estimate: &Estimate, with: &Circumstances, moment: &Moment) {
         let message = self.message(estimate, with, moment);
-        self.sequence += 1;
         self.undelivered += u64::from(self.estimates.send(message).is_err());
     }
 
@@ -98,28 +92,34 @@ impl Publish {
     /// Tells the robots that were seen.
     pub fn neighbours(&mut self, outgoing: &[OutgoingPose], moment: &Moment) {
         for pose in outgoing {
-            let (robot, session_ns) = (self.robot, self.session_ns);
             let Some(peer) = self.peers.iter_mut().find(|peer| peer.id == pose.to.0) else {
                 continue;
             };
-            let stamp_ns = moment.on(self.clock, pose.stamp.as_nanos());
-            self.undelivered += u64::from(!peer.send(robot, stamp_ns, session_ns, pose));
+            let stamp_ns = moment.on(self.sender.clock().into(), pose.stamp.as_nanos());
+            self.undelivered += u64::from(!peer.send(stamp_ns, pose));
         }
     }
 
-    fn message(&self, estimate: &Estimate, with: &Circumstances, moment: &Moment) -> shm::Estimate {
+    fn message(
+        &mut self,
+        estimate: &Estimate,
+        with: &Circumstances,
+        moment: &Moment,
+    ) -> shm::Estimate {
+        let on = |inner_ns| moment.on(self.sender.clock().into(), inner_ns);
+        let (stamp_ns, boot_ns) = (on(estimate.stamp.as_nanos()), estimate.stamp.as_nanos());
+        let frame_stamp_ns = match with.frame_stamp_ns {
+            0 => 0,
+            inner_ns => on(inner_ns),
+        };
         let belief = &estimate.belief;
+        let parts = belief.parts();
+        let state = belief_state(with.health);
         shm::Estimate {
-            header: Header {
-                stamp_ns: moment.on(self.clock, estimate.stamp.as_nanos()),
-                session_ns: self.session_ns,
-                sequence: self.sequence,
-            },
+            header: self.sender.header(stamp_ns),
+            boot_ns,
             tick: with.tick,
-            frame_stamp_ns: match with.frame_stamp_ns {
-                0 => 0,
-                inner_ns => moment.on(self.clock, inner_ns),
-            },
+            frame_stamp_ns,
             latency_ns: with.latency_ns,
             lateness_ns: with.lateness_ns,
             collect_ns: with.stages.collect_ns,
@@ -128,40 +128,40 @@ impl Publish {
             account_ns: with.stages.account_ns,
             pose: [belief.pose.x, belief.pose.y, belief.pose.phi],
             velocity: estimate.velocity,
-            total: belief.total.to_row_major(),
-            independent: belief.independent.to_row_major(),
-            health: with.health.map(|health| health as u8),
-            robot: self.robot,
+            independent: parts.independent.to_row_major(),
+            dependent: parts.dependent.to_row_major(),
+            velocity_covariance: estimate.velocity_covariance.to_row_major(),
+            health: bytes(with.health),
+            state: state as u8,
+            fit: u8::from(state == BeliefState::Ok),
             ..shm::Estimate::default()
         }
     }
 }
 
 impl Peer {
-    fn open(space: &Space, id: u16, name: &RobotName) -> Result<Self, PortError> {
+    fn open(space: &Space, id: u16, name: &RobotName, sender: Sender) -> Result<Self, PortError> {
         let port = space.publisher(name)?;
         let _ = port.refresh();
-        Ok(Self {
-            id,
-            port,
-            sequence: 0,
-        })
+        Ok(Self { id, port, sender })
     }
 
-    fn send(&mut self, sender: u16, stamp_ns: i64, session_ns: i64, pose: &OutgoingPose) -> bool {
+    fn send(&mut self, stamp_ns: i64, pose: &OutgoingPose) -> bool {
         let message = Neighbour {
-            header: Header {
-                stamp_ns,
-                session_ns,
-                sequence: self.sequence,
-            },
-            sender,
+            header: self.sender.header(stamp_ns),
             pose: [pose.pose.x, pose.pose.y, pose.pose.phi],
-            total: pose.total.to_row_major(),
-            independent: pose.independent.to_row_major(),
-            ..Neighbour::default()
+            independent: pose.parts.independent.to_row_major(),
+            dependent: pose.parts.dependent.to_row_major(),
         };
-        self.sequence += 1;
         self.port.send(message).is_ok()
     }
+}
+
+/// By the number of the input; those without a name are zero.
+fn bytes(health: [Health; Input::COUNT]) -> [u8; Input::PLACES] {
+    let mut bytes = [0; Input::PLACES];
+    for (byte, health) in bytes.iter_mut().zip(health) {
+        *byte = health as u8;
+    }
+    bytes
 }

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use coloc_estimator::{Stamp, TickInputs};
-use coloc_shm_types::Space;
+use coloc_shm_types::{Sender, Space};
 
 use crate::account::Account;
 use crate::clock::{Moment, TimeSource, Timeline};
@@ -64,7 +64,7 @@ impl Robot {
         link: Arc<Link>,
     ) -> Result<Self, StartError> {
         let now = time.read();
-        let (stamp, session_ns) = (Stamp::from_nanos(now.boot_ns), now.of(config.clock.source));
+        let stamp = Stamp::from_nanos(now.boot_ns);
         let resumed = config
             .initial
             .resume
@@ -74,7 +74,14 @@ impl Robot {
             _ => initial(config),
         };
         let collect = Collect::open(config, space, Arc::clone(&link))?;
-        let mut account = Account::new(config, link, session_ns);
+        let sender =
+            Sender::start(config.robot.id, config.clock.source.into()).map_err(|error| {
+                StartError::System {
+                    what: "/dev/urandom cannot be read",
+                    error,
+                }
+            })?;
+        let mut account = Account::new(config, link, &sender);
         account.record([Record::begin(config.robot.id, stamp.as_nanos(), &belief)]);
         Ok(Self {
             time,
@@ -82,7 +89,7 @@ impl Robot {
             clock: config.clock.source,
             collect,
             estimate: Estimate::new(config, stamp, belief),
-            publish: Publish::open(config, space, session_ns)?,
+            publish: Publish::open(config, space, &sender)?,
             account,
             stages: Stages::default(),
             listens: 0,

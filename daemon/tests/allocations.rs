@@ -11,7 +11,7 @@ use coloc_counting::{Calls, calls_during};
 use coloc_daemon::event::{Event, Link};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::{Input, Neighbour, Position, RelativePose};
+use coloc_shm_types::{Header, Input, Neighbour, Position, RelativePose};
 
 const TICKS: u64 = 10_000;
 
@@ -73,10 +73,12 @@ fn ticks_allocate_nothing() {
         let pose = [way_m, 0.0, 0.0];
         neighbour
             .send(Neighbour {
-                header,
-                sender: 2,
+                header: Header {
+                    source: 2,
+                    ..header
+                },
                 pose,
-                total: diagonal([0.01; 3]),
+                dependent: diagonal([0.01; 3]),
                 ..Neighbour::default()
             })
             .unwrap();

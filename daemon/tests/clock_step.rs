@@ -36,14 +36,14 @@ fn a_clock_step_moves_the_belief_along() {
             "a standing robot stays where it is"
         );
         assert!(
-            after.total[0] >= before.total[0] && after.total[0] < before.total[0] + 0.01,
+            after.total()[0] >= before.total()[0] && after.total()[0] < before.total()[0] + 0.01,
             "one tick's growth"
         );
         assert_eq!(after.health_of(Input::Position), Health::Ok, "nothing aged");
         fixes.send(fix(world.header(1))).unwrap();
         let fused = robot.tick();
         assert!(
-            fused.total[0] < after.total[0],
+            fused.total()[0] < after.total()[0],
             "fixes of the new clock are fused"
         );
     }

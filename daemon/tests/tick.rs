@@ -62,7 +62,7 @@ fn a_sighting_helps_the_robot_that_was_seen() {
         "{:?}",
         after.pose
     );
-    assert!(after.total[0] < before.1.total[0] / 2.0);
+    assert!(after.total()[0] < before.1.total()[0] / 2.0);
     let account = seen.robot.account();
     assert_eq!(account.status.accepted_of(Input::Neighbour), 1);
     assert_eq!(
@@ -124,17 +124,22 @@ fn send_garbage(world: &World) -> (impl Sized, [u64; 3]) {
     sightings.send(sighting).unwrap();
     let neighbours = world.publisher::<Neighbour>("a");
     let neighbour = Neighbour {
-        header: world.header(0),
-        sender: 1,
-        total: diagonal([1.0; 3]),
+        header: Header {
+            source: 1,
+            ..world.header(0)
+        },
+        dependent: diagonal([1.0; 3]),
         ..Neighbour::default()
     };
     neighbours.send(neighbour).unwrap();
     neighbours
         .send(Neighbour {
-            sender: 2,
-            total: diagonal([1.0; 3]),
+            header: Header {
+                source: 2,
+                ..world.header(0)
+            },
             independent: diagonal([2.0; 3]),
+            dependent: diagonal([-1.0; 3]),
             ..neighbour
         })
         .unwrap();
@@ -157,7 +162,7 @@ fn what_is_rejected_changes_no_bit() {
                 (
                     it.header.stamp_ns,
                     it.pose.map(f64::to_bits),
-                    it.total.map(f64::to_bits),
+                    it.total().map(f64::to_bits),
                 )
             })
             .collect();
@@ -208,6 +213,7 @@ fn a_flood_of_rejects_is_counted_to_the_last() {
                 .send(Position {
                     header: world.header(sequence),
                     quality: 0,
+                    covariance: [1.0, 0.0, 0.0, 1.0],
                     ..Position::default()
                 })
                 .unwrap();

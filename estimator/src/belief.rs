@@ -2,8 +2,6 @@
 
 use core::fmt;
 
-use nalgebra::Matrix3;
-
 use crate::clip::positive_part;
 use crate::covariance::Covariance3;
 use crate::pose::Pose;
@@ -97,12 +95,6 @@ impl Belief {
         let ([a, b, c], [d, e, f]) = (self.total.variances(), self.independent.variances());
         let Pose { x, y, phi } = self.pose;
         ((a + b + c) + (d + e + f) + (x + y + phi)).is_finite()
-    }
-
-    /// `P_d = P − P_i`, symmetric; rounding may leave eigenvalues a little below zero.
-    #[must_use]
-    pub fn dependent(&self) -> Matrix3<f64> {
-        self.total.matrix() - self.independent.matrix()
     }
 
     /// Everything that was known is now shared: `P_i := 0` (Algorithm 4, line 19).

@@ -65,6 +65,23 @@ impl Covariance3 {
         Self::new(Matrix3::from_row_slice(&entries))
     }
 
+    /// A part beside `other`, of what may have been their sum's and its difference: its entries are judged by the sum's.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub(crate) fn from_row_major_beside(
+        entries: [f64; 9],
+        other: &Self,
+    ) -> Result<Self, NotACovariance> {
+        let matrix = Matrix3::from_row_slice(&entries);
+        let part = symmetrized(&matrix, &(matrix + other.0))?;
+        if is_semidefinite_beside(&part, &(part + other.symmetric())) {
+            Ok(Self::trusted(&part))
+        } else {
+            Err(NotACovariance::NotPositiveSemidefinite)
+        }
+    }
+
     /// Uncorrelated coordinates with these variances.
     ///
     /// # Errors
@@ -249,22 +266,27 @@ fn positive(a: f64) -> f64 {
 
 /// The checks of [`Covariance3::new`], in the order of [`NotACovariance`].
 fn checked(m: &Matrix3<f64>) -> Result<Symmetric3, NotACovariance> {
-    if !m.iter().all(|entry| entry.abs() <= LARGEST) {
-        return Err(NotACovariance::NotFinite);
-    }
-    let symmetric = Symmetric3 {
-        xx: m.m11,
-        xy: merged(m.m12, m.m21, m.m11 * m.m22)?,
-        xp: merged(m.m13, m.m31, m.m11 * m.m33)?,
-        yy: m.m22,
-        yp: merged(m.m23, m.m32, m.m22 * m.m33)?,
-        pp: m.m33,
-    };
+    let symmetric = symmetrized(m, m)?;
     if is_semidefinite(&symmetric) {
         Ok(symmetric)
     } else {
         Err(NotACovariance::NotPositiveSemidefinite)
     }
+}
+
+/// The first two of them; what counts as symmetric is judged by the variances of `whole`.
+fn symmetrized(m: &Matrix3<f64>, whole: &Matrix3<f64>) -> Result<Symmetric3, NotACovariance> {
+    if !m.iter().all(|entry| entry.abs() <= LARGEST) {
+        return Err(NotACovariance::NotFinite);
+    }
+    Ok(Symmetric3 {
+        xx: m.m11,
+        xy: merged(m.m12, m.m21, whole.m11 * whole.m22)?,
+        xp: merged(m.m13, m.m31, whole.m11 * whole.m33)?,
+        yy: m.m22,
+        yp: merged(m.m23, m.m32, whole.m22 * whole.m33)?,
+        pp: m.m33,
+    })
 }
 
 /// The mean of two entries across the diagonal, `scale` being the product of their variances; equal ones are returned

@@ -55,6 +55,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
             stamp,
             belief: self.history.belief_at(stamp, &self.settings.odometry),
             velocity: drive.velocity(),
+            velocity_covariance: drive.covariance(stamp, &self.settings.odometry),
             odometry: drive.state(),
         }
     }

@@ -47,6 +47,15 @@ impl Motion {
         }
     }
 
+    /// Q of `[v_x, v_y, ω]`.
+    #[must_use]
+    pub fn covariance(&self) -> Covariance3 {
+        match self {
+            Self::Nonholonomic { noise, .. } => Covariance3::trusted(&without_sideways(noise)),
+            Self::Holonomic { noise, .. } => *noise,
+        }
+    }
+
     /// The same velocity with noise `factor · Q`; a factor that is not a positive finite number counts as zero.
     #[must_use]
     pub fn with_noise_scaled(&self, factor: f64) -> Self {

@@ -4,6 +4,7 @@ use crate::convert::GlobalPose;
 use crate::kind::{Kind, Sighting};
 use crate::list::FixedList;
 use crate::output::{OutgoingPose, Report, Source, Verdict};
+use crate::parts::Parts;
 use crate::stamp::Stamp;
 
 /// Poses that one tick can send.
@@ -46,8 +47,7 @@ impl Outbox {
             to: sighting.observed,
             stamp: sighting.stamp,
             pose: seen.pose,
-            total: seen.total,
-            independent: seen.independent,
+            parts: Parts::of(&seen.total, &seen.independent),
         });
         self.overflowed += u32::from(!fitted);
     }

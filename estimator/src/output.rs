@@ -3,6 +3,7 @@
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::kind::{Kind, RobotId};
+use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::stamp::Stamp;
 
@@ -27,6 +28,10 @@ pub struct Estimate {
     pub belief: Belief,
     /// `[v_x, v_y, ω]` in the body frame \[m/s, m/s, rad/s\].
     pub velocity: [f64; 3],
+    /// Covariance of `velocity`, of its mean over the reference period (see
+    /// [`OdometrySettings`](crate::settings::OdometrySettings)) \[m²/s², m·rad/s², rad²/s²\]. Without a sideways velocity
+    /// there is no variance of it.
+    pub velocity_covariance: Covariance3,
     /// How fresh `velocity` is.
     pub odometry: OdometryState,
 }
@@ -40,10 +45,8 @@ pub struct OutgoingPose {
     pub stamp: Stamp,
     /// y*
     pub pose: Pose,
-    /// R*
-    pub total: Covariance3,
-    /// R*_i
-    pub independent: Covariance3,
+    /// R* in its parts: the receiver takes [`Parts::total`] for the whole.
+    pub parts: Parts,
 }
 
 /// What became of a measurement: refused on arrival, or gated when it was first applied.

@@ -361,8 +361,8 @@ fn received((sender, outgoing): &(RobotId, OutgoingPose)) -> NeighbourPose {
             ..Origin::default()
         },
         pose: outgoing.pose,
-        total: outgoing.total,
-        independent: outgoing.independent,
+        total: outgoing.parts.total(),
+        independent: outgoing.parts.independent,
     }
 }
 

@@ -3,7 +3,7 @@ use std::io::{Write, stderr};
 use std::{error::Error, path::Path, process::ExitCode};
 use std::{thread::sleep, time::Duration, time::SystemTime};
 
-use coloc_shm_types::{Header, Position, RobotName, Space};
+use coloc_shm_types::{Clock, Position, RobotName, Sender, Space};
 
 fn now_ns() -> Result<i64, Box<dyn Error>> {
     Ok(SystemTime::now()
@@ -40,13 +40,9 @@ fn run() -> Result<(), Box<dyn Error>> {
         _ => Space::open_default("feed_fixes")?,
     };
     let fixes = space.publisher::<Position>(&RobotName::new(robot)?)?;
-    let session_ns = now_ns()?;
-    for sequence in 0.. {
-        let header = Header {
-            stamp_ns: now_ns()?,
-            session_ns,
-            sequence,
-        };
+    let mut sender = Sender::start(0, Clock::Realtime)?;
+    loop {
+        let header = sender.header(now_ns()?);
         let covariance = [0.01, 0.0, 0.0, 0.01]; // 0.1 m
         fixes.send(Position {
             header,
@@ -57,5 +53,4 @@ fn run() -> Result<(), Box<dyn Error>> {
         })?;
         sleep(Duration::from_millis(100));
     }
-    Ok(())
 }

@@ -34,7 +34,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     loop {
         while let Some(estimate) = estimates.receive()? {
             let [x, y, heading] = estimate.pose;
-            let [sx, sy] = [estimate.total[0].sqrt(), estimate.total[4].sqrt()];
+            let total = estimate.total();
+            let [sx, sy] = [total[0].sqrt(), total[4].sqrt()];
             let line = format!(
                 "{} x {x:.3} ± {sx:.3} m, y {y:.3} ± {sy:.3} m, φ {heading:.3} rad\n",
                 estimate.tick

@@ -1,26 +1,98 @@
-//! The services: which payload travels under which name, and with which quality.
+//! Who may say what to whom: the one table of all channels. Qualities of services are derived from it, and a network that is
+//! to carry a channel carries it by this table.
 use core::fmt::Debug;
 
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::{Estimate, Neighbour, Position, RelativePose, Status};
+use crate::{Estimate, Header, Neighbour, Odometry, Position, RelativePose, Status};
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Channel {
-    /// Sightings, laser driver → colocd.
+    /// How the base moves, where that does not come over CAN.
+    Odometry,
+    /// Sightings of other robots.
     RelativePose,
-    /// Fixes, satellite receiver's driver → colocd.
+    /// Fixes.
     Position,
-    /// What neighbours say, other robots' colocd → colocd.
+    /// What neighbours say.
     Neighbour,
-    /// The belief, colocd → anyone.
+    /// The belief.
     Estimate,
-    /// The counters, colocd → anyone.
+    /// The counters.
     Status,
 }
 
-/// How a service is dimensioned. All of them overflow: the newest message pushes out the oldest, nobody ever waits.
+/// What is said on a channel, and how its service is dimensioned.
+///
+/// All of them overflow: the newest message pushes out the oldest, nobody ever waits.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct Told {
+    /// The channel.
+    pub channel: Channel,
+    /// The last part of the service's name.
+    pub name: &'static str,
+    /// What it carries, in a few words.
+    pub what: &'static str,
+    /// Who says it.
+    pub by: Speaker,
+    /// To whom.
+    pub to: Audience,
+    /// How old it may get and still be of use.
+    pub age: Age,
+    /// Whether all of them matter, or the newest alone.
+    pub matters: Matters,
+    /// Size of a message (bytes).
+    pub size: usize,
+    /// Whether who joins later gets the last one.
+    pub late_joiner: bool,
+    /// Publishers at once, those that were killed and not yet reaped included.
+    pub publishers: usize,
+    /// Subscribers at once, likewise.
+    pub subscribers: usize,
+    /// Messages of one publisher that wait for one subscriber.
+    pub buffer: usize,
+}
+
+/// Who may say something on a channel of a robot.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Speaker {
+    /// Drivers of the robot's own sensors.
+    Drivers,
+    /// The robot's own `colocd`.
+    Own,
+    /// Other robots' `colocd`, each as itself.
+    Neighbours,
+}
+
+/// For whom it is.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Audience {
+    /// The robot's `colocd`, and whoever listens in.
+    Robot,
+    /// Anyone.
+    Anyone,
+}
+
+/// How old something may get and still be of use.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Age {
+    /// As far as the history of the estimator reaches: `history.length_s`.
+    History,
+    /// That many milliseconds.
+    Millis(u32),
+}
+
+/// What of a channel matters.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Matters {
+    /// Every message: a lost one is lost information.
+    All,
+    /// The newest: it makes the earlier ones needless.
+    Newest,
+}
+
+/// How a service is dimensioned.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct Quality {
     /// Publishers at once, those that were killed and not yet reaped included.
@@ -33,49 +105,130 @@ pub struct Quality {
     pub history: usize,
 }
 
+/// Anything that a sensor's driver says.
+const DRIVERS: Told = Told {
+    channel: Channel::Odometry,
+    name: "",
+    what: "",
+    by: Speaker::Drivers,
+    to: Audience::Robot,
+    age: Age::History,
+    matters: Matters::All,
+    size: 0,
+    late_joiner: false,
+    // A receiver or a scanner each, and the zombies of their restarts.
+    publishers: 16,
+    subscribers: 16,
+    // Half a second of a sensor at 100 Hz, and three ticks of one at 1 kHz.
+    buffer: 64,
+};
+
+/// Anything that the daemon says about itself.
+const DAEMON: Told = Told {
+    by: Speaker::Own,
+    to: Audience::Anyone,
+    matters: Matters::Newest,
+    late_joiner: true,
+    // One daemon, and the zombies of its restarts.
+    publishers: 4,
+    ..DRIVERS
+};
+
 impl Channel {
-    /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::RelativePose,
-        Self::Position,
-        Self::Neighbour,
-        Self::Estimate,
-        Self::Status,
+    /// So many other robots can speak to one.
+    pub const TEAM: usize = 64;
+
+    /// The table, in the order of the channels.
+    ///
+    /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
+    pub const TABLE: [Told; 6] = [
+        Told {
+            channel: Self::Odometry,
+            name: "odometry",
+            what: "wheel distances, wheel counts or a body twist, of a base that does not speak CAN",
+            size: size_of::<Odometry>(),
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::RelativePose,
+            name: "relative_pose",
+            what: "sightings of other robots",
+            size: size_of::<RelativePose>(),
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::Position,
+            name: "position",
+            what: "satellite fixes",
+            size: size_of::<Position>(),
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::Neighbour,
+            name: "neighbour",
+            what: "where other robots have seen this one",
+            by: Speaker::Neighbours,
+            size: size_of::<Neighbour>(),
+            // And the zombies of some.
+            publishers: Self::TEAM + 16,
+            buffer: 16,
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::Estimate,
+            name: "estimate",
+            what: "pose, velocity, both with their covariance, and whether to drive on them, at every tick",
+            age: Age::Millis(1000),
+            size: size_of::<Estimate>(),
+            subscribers: 32,
+            buffer: 16,
+            ..DAEMON
+        },
+        Told {
+            channel: Self::Status,
+            name: "status",
+            what: "counters and health of every source, once a second",
+            age: Age::Millis(5000),
+            size: size_of::<Status>(),
+            // A message is large, and its memory is reserved for every subscriber that there may be.
+            subscribers: 16,
+            buffer: 2,
+            ..DAEMON
+        },
     ];
+
+    /// All of them.
+    pub const ALL: [Self; Self::TABLE.len()] = {
+        let mut all = [Self::Odometry; Self::TABLE.len()];
+        let mut place = 0;
+        while place < all.len() {
+            all[place] = Self::TABLE[place].channel;
+            place += 1;
+        }
+        all
+    };
+
+    /// Its row in the table.
+    #[must_use]
+    pub const fn told(self) -> Told {
+        Self::TABLE[self as usize]
+    }
 
     /// The last part of the service's name.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::RelativePose => "relative_pose",
-            Self::Position => "position",
-            Self::Neighbour => "neighbour",
-            Self::Estimate => "estimate",
-            Self::Status => "status",
-        }
+        self.told().name
     }
 
-    /// The table of qualities: the only place that states them, for every language.
-    ///
-    /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
+    /// How its service is dimensioned.
     #[must_use]
     pub const fn quality(self) -> Quality {
-        // (publishers, subscribers, buffer, history)
-        let (publishers, subscribers, buffer, history) = match self {
-            // A robot sees many others in one turn of its laser; a few drivers, a daemon and those who listen in.
-            Self::RelativePose => (8, 16, 64, 0),
-            Self::Position => (8, 16, 16, 0),
-            // 64 neighbours, and as many zombies of theirs.
-            Self::Neighbour => (128, 16, 16, 0),
-            // One daemon and the zombies of its restarts; anyone may look, the last one is kept for late joiners.
-            Self::Estimate => (8, 32, 16, 1),
-            Self::Status => (8, 32, 4, 1),
-        };
+        let told = self.told();
         Quality {
-            publishers,
-            subscribers,
-            buffer,
-            history,
+            publishers: told.publishers,
+            subscribers: told.subscribers,
+            buffer: told.buffer,
+            history: told.late_joiner as usize,
         }
     }
 }
@@ -84,24 +237,51 @@ impl Channel {
 pub trait Message: ZeroCopySend + Debug + Copy + 'static {
     /// The channel on which it travels.
     const CHANNEL: Channel;
+
+    /// Who says it and when.
+    fn header(&self) -> &Header;
+
+    /// The same, for who reads the stamp as another clock.
+    fn header_mut(&mut self) -> &mut Header;
 }
 
-impl Message for RelativePose {
-    const CHANNEL: Channel = Channel::RelativePose;
+macro_rules! travels {
+    ($($payload:ident)*) => {
+        $(impl Message for $payload {
+            const CHANNEL: Channel = Channel::$payload;
+
+            fn header(&self) -> &Header {
+                &self.header
+            }
+
+            fn header_mut(&mut self) -> &mut Header {
+                &mut self.header
+            }
+        })*
+    };
 }
 
-impl Message for Position {
-    const CHANNEL: Channel = Channel::Position;
-}
+travels! { Odometry RelativePose Position Neighbour Estimate Status }
 
-impl Message for Neighbour {
-    const CHANNEL: Channel = Channel::Neighbour;
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl Message for Estimate {
-    const CHANNEL: Channel = Channel::Estimate;
-}
+    #[test]
+    fn every_channel_has_its_row_and_its_own_name() {
+        for (place, told) in Channel::TABLE.iter().enumerate() {
+            assert_eq!(told.channel as usize, place);
+            assert_eq!(Channel::ALL[place], told.channel);
+            assert_eq!(told.channel.told(), *told);
+            let named = Channel::TABLE
+                .iter()
+                .filter(|other| other.name == told.name);
+            assert_eq!((named.count(), told.name.is_empty()), (1, false));
+        }
+    }
 
-impl Message for Status {
-    const CHANNEL: Channel = Channel::Status;
+    #[test]
+    fn a_whole_team_can_speak_to_one_robot_and_some_may_have_died() {
+        assert!(Channel::Neighbour.quality().publishers > Channel::TEAM);
+    }
 }

@@ -2,11 +2,11 @@
 
 /// What can change a belief; indexes `health`, `accepted` and `rejected` of the payloads.
 ///
-/// The numbers are part of the payloads' version: new ones are added at the end, with a new version.
+/// The numbers are part of the payloads' version; a new one takes the first that is spare.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Input {
-    /// Wheel encoders, over CAN.
+    /// Wheel encoders, over CAN or a driver.
     Odometry = 0,
     /// Sightings of other robots.
     RelativePose = 1,
@@ -19,6 +19,8 @@ pub enum Input {
 impl Input {
     /// How many there are.
     pub const COUNT: usize = 4;
+    /// So many have a place in the payloads; those without a name are spare.
+    pub const PLACES: usize = 16;
     /// All of them, in the order of their numbers.
     pub const ALL: [Self; Self::COUNT] = [
         Self::Odometry,

@@ -8,8 +8,10 @@
 //! * **Nothing from outside is believed.** A received payload is raw: every bit pattern is possible. validate//!   checks it once, with one [`Reject`] per failure; what the rest of coloc computes on has passed it.
 //! * **The hot path is send and receive.** Neither allocates, locks nor makes a system call. Everything else (opening,
 //!   joining, cleaning up) does all three, and happens before the real-time loop is armed.
-//! * **One table of service qualities.** Whoever opens a service first fixes its quality for everybody; so [`Channel`]
-//!   is the only place that states it.
+//! * **One table of channels.** Who says what to whom, and how its service is dimensioned, is said in [`Channel::TABLE`]
+//!   alone: whoever opens a service first fixes its quality for everybody.
+//! * **Every message says who, when and by which clock.** A [`Sender`] stamps it; [`Sessions`] tells news from repetitions,
+//!   and lets nobody mute anybody.
 //!
 //! # Invariants of the shared memory
 //!
@@ -21,7 +23,9 @@
 //!   left: at the start, and again when the last one goes.
 //! * One user owns the space. Segments are private to that user, so peers are trusted with the memory itself, though
 //!   never with the values in it.
+mod belief_state;
 mod channel;
+mod clock;
 mod health;
 mod input;
 mod layout;
@@ -30,20 +34,25 @@ mod payload;
 pub mod places;
 pub mod private;
 mod reject;
-mod replay;
 mod robot_name;
+mod sender;
+mod sessions;
 mod space;
 mod validate;
 
-pub use channel::{Channel, Message, Quality};
+pub use belief_state::BeliefState;
+pub use channel::{Age, Audience, Channel, Matters, Message, Quality, Speaker, Told};
+pub use clock::{Clock, Present, boot};
 pub use health::{BusState, Health};
 pub use input::Input;
 pub use payload::{
-    CanCounters, Estimate, Header, Latency, Neighbour, Position, RelativePose, Status,
+    CanCounters, Estimate, Header, Latency, Neighbour, Odometry, OdometryKind, Position,
+    RelativePose, SourceHealth, Status,
 };
 pub use reject::Reject;
-pub use replay::Replay;
 pub use robot_name::{NotARobotName, RobotName};
+pub use sender::Sender;
+pub use sessions::{Sessions, SourceState};
 pub use space::{
     Claim, Lost, OpenError, PortError, Publisher, ReceiveError, Remark, SendError, Space,
     Subscriber,

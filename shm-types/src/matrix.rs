@@ -31,15 +31,44 @@ impl<const N: usize> Matrix<N> {
     pub(crate) fn check_covariance(&self) -> Result<(), Reject> {
         match () {
             () if !all_finite(self.0.as_flattened()) => Err(Reject::NotFinite),
-            () if !self.is_symmetric() => Err(Reject::Asymmetric),
+            () if !self.is_symmetric(&self.variances()) => Err(Reject::Asymmetric),
             () if !self.is_semidefinite(&self.variances()) => Err(Reject::NotPositiveSemidefinite),
             () => Ok(()),
         }
     }
 
+    /// No variance is zero. A sensor cannot know a coordinate so well: who says so knows nothing of its noise.
+    pub(crate) fn check_variances(&self) -> Result<(), Reject> {
+        let known = self.variances().iter().all(|variance| *variance > 0.0);
+        known.then_some(()).ok_or(Reject::NoCovariance)
+    }
+
+    /// Both parts are covariances, the dependent one to what is left of the precision of the whole: it may be a difference.
+    pub(crate) fn check_parts(independent: &Self, dependent: &Self) -> Result<(), Reject> {
+        let whole = independent.plus(dependent);
+        let dependent = dependent.check_beside(&whole.variances());
+        earliest(independent.check_covariance(), dependent)
+    }
+
+    /// Finite, symmetric, positive semidefinite by the measure of `variances`.
+    fn check_beside(&self, variances: &[f64; N]) -> Result<(), Reject> {
+        match () {
+            () if !all_finite(self.0.as_flattened()) => Err(Reject::NotFinite),
+            () if !self.is_symmetric(variances) => Err(Reject::Asymmetric),
+            () if self.is_semidefinite(variances) => Ok(()),
+            () => Err(Reject::DependentNotPositiveSemidefinite),
+        }
+    }
+
+    /// Both parts are covariances, and together they leave no coordinate without a variance.
+    pub(crate) fn check_noise_in_parts(independent: &Self, dependent: &Self) -> Result<(), Reject> {
+        Self::check_parts(independent, dependent)?;
+        independent.plus(dependent).check_variances()
+    }
+
     /// Both are covariances, and so is their difference.
     pub(crate) fn check_split(total: &Self, independent: &Self) -> Result<(), Reject> {
-        Self::check_both(total, independent)?;
+        earliest(total.check_covariance(), independent.check_covariance())?;
         if total.minus(independent).is_semidefinite(&total.variances()) {
             Ok(())
         } else {
@@ -47,12 +76,10 @@ impl<const N: usize> Matrix<N> {
         }
     }
 
-    /// The earliest reason of the two, whichever matrix has it.
-    fn check_both(total: &Self, independent: &Self) -> Result<(), Reject> {
-        match (total.check_covariance(), independent.check_covariance()) {
-            (Err(one), Err(other)) => Err(one.min(other)),
-            (one, other) => one.and(other),
-        }
+    fn plus(&self, other: &Self) -> Self {
+        Self(core::array::from_fn(|i| {
+            core::array::from_fn(|j| self.0[i][j] + other.0[i][j])
+        }))
     }
 
     fn minus(&self, other: &Self) -> Self {
@@ -65,17 +92,14 @@ impl<const N: usize> Matrix<N> {
         core::array::from_fn(|i| self.0[i][i])
     }
 
-    fn is_symmetric(&self) -> bool {
+    fn is_symmetric(&self, variances: &[f64; N]) -> bool {
+        // A negative variance is not an asymmetry: the next check has its own name for it.
+        let has_negative = variances.iter().any(|variance| *variance < 0.0);
         pairs::<N>().all(|(i, j)| {
             let difference = self.0[i][j] - self.0[j][i];
-            // A negative variance is not an asymmetry: the next check has its own name for it.
-            let allowed = ROUNDING * ROUNDING * self.0[i][i] * self.0[j][j];
-            difference == 0.0 || difference * difference <= allowed || self.has_negative_variance()
+            let allowed = ROUNDING * ROUNDING * variances[i] * variances[j];
+            difference == 0.0 || difference * difference <= allowed || has_negative
         })
-    }
-
-    fn has_negative_variance(&self) -> bool {
-        self.variances().iter().any(|variance| *variance < 0.0)
     }
 
     /// Whether no eigenvalue, in units of the deviations that `variances` are the squares of, is below zero by more than
@@ -118,9 +142,22 @@ impl<const N: usize> Matrix<N> {
     }
 }
 
+/// The earliest reason of the two, whichever has it.
+fn earliest(one: Result<(), Reject>, other: Result<(), Reject>) -> Result<(), Reject> {
+    match (one, other) {
+        (Err(one), Err(other)) => Err(one.min(other)),
+        (one, other) => one.and(other),
+    }
+}
+
 /// Whether no number is NaN, infinite, or so large that it soon would be.
 pub(crate) fn all_finite(numbers: &[f64]) -> bool {
     numbers.iter().all(|number| number.abs() <= LARGEST)
+}
+
+/// Whether every number is zero.
+pub(crate) fn all_zero(numbers: &[f64]) -> bool {
+    numbers.iter().all(|number| *number == 0.0)
 }
 
 fn pairs<const N: usize>() -> impl Iterator<Item = (usize, usize)> {

@@ -1,82 +1,73 @@
 //! Why an input changed nothing.
 
-/// The reason for which an input was turned away; indexes `rejected` of [`Status`](crate::Status).
-///
-/// The order is the order of the checks: of several reasons the first is the one that is counted. The numbers are part
-/// of the payload's version: new ones are added at the end, with a new version.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, thiserror::Error)]
-#[repr(u8)]
-pub enum Reject {
+/// The list: [`Reject`], how each reads, and what it is called.
+macro_rules! reasons {
+    ($($(#[$text:meta])* $reason:ident = $number:literal, $name:literal, $sentence:literal;)*) => {
+        /// The reason for which an input was turned away; indexes `rejected` of [`Status`](crate::Status).
+        ///
+        /// The order is the order of the checks: of several reasons the first is the one that is counted. The numbers are
+        /// part of the payload's version; a new reason takes the first that is spare.
+        #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, thiserror::Error)]
+        #[repr(u8)]
+        pub enum Reject {
+            $($(#[$text])* #[error($sentence)] $reason = $number,)*
+        }
+
+        impl Reject {
+            /// All of them, in the order of their numbers.
+            pub const ALL: &[Self] = &[$(Self::$reason,)*];
+
+            /// As it is printed in tables and keyed in JSON.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$reason => $name,)* }
+            }
+        }
+    };
+}
+
+reasons! {
     /// A number is NaN or infinite.
-    #[error("a number in it is NaN or infinite")]
-    NotFinite = 0,
+    NotFinite = 0, "not_finite", "a number in it is NaN or infinite";
     /// A covariance differs from its transpose.
-    #[error("a covariance is not symmetric")]
-    Asymmetric = 1,
-    /// A covariance has a negative eigenvalue.
-    #[error("a covariance has a negative eigenvalue")]
-    NotPositiveSemidefinite = 2,
-    /// The independent part exceeds the total: their difference has a negative eigenvalue.
-    #[error("the independent covariance exceeds the total")]
-    DependentNotPositiveSemidefinite = 3,
+    Asymmetric = 1, "asymmetric", "a covariance is not symmetric";
+    /// A covariance has a negative eigenvalue, or a standard deviation is negative.
+    NotPositiveSemidefinite = 2, "not_positive_semidefinite",
+        "a covariance has a negative eigenvalue, or a standard deviation is negative";
+    /// The dependent part of a covariance has a negative eigenvalue.
+    DependentNotPositiveSemidefinite = 3, "dependent_not_positive_semidefinite",
+        "the dependent part of its covariance has a negative eigenvalue";
+    /// A variance is zero, which many programs send where they do not know it.
+    NoCovariance = 4, "no_covariance", "a variance in it is zero: nothing is known so well, so it says nothing";
+    /// It asks for something that this version of coloc does not do.
+    Unsupported = 5, "unsupported", "it uses a field that this version of coloc does not support yet";
     /// The robot it names is not in the team, or is the receiver itself.
-    #[error("it names a robot that is not another one of the team")]
-    UnknownRobot = 4,
+    UnknownRobot = 6, "unknown_robot", "it names a robot that is not another one of the team";
+    /// The number of its clock has no meaning.
+    UnknownClock = 7, "unknown_clock", "it does not say of which clock its stamp is";
+    /// Its stamp cannot be compared with the receiver's clocks.
+    ForeignClock = 8, "foreign_clock", "its stamp is of a clock that this robot cannot compare with its own";
+    /// It stands for an interval that does not end after it begins.
+    EmptyInterval = 9, "empty_interval", "its interval does not end after it begins";
     /// Stamped later than now, beyond the tolerance.
-    #[error("its stamp is in the future")]
-    FromFuture = 5,
+    FromFuture = 10, "from_future", "its stamp is in the future";
     /// Stamped before the history begins.
-    #[error("its stamp is older than the history")]
-    TooOld = 6,
+    TooOld = 11, "too_old", "its stamp is older than the history";
     /// The receiver says that it has no usable fix.
-    #[error("the receiver reports no usable fix")]
-    BadQuality = 7,
-    /// This message of this sender was here before, or is of an earlier start of the sender.
-    #[error("it was received before")]
-    Replayed = 8,
+    BadQuality = 12, "bad_quality", "the receiver reports no usable fix";
+    /// More sources speak on the channel than there is room for.
+    TooManySources = 13, "too_many_sources", "more sources speak on its channel than there is room for";
+    /// This message of this sender was here before.
+    Replayed = 14, "replayed", "it was received before";
     /// The innovation is outside of the χ² gate.
-    #[error("its innovation is outside of the gate")]
-    Gated = 9,
+    Gated = 15, "gated", "its innovation is outside of the gate";
     /// The history has no room for another entry.
-    #[error("the history is full")]
-    HistoryFull = 10,
+    HistoryFull = 16, "history_full", "the history is full";
 }
 
 impl Reject {
-    /// How many there are.
-    pub const COUNT: usize = 11;
-    /// All of them, in the order of their numbers.
-    pub const ALL: [Self; Self::COUNT] = [
-        Self::NotFinite,
-        Self::Asymmetric,
-        Self::NotPositiveSemidefinite,
-        Self::DependentNotPositiveSemidefinite,
-        Self::UnknownRobot,
-        Self::FromFuture,
-        Self::TooOld,
-        Self::BadQuality,
-        Self::Replayed,
-        Self::Gated,
-        Self::HistoryFull,
-    ];
-
-    /// As it is printed in tables and keyed in JSON.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::NotFinite => "not_finite",
-            Self::Asymmetric => "asymmetric",
-            Self::NotPositiveSemidefinite => "not_positive_semidefinite",
-            Self::DependentNotPositiveSemidefinite => "dependent_not_positive_semidefinite",
-            Self::UnknownRobot => "unknown_robot",
-            Self::FromFuture => "from_future",
-            Self::TooOld => "too_old",
-            Self::BadQuality => "bad_quality",
-            Self::Replayed => "replayed",
-            Self::Gated => "gated",
-            Self::HistoryFull => "history_full",
-        }
-    }
+    /// So many have a place in [`Status`](crate::Status); those without a name are spare.
+    pub const PLACES: usize = 32;
 }
 
 #[cfg(test)]
@@ -84,9 +75,10 @@ mod tests {
     use super::Reject;
 
     #[test]
-    fn numbers_are_places_in_the_list() {
-        for (place, reject) in Reject::ALL.into_iter().enumerate() {
-            assert_eq!(reject as usize, place);
+    fn numbers_are_places_in_the_list_and_some_are_spare() {
+        for (place, reject) in Reject::ALL.iter().enumerate() {
+            assert_eq!(*reject as usize, place);
         }
+        assert!(Reject::ALL.len() < Reject::PLACES);
     }
 }

@@ -3,7 +3,8 @@ use std::hint::black_box;
 
 use coloc_counting::{Calls, calls_during};
 use coloc_shm_types::{
-    Estimate, Header, Limits, Neighbour, Position, RelativePose, Replay, RobotName, Space,
+    Clock, Estimate, Limits, Neighbour, Position, Present, RelativePose, RobotName, Sender,
+    Sessions, Space,
 };
 
 #[test]
@@ -42,21 +43,18 @@ fn sending_and_receiving_allocate_nothing() {
 #[test]
 fn checking_allocates_nothing() {
     let limits = Limits {
-        now_ns: 10,
+        now: Present::only(Clock::Realtime, 10),
+        boot: 0,
         history_ns: 5,
         future_tolerance_ns: 1,
-        set_back_ns: 0,
         own: 1,
         robots: &[1, 2, 3],
     };
-    let mut replay = Replay::new();
+    let mut sender = Sender::start(2, Clock::Realtime).unwrap();
+    let mut sessions = Sessions::new(Sessions::SENSORS);
     let ((), calls) = calls_during(|| {
-        for sequence in 0..1000 {
-            let header = Header {
-                stamp_ns: 8,
-                session_ns: 1,
-                sequence,
-            };
+        for now_ns in 0..1000 {
+            let header = sender.header(8);
             black_box(
                 RelativePose {
                     header,
@@ -76,13 +74,13 @@ fn checking_allocates_nothing() {
             black_box(
                 Neighbour {
                     header,
-                    sender: 2,
+                    dependent: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
                     ..Neighbour::default()
                 }
                 .validate(&limits),
             )
             .unwrap();
-            replay.accept(&header).unwrap();
+            sessions.accept(&header, now_ns).unwrap();
         }
     });
     assert_eq!(calls, Calls::NONE);

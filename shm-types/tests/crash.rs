@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use coloc_shm_types::private::NotPrivate;
-use coloc_shm_types::{Estimate, OpenError, RobotName, Space};
+use coloc_shm_types::{Estimate, OpenError, Position, RobotName, Space};
 use iceoryx2::prelude::{NodeBuilder, SemanticString, ipc};
 
 const PART: &str = "COLOC_TEST_PART";
@@ -119,12 +119,12 @@ fn daemon(root: &Path) {
 
 fn visit(root: &Path) {
     let space = open(root);
-    let publisher = space.publisher::<Estimate>(&robot()).expect("a publisher");
+    let publisher = space.publisher::<Position>(&robot()).expect("a publisher");
     let subscriber = space
-        .subscriber::<Estimate>(&robot())
+        .subscriber::<Position>(&robot())
         .expect("a subscriber");
     // A connection to somebody who is killed just then may have to be made again first.
-    assert!(arrives(|| publisher.send(Estimate::default()).is_ok()));
+    assert!(arrives(|| publisher.send(Position::default()).is_ok()));
     assert!(subscriber.receive().expect("received").is_some());
 }
 

@@ -2,13 +2,13 @@
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use coloc_shm_types::{Estimate, PortError, RobotName, Space};
+use coloc_shm_types::{Estimate, Message, PortError, RobotName, Space};
 use iceoryx2::node::Node;
 use iceoryx2::prelude::{FileName, NodeBuilder, SemanticString, ZeroCopySend, ipc};
 
 #[derive(Copy, Clone, Debug, Default, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Estimate.v0")]
+#[type_name("coloc.Estimate.v1")]
 struct OldEstimate {
     pose: [f64; 32],
 }
@@ -111,12 +111,13 @@ fn the_publisher_too_many_is_told_the_limit() {
     let root = tempfile::tempdir().unwrap();
     let space = Space::open(root.path(), "t", "test").unwrap();
     let robot = RobotName::new("r1").unwrap();
-    let _publishers: Vec<_> = (0..8)
+    let limit = Estimate::CHANNEL.quality().publishers;
+    let _publishers: Vec<_> = (0..limit)
         .map(|_| space.publisher::<Estimate>(&robot).unwrap())
         .collect();
     let refusal = space.publisher::<Estimate>(&robot).unwrap_err();
     assert!(
-        matches!(refusal, PortError::Full { limit: 8, .. }),
+        matches!(refusal, PortError::Full { limit: told, .. } if told == limit),
         "{refusal}"
     );
 }

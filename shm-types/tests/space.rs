@@ -100,14 +100,17 @@ fn sixty_five_neighbours_fit() {
     for (sender, publisher) in senders.clone().zip(&publishers) {
         publisher
             .send(Neighbour {
-                sender,
+                header: Header {
+                    source: sender,
+                    ..Header::default()
+                },
                 ..Neighbour::default()
             })
             .unwrap();
     }
     let mut received = Vec::new();
     while let Some(neighbour) = subscriber.receive().unwrap() {
-        received.push(neighbour.sender);
+        received.push(neighbour.header.source);
     }
     received.sort_unstable();
     assert_eq!(received, senders.collect::<Vec<_>>());

@@ -90,8 +90,8 @@ fn neighbour(sender: usize, sequence: u64, outgoing: &OutgoingPose) -> Neighbour
             ..Origin::counted(sequence)
         },
         pose: outgoing.pose,
-        total: outgoing.total,
-        independent: outgoing.independent,
+        total: outgoing.parts.total(),
+        independent: outgoing.parts.independent,
     }
 }
 

@@ -21,8 +21,8 @@ use coloc_daemon::config::{Config, History, Member, Robot, Shm, Tick, Trigger};
 use coloc_drivers::can::{BusSpec, Sender};
 use coloc_drivers::encoder::{OdometryConfig, WheelFrames};
 use coloc_shm_types::{
-    Estimate, Header, Message, Neighbour, Position, Publisher, RelativePose, RobotName, Space,
-    Subscriber,
+    Clock, Estimate, Header, Message, Neighbour, Position, Publisher, RelativePose, RobotName,
+    Space, Subscriber,
 };
 use rustix::time::{ClockId, clock_gettime};
 
@@ -178,8 +178,10 @@ fn drain<M: Message>(port: &Subscriber<M>) -> u64 {
 fn header(stamp_ns: i64, sequence: u64) -> Header {
     Header {
         stamp_ns,
-        session_ns: 1,
+        session: 1,
         sequence,
+        clock: Clock::Realtime as u8,
+        ..Header::default()
     }
 }
 
@@ -206,13 +208,15 @@ fn fix(header: Header, [x, y, _]: [f64; 3]) -> Position {
 }
 
 fn word(header: Header, sender: u16, pose: [f64; 3]) -> Neighbour {
+    let header = Header {
+        source: sender,
+        ..header
+    };
     Neighbour {
         header,
-        sender,
         pose,
-        total: diagonal([2e-2; 3]),
         independent: diagonal([1e-2; 3]),
-        ..Default::default()
+        dependent: diagonal([1e-2; 3]),
     }
 }
 

@@ -8,7 +8,9 @@ use std::sync::{Arc, OnceLock};
 
 use coloc_drivers::can::{BusSpec, Sender};
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::{Header, Position, Publisher, RelativePose, RobotName, Space};
+use coloc_shm_types::{
+    self as shm, Clock, Header, Position, Publisher, RelativePose, RobotName, Space,
+};
 use coloc_sim::{StepInputs, sensors};
 
 use super::clock::{now_ns, sleep_until};
@@ -31,7 +33,6 @@ pub(crate) struct Signals {
 pub(crate) struct Feed {
     stage: Arc<Stage>,
     robots: Vec<Robot>,
-    session_ns: i64,
 }
 
 struct Robot {
@@ -41,8 +42,9 @@ struct Robot {
     ways_m: [f64; 2],
     sightings: Publisher<RelativePose>,
     fixes: Publisher<Position>,
-    sightings_sent: u64,
-    fixes_sent: u64,
+    /// They stamp what goes out on these ports.
+    sights: shm::Sender,
+    receiver: shm::Sender,
 }
 
 impl Feed {
@@ -55,11 +57,7 @@ impl Feed {
             .enumerate()
             .map(open)
             .collect::<Result<_, _>>()?;
-        Ok(Self {
-            stage,
-            robots,
-            session_ns: now_ns(),
-        })
+        Ok(Self { stage, robots })
     }
 
     /// Sends until told to stop. Reports on `opened` as soon as all buses and ports are there.
@@ -120,11 +118,6 @@ impl Feed {
     }
 
     fn send_measurements(&mut self, inputs: &StepInputs, stamp_ns: i64) {
-        let header = |sequence| Header {
-            stamp_ns,
-            session_ns: self.session_ns,
-            sequence,
-        };
         let scenario = self.stage.scenario();
         let team = self.robots.len();
         for sighting in inputs
@@ -133,17 +126,15 @@ impl Feed {
             .filter(|sighting| sighting.observed < team)
         {
             if let Some(robot) = self.robots.get_mut(sighting.observer) {
-                let message = relative_pose(
-                    header(robot.sightings_sent),
-                    sighting,
-                    scenario.sightings.sigma,
-                );
+                let header = robot.sights.header(stamp_ns);
+                let message = relative_pose(header, sighting, scenario.sightings.sigma);
                 robot.send_sighting(message);
             }
         }
         for fix in &inputs.fixes {
             if let Some(robot) = self.robots.get_mut(fix.robot) {
-                let message = position(header(robot.fixes_sent), fix, scenario.fixes.sigma_m);
+                let header = robot.receiver.header(stamp_ns);
+                let message = position(header, fix, scenario.fixes.sigma_m);
                 robot.send_fix(message);
             }
         }
@@ -153,14 +144,15 @@ impl Feed {
 impl Robot {
     fn open(space: &Space, index: usize, bus: &BusSpec) -> Result<Self, DemoError> {
         let robot = RobotName::new(&name(index + 1)).map_err(DemoError::shm)?;
+        let sender = shm::Sender::start(0, Clock::Boottime).map_err(DemoError::shm)?;
         Ok(Self {
             bus: Sender::open(bus).map_err(|error| DemoError::Bus(error.to_string()))?,
             wheels: WheelFrames::new(METRES_PER_TICK),
             ways_m: [0.0; 2],
             sightings: space.publisher(&robot).map_err(DemoError::shm)?,
             fixes: space.publisher(&robot).map_err(DemoError::shm)?,
-            sightings_sent: 0,
-            fixes_sent: 0,
+            sights: sender.beside(),
+            receiver: sender,
         })
     }
 
@@ -181,14 +173,12 @@ impl Robot {
 
     // A message that did not reach everybody was for somebody who just died or was too slow: the others have it.
 
-    fn send_sighting(&mut self, message: RelativePose) {
+    fn send_sighting(&self, message: RelativePose) {
         let _ = self.sightings.send(message);
-        self.sightings_sent += 1;
     }
 
-    fn send_fix(&mut self, message: Position) {
+    fn send_fix(&self, message: Position) {
         let _ = self.fixes.send(message);
-        self.fixes_sent += 1;
     }
 }
 
@@ -201,13 +191,13 @@ fn relative_pose(header: Header, sighting: &sensors::Sighting, sigma: [f64; 3]) 
     RelativePose {
         header,
         observed: id(sighting.observed),
-        reserved: [0; 6],
         pose: [
             sighting.relative.x,
             sighting.relative.y,
             sighting.relative.phi,
         ],
         covariance: [a, 0.0, 0.0, 0.0, b, 0.0, 0.0, 0.0, c],
+        ..RelativePose::default()
     }
 }
 
@@ -217,9 +207,9 @@ fn position(header: Header, fix: &sensors::Fix, sigma_m: f64) -> Position {
     Position {
         header,
         quality: differential,
-        reserved: [0; 7],
         position: fix.position,
         covariance: [variance, 0.0, 0.0, variance],
+        ..Position::default()
     }
 }
 

@@ -19,9 +19,9 @@ pub(crate) struct Record {
     /// The newest one, whenever it was.
     pub(crate) latest: Option<(Estimate, Instant)>,
     /// The newest counters of every start of the daemon, by its session.
-    statuses: BTreeMap<i64, Status>,
+    statuses: BTreeMap<u64, Status>,
     /// Deadlines that were missed, by session.
-    missed: BTreeMap<i64, Missed>,
+    missed: BTreeMap<u64, Missed>,
     /// Ticks that woke later than by a period.
     late: Vec<Late>,
     /// From wake-up to publication \[ns\].
@@ -79,7 +79,7 @@ impl Record {
         // It grows as needed; only a number beyond all memory could be refused.
         let took_ns = u64::from(estimate.collect_ns) + u64::from(estimate.estimate_ns);
         let _ = self.latency.record(took_ns);
-        let missed = self.missed.entry(estimate.header.session_ns).or_default();
+        let missed = self.missed.entry(estimate.header.session).or_default();
         missed.at_all += estimate.lateness_ns.saturating_add(took_ns) / period_ns;
         missed.by_more_than_a_period += estimate.lateness_ns / period_ns;
         if estimate.lateness_ns >= period_ns {
@@ -104,7 +104,7 @@ impl Record {
 
     /// Notes the counters.
     pub(crate) fn hear_status(&mut self, status: &Status) {
-        self.statuses.insert(status.header.session_ns, *status);
+        self.statuses.insert(status.header.session, *status);
     }
 
     /// How often its daemon was started.
@@ -189,9 +189,9 @@ mod tests {
 
     use super::*;
 
-    fn estimate(session_ns: i64, lateness_ns: u64) -> Estimate {
+    fn estimate(session: u64, lateness_ns: u64) -> Estimate {
         let header = Header {
-            session_ns,
+            session,
             ..Header::default()
         };
         Estimate {
@@ -224,14 +224,15 @@ mod tests {
         let mut record = Record::new();
         for (session, accepted) in [(1, 10), (1, 25), (2, 7)] {
             let header = Header {
-                session_ns: session,
+                session,
                 ..Header::default()
             };
-            record.hear_status(&Status {
+            let mut status = Status {
                 header,
-                accepted: [accepted, 0, 0, 0],
                 ..Status::default()
-            });
+            };
+            status.accepted[0] = accepted;
+            record.hear_status(&status);
         }
         assert_eq!(record.totals(), [32, 0]);
     }
@@ -273,7 +274,7 @@ mod tests {
         let mut record = Record::new();
         record.hear_estimate(&estimate(1, 0), None, 20_000_000);
         let header = Header {
-            session_ns: 1,
+            session: 1,
             ..Header::default()
         };
         record.hear_status(&Status {

@@ -110,9 +110,9 @@ impl RobotSummary {
     pub(crate) fn of(robot: usize, record: &Record, up_at_the_end: bool, stalls: &[Stall]) -> Self {
         let accepted = Input::ALL.map(|input| (input.name(), record.accepted(input)));
         let reasons = |input| {
-            let counts = Reject::ALL.map(|reason| (reason.name(), record.rejected(input, reason)));
+            let reasons = Reject::ALL.iter();
+            let counts = reasons.map(|&reason| (reason.name(), record.rejected(input, reason)));
             counts
-                .into_iter()
                 .filter(|(_, count)| *count > 0)
                 .collect::<BTreeMap<_, _>>()
         };

@@ -116,5 +116,6 @@ fn compare(
 
 /// Standard deviations of x, y, φ.
 pub(crate) fn sigma(estimate: &Estimate) -> [f64; 3] {
-    [0, 4, 8].map(|diagonal| estimate.total[diagonal].max(0.0).sqrt())
+    let total = estimate.total();
+    [0, 4, 8].map(|diagonal| total[diagonal].max(0.0).sqrt())
 }

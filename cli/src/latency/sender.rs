@@ -5,7 +5,9 @@ use std::thread::JoinHandle;
 
 use coloc_drivers::can::{BusSpec, Sender as Bus};
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::{Header, Neighbour, Position, Publisher, RelativePose, RobotName, Space};
+use coloc_shm_types::{
+    self as shm, Clock, Header, Neighbour, Position, Publisher, RelativePose, RobotName, Space,
+};
 
 use super::error::{LatencyError, on_thread};
 use super::matching::Sent;
@@ -124,9 +126,9 @@ struct Others {
     fixes: Publisher<Position>,
     sightings: Publisher<RelativePose>,
     neighbours: Publisher<Neighbour>,
-    team: u16,
-    session_ns: i64,
-    sequence: u64,
+    receiver: shm::Sender,
+    sights: shm::Sender,
+    team: Vec<shm::Sender>,
     next_ns: i64,
 }
 
@@ -134,13 +136,14 @@ impl Others {
     fn open(root: &Path, team: u16) -> Result<Self, LatencyError> {
         let space = Space::open(root, PREFIX, "coloc-latency-sender").map_err(LatencyError::shm)?;
         let robot = RobotName::new(ROBOT).map_err(LatencyError::shm)?;
+        let start = |source| shm::Sender::start(source, Clock::Boottime).map_err(LatencyError::shm);
         Ok(Self {
             fixes: space.publisher(&robot).map_err(LatencyError::shm)?,
             sightings: space.publisher(&robot).map_err(LatencyError::shm)?,
             neighbours: space.publisher(&robot).map_err(LatencyError::shm)?,
-            team,
-            session_ns: now_ns(),
-            sequence: 0,
+            receiver: start(0)?,
+            sights: start(0)?,
+            team: (2..team + 2).map(start).collect::<Result<_, _>>()?,
             next_ns: 0,
         })
     }
@@ -152,16 +155,12 @@ impl Others {
         }
         self.next_ns = due_ns + OTHERS_NS;
         let time_s = schedule.time_s(due_ns);
-        let header = Header {
-            stamp_ns: due_ns,
-            session_ns: self.session_ns,
-            sequence: self.sequence,
-        };
-        self.sequence += 1;
-        let _ = self.fixes.send(fix(header, time_s));
-        let _ = self.sightings.send(sighting(header, time_s));
-        for sender in 2..self.team + 2 {
-            let _ = self.neighbours.send(word(header, sender, time_s));
+        let _ = self.fixes.send(fix(self.receiver.header(due_ns), time_s));
+        let _ = self
+            .sightings
+            .send(sighting(self.sights.header(due_ns), time_s));
+        for neighbour in &mut self.team {
+            let _ = self.neighbours.send(word(neighbour.header(due_ns), time_s));
         }
     }
 }
@@ -187,14 +186,12 @@ fn sighting(header: Header, time_s: f64) -> RelativePose {
     }
 }
 
-fn word(header: Header, sender: u16, time_s: f64) -> Neighbour {
+fn word(header: Header, time_s: f64) -> Neighbour {
     Neighbour {
         header,
-        sender,
         pose: pose(time_s),
-        total: diagonal([0.02, 0.02, 2e-3]),
         independent: diagonal([0.01, 0.01, 3e-4]),
-        ..Neighbour::default()
+        dependent: diagonal([0.01, 0.01, 1.7e-3]),
     }
 }
 

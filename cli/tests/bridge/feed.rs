@@ -72,13 +72,14 @@ impl Feed {
         for (robot, odometry) in self.robots.iter_mut().zip(&inputs.odometry) {
             robot.roll(odometry.unwrap_or_default());
         }
-        let session_ns = self.start_ns;
+        let boot = coloc_shm_types::boot();
         let header = |robot: &mut Robot| {
             robot.sent += 1;
             Header {
                 stamp_ns,
-                session_ns,
                 sequence: robot.sent,
+                boot,
+                ..Header::default()
             }
         };
         for seen in &inputs.sightings {

@@ -15,17 +15,18 @@ use crate::team::{ROBOTS, Team};
 pub(crate) struct Published {
     stamp_ns: i64,
     pose: [u64; 3],
-    total: [u64; 9],
     independent: [u64; 9],
+    dependent: [u64; 9],
 }
 
 impl Published {
     pub(crate) fn new(stamp: Stamp, belief: &Belief) -> Self {
+        let parts = belief.parts();
         Self {
             stamp_ns: stamp.as_nanos(),
             pose: [belief.pose.x, belief.pose.y, belief.pose.phi].map(f64::to_bits),
-            total: belief.total.to_row_major().map(f64::to_bits),
-            independent: belief.independent.to_row_major().map(f64::to_bits),
+            independent: parts.independent.to_row_major().map(f64::to_bits),
+            dependent: parts.dependent.to_row_major().map(f64::to_bits),
         }
     }
 
@@ -33,8 +34,8 @@ impl Published {
         Self {
             stamp_ns: estimate.header.stamp_ns,
             pose: estimate.pose.map(f64::to_bits),
-            total: estimate.total.map(f64::to_bits),
             independent: estimate.independent.map(f64::to_bits),
+            dependent: estimate.dependent.map(f64::to_bits),
         }
     }
 

@@ -9,6 +9,7 @@
 //! tick, equal stamps would become unequal, and the estimate would depend on the tick in which a message arrived.
 
 mod frame;
+mod header;
 mod kernel;
 mod timeline;
 mod wall;

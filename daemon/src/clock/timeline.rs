@@ -1,6 +1,7 @@
 //! The clocks from tick to tick.
 
 use coloc_estimator::Stamp;
+use coloc_shm_types::boot;
 
 use super::{FrameTime, Reading, WallClock};
 use crate::config::ClockSource;
@@ -12,6 +13,7 @@ pub struct Timeline {
     /// The moment before the last time when all buses were empty: whatever is read now came after it.
     emptied_ns: i64,
     last_ns: i64,
+    boot: u64,
 }
 
 #[derive(Copy, Clone, Debug)]
@@ -37,6 +39,8 @@ pub struct Moment {
     /// The step of a wall clock that was found since the tick before.
     pub step: Option<ClockStep>,
     walls: Walls,
+    /// Which start of which computer the inner clock is of.
+    pub(super) boot: u64,
     /// A frame that is read now came between these two.
     earliest_ns: i64,
     latest_ns: i64,
@@ -59,6 +63,7 @@ impl Timeline {
             },
             emptied_ns: now.boot_ns,
             last_ns: now.boot_ns,
+            boot: boot(),
         }
     }
 
@@ -74,6 +79,7 @@ impl Timeline {
             stamp: Stamp::from_nanos(now.boot_ns),
             step,
             walls: self.walls,
+            boot: self.boot,
             earliest_ns: earliest_ns.saturating_sub(DELIVERY_NS),
             latest_ns: now.boot_ns.saturating_add(CONVERSION_NS),
         }

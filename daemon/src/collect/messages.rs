@@ -1,18 +1,18 @@
 //! The three subscribers: drained, validated, and turned into what the estimator computes on.
 
 use coloc_estimator::{
-    Covariance2, Covariance3, Measurement, NeighbourPose, Origin, Pose, PositionFix, RobotId,
-    Sighting, Stamp,
+    Covariance2, Covariance3, Measurement, NeighbourPose, Origin, Parts, Pose, PositionFix,
+    RobotId, Sighting, Stamp,
 };
 use coloc_shm_types::{
-    Header, Input, Limits, Message, Neighbour, PortError, Position, Reject, RelativePose, Replay,
-    Space, Subscriber,
+    Clock, Input, Limits, Message, Neighbour, PortError, Position, Present, Reject, RelativePose,
+    Sessions, Space, Subscriber, boot,
 };
 
 use super::list::List;
 use crate::account::Account;
 use crate::clock::Moment;
-use crate::config::{ClockSource, Config, nanos};
+use crate::config::{Config, nanos};
 
 /// A tick takes in so many messages at most; the others wait in shared memory for the next one.
 const SIGHTINGS: usize = 128;
@@ -24,22 +24,17 @@ pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS;
 /// The subscribers and what they have received before.
 #[derive(Debug)]
 pub struct Messages {
-    /// Of their stamps.
-    clock: ClockSource,
     sightings: Port<RelativePose>,
     fixes: Port<Position>,
     neighbours: Port<Neighbour>,
     team: Team,
-    seen_sightings: Replay,
-    seen_fixes: Replay,
-    /// By place in `team.robots`.
-    seen_neighbours: Box<[Replay]>,
 }
 
-/// A subscriber, and how much of it a tick takes.
+/// A subscriber, who was heard there, and how much of it a tick takes.
 #[derive(Debug)]
 struct Port<M: Message> {
     subscriber: Subscriber<M>,
+    sessions: Sessions,
     input: Input,
     /// How many messages a tick still takes in, and how many it takes in all.
     left: usize,
@@ -51,6 +46,7 @@ struct Port<M: Message> {
 struct Team {
     own: u16,
     robots: Box<[u16]>,
+    boot: u64,
     history_ns: i64,
     future_tolerance_ns: i64,
 }
@@ -61,27 +57,24 @@ impl Messages {
     /// # Errors
     /// If a port cannot be opened.
     pub fn open(config: &Config, space: &Space) -> Result<Self, PortError> {
-        let own = config.robot.id;
-        let robots: Box<[u16]> = std::iter::once(own)
-            .chain(config.peers().map(|peer| peer.id))
-            .collect();
-        let name = &config.robot.name;
-        let history_ns = nanos(config.history.length_s);
-        let future_tolerance_ns = nanos(config.history.future_tolerance_s);
+        let team = Team::new(config);
+        let (name, sensors) = (&config.robot.name, Sessions::SENSORS);
+        let robots = team.robots.len();
         let opened = Self {
-            clock: config.clock.source,
-            sightings: Port::new(space.subscriber(name)?, Input::RelativePose, SIGHTINGS),
-            fixes: Port::new(space.subscriber(name)?, Input::Position, FIXES),
-            neighbours: Port::new(space.subscriber(name)?, Input::Neighbour, NEIGHBOURS),
-            seen_sightings: Replay::new(),
-            seen_fixes: Replay::new(),
-            seen_neighbours: robots.iter().map(|_| Replay::new()).collect(),
-            team: Team {
-                own,
+            sightings: Port::open(
+                space.subscriber(name)?,
+                Input::RelativePose,
+                sensors,
+                SIGHTINGS,
+            ),
+            fixes: Port::open(space.subscriber(name)?, Input::Position, sensors, FIXES),
+            neighbours: Port::open(
+                space.subscriber(name)?,
+                Input::Neighbour,
                 robots,
-                history_ns,
-                future_tolerance_ns,
-            },
+                NEIGHBOURS,
+            ),
+            team,
         };
         // Whom this does not reach now the first receive will.
         let _ = (
@@ -92,48 +85,25 @@ impl Messages {
         Ok(opened)
     }
 
-    /// Takes in what has arrived until `now`, as far as there is room.
+    /// Takes in what has arrived until `moment`, as far as there is room.
     pub fn receive(
         &mut self,
         moment: &Moment,
         into: &mut List<Measurement>,
         account: &mut Account,
     ) {
-        let limits = self.team.limits(moment);
-        let inner = |header: &mut Header| {
-            header.stamp_ns = moment.of_message(self.clock, header.stamp_ns);
-        };
-        let seen = &mut self.seen_sightings;
-        self.sightings.drain(into, account, |message| {
-            inner(&mut message.header);
+        let limits = self.team.limits(moment.stamp);
+        self.sightings.drain(moment, into, account, |message| {
             message.validate(&limits)?;
-            let sighting = sighting(message)?;
-            seen.accept(&message.header)
-                .map(|()| (sighting.into(), message.header))
+            Ok(sighting(message)?.into())
         });
-        let seen = &mut self.seen_fixes;
-        self.fixes.drain(into, account, |message| {
-            inner(&mut message.header);
+        self.fixes.drain(moment, into, account, |message| {
             message.validate(&limits)?;
-            let fix = fix(message)?;
-            seen.accept(&message.header)
-                .map(|()| (fix.into(), message.header))
+            Ok(fix(message)?.into())
         });
-        let seen = &mut self.seen_neighbours;
-        self.neighbours.drain(into, account, |message| {
-            inner(&mut message.header);
+        self.neighbours.drain(moment, into, account, |message| {
             message.validate(&limits)?;
-            let neighbour = neighbour(message)?;
-            let place = limits
-                .robots
-                .iter()
-                .position(|&robot| robot == message.sender);
-            let window = place
-                .and_then(|place| seen.get_mut(place))
-                .ok_or(Reject::UnknownRobot)?;
-            window
-                .accept(&message.header)
-                .map(|()| (neighbour.into(), message.header))
+            Ok(neighbour(message)?.into())
         });
     }
 
@@ -146,12 +116,24 @@ impl Messages {
 }
 
 impl Team {
-    fn limits(&self, moment: &Moment) -> Limits<'_> {
+    fn new(config: &Config) -> Self {
+        let own = config.robot.id;
+        let others = config.peers().map(|peer| peer.id);
+        Self {
+            own,
+            robots: std::iter::once(own).chain(others).collect(),
+            boot: boot(),
+            history_ns: nanos(config.history.length_s),
+            future_tolerance_ns: nanos(config.history.future_tolerance_s),
+        }
+    }
+
+    fn limits(&self, now: Stamp) -> Limits<'_> {
         Limits {
-            now_ns: moment.stamp.as_nanos(),
+            now: Present::only(Clock::Boottime, now.as_nanos()),
+            boot: self.boot,
             history_ns: self.history_ns,
             future_tolerance_ns: self.future_tolerance_ns,
-            set_back_ns: i64::MAX,
             own: self.own,
             robots: &self.robots,
         }
@@ -159,9 +141,10 @@ impl Team {
 }
 
 impl<M: Message> Port<M> {
-    fn new(subscriber: Subscriber<M>, input: Input, most: usize) -> Self {
+    fn open(subscriber: Subscriber<M>, input: Input, sources: usize, most: usize) -> Self {
         Self {
             subscriber,
+            sessions: Sessions::new(sources),
             input,
             left: most,
             most,
@@ -170,9 +153,10 @@ impl<M: Message> Port<M> {
 
     fn drain(
         &mut self,
+        moment: &Moment,
         into: &mut List<Measurement>,
         account: &mut Account,
-        mut accept: impl FnMut(&mut M) -> Result<(Measurement, Header), Reject>,
+        mut check: impl FnMut(&M) -> Result<Measurement, Reject>,
     ) {
         let input = self.input;
         while self.left > 0 {
@@ -184,9 +168,16 @@ impl<M: Message> Port<M> {
             };
             // Refused ones count: a flood of them must not make the tick longer than a flood of good ones.
             self.left -= 1;
-            match accept(&mut message) {
-                Ok((measurement, header)) => {
-                    account.valid(input, Stamp::from_nanos(header.stamp_ns));
+            // What follows sees the inner clock alone.
+            *message.header_mut() = moment.inner(message.header());
+            let heard = check(&message).and_then(|measurement| {
+                let now_ns = moment.stamp.as_nanos();
+                self.sessions.accept(message.header(), now_ns)?;
+                Ok(measurement)
+            });
+            match heard {
+                Ok(measurement) => {
+                    account.valid(input, stamp(&message));
                     // There is room: the list holds what all the ports take in.
                     let _ = into.push(measurement);
                 }
@@ -197,10 +188,24 @@ impl<M: Message> Port<M> {
     }
 }
 
+fn stamp(message: &impl Message) -> Stamp {
+    Stamp::from_nanos(message.header().stamp_ns)
+}
+
+/// The history tells repetitions by it, and orders what has one stamp.
+fn origin(message: &impl Message) -> Origin {
+    let header = message.header();
+    Origin {
+        source: header.source,
+        session: header.session,
+        sequence: header.sequence,
+    }
+}
+
 fn sighting(message: &RelativePose) -> Result<Sighting, Reject> {
     Ok(Sighting {
-        stamp: Stamp::from_nanos(message.header.stamp_ns),
-        origin: Origin::counted(message.header.sequence),
+        stamp: stamp(message),
+        origin: origin(message),
         observed: RobotId(message.observed),
         relative: pose(message.pose),
         covariance: covariance(message.covariance)?,
@@ -209,23 +214,22 @@ fn sighting(message: &RelativePose) -> Result<Sighting, Reject> {
 
 fn fix(message: &Position) -> Result<PositionFix, Reject> {
     Ok(PositionFix {
-        stamp: Stamp::from_nanos(message.header.stamp_ns),
-        origin: Origin::counted(message.header.sequence),
+        stamp: stamp(message),
+        origin: origin(message),
         position: message.position,
         covariance: Covariance2::from_row_major(message.covariance).map_err(not_a_covariance)?,
     })
 }
 
 fn neighbour(message: &Neighbour) -> Result<NeighbourPose, Reject> {
+    let parts = Parts::from_row_major(message.independent, message.dependent);
+    let parts = parts.map_err(not_a_covariance)?;
     Ok(NeighbourPose {
-        stamp: Stamp::from_nanos(message.header.stamp_ns),
-        origin: Origin {
-            source: message.sender,
-            ..Origin::counted(message.header.sequence)
-        },
+        stamp: stamp(message),
+        origin: origin(message),
         pose: pose(message.pose),
-        total: covariance(message.total)?,
-        independent: covariance(message.independent)?,
+        total: parts.total(),
+        independent: parts.independent,
     })
 }
 

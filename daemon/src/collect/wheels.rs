@@ -310,21 +310,27 @@ fn counters(buses: &[Bus], decoded: &OdometryCounters) -> CanCounters {
             .map(|bus| count(&bus.health().counters))
             .sum::<u64>()
     };
-    let wrong = [
-        FrameReject::Remote,
-        FrameReject::Short,
-        FrameReject::Implausible,
-        FrameReject::OutOfRange,
-    ];
+    let of =
+        |reasons: [FrameReject; 2]| reasons.map(|reason| decoded.of(reason)).iter().sum::<u64>();
     CanCounters {
         frames: decoded.accepted + decoded.rejected.iter().sum::<u64>(),
+        samples: decoded.samples,
         error_frames: sum(|counters| counters.error_frames),
         checksum_errors: decoded.of(FrameReject::Checksum),
         malformed: sum(|counters| counters.malformed)
-            + wrong.map(|reason| decoded.of(reason)).iter().sum::<u64>(),
+            + of([FrameReject::Remote, FrameReject::Short]),
+        out_of_range: decoded.of(FrameReject::OutOfRange),
+        implausible: decoded.of(FrameReject::Implausible),
         alive_skips: decoded.skipped,
         alive_repeats: decoded.of(FrameReject::Repeated),
+        out_of_order: of([FrameReject::OutOfOrder, FrameReject::Backward]),
         rx_overflows: sum(|counters| counters.receive_drops + counters.controller_overflows),
         reopens: sum(|counters| counters.reopened),
+        resynchronised: decoded.resynchronised,
+        ambiguous: decoded.ambiguous,
+        other_wraps: decoded.other_wraps,
+        late_ways: decoded.late_ways,
+        gaps: decoded.gaps,
+        spare: [0; 7],
     }
 }

@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn another_kind_does_not_wait() {
         let (mut throttle, now) = (Throttle::default(), Instant::now());
-        for reason in Reject::ALL {
+        for &reason in Reject::ALL {
             throttle.note(Event::Rejected {
                 input: Input::Position,
                 reason,

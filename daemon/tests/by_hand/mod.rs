@@ -11,7 +11,7 @@ use coloc_daemon::event::Link;
 use coloc_daemon::tick::{Outcome, Robot};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::can::{BusSpec, Sender};
-use coloc_shm_types::{Estimate, Header, Message, Publisher, RobotName, Space, Subscriber};
+use coloc_shm_types::{Clock, Estimate, Header, Message, Publisher, RobotName, Space, Subscriber};
 use tempfile::TempDir;
 
 pub(crate) const SECOND: i64 = 1_000_000_000;
@@ -140,8 +140,10 @@ impl World {
     pub(crate) fn header(&self, sequence: u64) -> Header {
         Header {
             stamp_ns: self.time.realtime(),
-            session_ns: START,
+            session: 1,
             sequence,
+            clock: Clock::Realtime as u8,
+            ..Header::default()
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What drives the robot between two stamps: a sample, a sample held, or nothing that is known.
 
+use crate::covariance::Covariance3;
 use crate::filter::Filter;
 use crate::kind::OdometrySample;
 use crate::motion::Motion;
@@ -89,6 +90,19 @@ impl Drive {
         match self {
             Self::Measured(motion) | Self::Held { motion, .. } => motion.velocity(),
             Self::Unknown => [0.0; 3],
+        }
+    }
+
+    /// Of the velocity's mean over a reference period that ends at `stamp`.
+    pub(crate) fn covariance(&self, stamp: Stamp, settings: &OdometrySettings) -> Covariance3 {
+        match self {
+            Self::Measured(motion) => motion.covariance(),
+            Self::Held { motion, since } => {
+                let held = ratio(stamp - *since, settings.reference_period);
+                let grown = motion.with_noise_scaled(1.0 + settings.hold_growth * held);
+                grown.covariance()
+            }
+            Self::Unknown => Covariance3::clamped_diagonal(settings.outage_variance),
         }
     }
 

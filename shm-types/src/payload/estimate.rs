@@ -4,17 +4,32 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::Header;
 use crate::layout::layout;
 use crate::matrix::Matrix;
-use crate::{Health, Input, Limits, Reject};
+use crate::{BeliefState, Health, Input, Limits, Reject};
 
-/// `coloc/<robot>/estimate`: the belief of every tick; a late joiner gets the last one.
+/// `coloc/<robot>/estimate`: the belief of every tick, and whether to drive on it; a late joiner gets the last one.
+///
+/// The covariance comes in two parts, so that none of them can lose its sign on the way; the whole is [`Self::total`].
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Estimate.v1")]
+#[type_name("coloc.Estimate.v2")]
 pub struct Estimate {
-    /// Stamp of the tick, session and sequence of the daemon.
+    /// The moment that the pose is of, by the configured clock; `source` is the robot's team number.
     pub header: Header,
+    /// The same moment by `CLOCK_BOOTTIME` of the robot's computer (ns): it never steps, so ages are best counted by it.
+    pub boot_ns: i64,
     /// Ticks since the daemon started.
     pub tick: u64,
+    /// `[x, y, φ]` in the common frame (m, m, rad).
+    pub pose: [f64; 3],
+    /// `[v_x, v_y, ω]` in the body frame (m/s, m/s, rad/s).
+    pub velocity: [f64; 3],
+    /// `P_i`, the part that is independent of everything else, 3×3, full row-major (m², m·rad, rad²).
+    pub independent: [f64; 9],
+    /// `P_d`, the part that may depend on other robots' beliefs, likewise.
+    pub dependent: [f64; 9],
+    /// Covariance of `velocity`, its mean over the configured reference period, 3×3, full row-major (m²/s², m·rad/s²,
+    /// rad²/s²). A robot that cannot move sideways has a variance of zero there.
+    pub velocity_covariance: [f64; 9],
     /// Kernel receive stamp of the newest encoder frame in this estimate (ns of the configured clock); 0 if none yet.
     pub frame_stamp_ns: i64,
     /// From this tick's stamp to just before this message was sent (ns).
@@ -29,40 +44,55 @@ pub struct Estimate {
     pub publish_ns: u32,
     /// Counting (ns): at the tick before.
     pub account_ns: u32,
-    /// `[x, y, φ]` in the common frame (m, m, rad).
-    pub pose: [f64; 3],
-    /// `[v_x, v_y, ω]` in the body frame (m/s, m/s, rad/s).
-    pub velocity: [f64; 3],
-    /// P, 3×3, full row-major.
-    pub total: [f64; 9],
-    /// `P_i`, 3×3, full row-major.
-    pub independent: [f64; 9],
-    /// [`Health`] by [`Input`], one byte each; read it with [`Self::health_of`].
-    pub health: [u8; Input::COUNT],
-    /// Team number of the robot.
-    pub robot: u16,
+    /// [`Health`] by [`Input`], one byte each; read it with [`Self::health_of`]. Those without a name are zero.
+    pub health: [u8; Input::PLACES],
+    /// [`BeliefState`]; read it with [`Self::state`].
+    pub state: u8,
+    /// 1: fit to drive on; read it with [`Self::is_fit`].
+    pub fit: u8,
     /// Zero.
-    pub reserved: [u8; 2],
+    pub reserved: [u8; 6],
 }
 
-layout!(Estimate, 272;
-    header: 0, tick: 24, frame_stamp_ns: 32, latency_ns: 40, lateness_ns: 48, collect_ns: 56, estimate_ns: 60,
-    publish_ns: 64, account_ns: 68, pose: 72, velocity: 96,
-    total: 120, independent: 192, health: 264, robot: 268, reserved: 270,
+layout!(Estimate, 384;
+    header: 0, boot_ns: 40, tick: 48, pose: 56, velocity: 80, independent: 104, dependent: 176, velocity_covariance: 248,
+    frame_stamp_ns: 320, latency_ns: 328, lateness_ns: 336, collect_ns: 344, estimate_ns: 348, publish_ns: 352, account_ns: 356,
+    health: 360, state: 376, fit: 377, reserved: 378,
 );
 
 impl Estimate {
-    /// Checks what a reader needs: finite, both covariances and their difference valid, of the team, of the time.
+    /// Checks what a reader needs: finite, all covariances valid, of the team, of the time.
     ///
     /// # Errors
     /// The first reason, in the order of [`Reject`].
     pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
         Limits::check_finite(&self.pose)?;
         Limits::check_finite(&self.velocity)?;
-        let total = Matrix::<3>::from_row_major(self.total);
-        Matrix::check_split(&total, &Matrix::<3>::from_row_major(self.independent))?;
-        limits.check_member(self.robot)?;
+        let [independent, dependent, velocity] =
+            [self.independent, self.dependent, self.velocity_covariance]
+                .map(Matrix::<3>::from_row_major);
+        velocity.check_covariance()?;
+        Matrix::check_parts(&independent, &dependent)?;
+        limits.check_member(self.header.source)?;
         limits.check_time(&self.header)
+    }
+
+    /// P, the sum of both parts, 3×3, full row-major (m², m·rad, rad²).
+    #[must_use]
+    pub fn total(&self) -> [f64; 9] {
+        core::array::from_fn(|place| self.independent[place] + self.dependent[place])
+    }
+
+    /// Whether the robot knows where it is.
+    #[must_use]
+    pub fn state(&self) -> BeliefState {
+        BeliefState::from_byte(self.state)
+    }
+
+    /// Whether the pose is good enough to drive on.
+    #[must_use]
+    pub fn is_fit(&self) -> bool {
+        self.fit == 1
     }
 
     /// How `input` was doing at this tick.

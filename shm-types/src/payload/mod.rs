@@ -1,14 +1,22 @@
 //! The payloads: plain `#[repr(C)]`, fixed size, versioned in their type name, the same bytes in every language.
+mod can_counters;
 mod estimate;
 mod header;
+mod latency;
 mod neighbour;
+mod odometry;
 mod position;
 mod relative_pose;
+mod source_health;
 mod status;
 
+pub use can_counters::CanCounters;
 pub use estimate::Estimate;
 pub use header::Header;
+pub use latency::Latency;
 pub use neighbour::Neighbour;
+pub use odometry::{Odometry, OdometryKind};
 pub use position::Position;
 pub use relative_pose::RelativePose;
-pub use status::{CanCounters, Latency, Status};
+pub use source_health::SourceHealth;
+pub use status::Status;

@@ -7,25 +7,23 @@ use crate::matrix::Matrix;
 use crate::{Limits, Reject};
 
 /// `coloc/<robot>/neighbour`: pose of this robot as a neighbour sees it.
+///
+/// Its covariance comes in two parts, so that none of them can lose its sign on the way; the whole is their sum.
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Neighbour.v1")]
+#[type_name("coloc.Neighbour.v2")]
 pub struct Neighbour {
-    /// Stamp, session and sequence of the sending robot.
+    /// When the neighbour saw this robot, by which clock; `source` is the neighbour's team number.
     pub header: Header,
-    /// Team number of the sender.
-    pub sender: u16,
-    /// Zero.
-    pub reserved: [u8; 6],
     /// `[x, y, φ]` of the receiving robot in the common frame (m, m, rad).
     pub pose: [f64; 3],
-    /// R*, 3×3, full row-major.
-    pub total: [f64; 9],
-    /// `R*_i`, the part of `total` that is independent of everything else, 3×3, full row-major.
+    /// `R*_i`, the part that is independent of everything else, 3×3, full row-major (m², m·rad, rad²).
     pub independent: [f64; 9],
+    /// `R*_d`, the part that may depend on anything, likewise.
+    pub dependent: [f64; 9],
 }
 
-layout!(Neighbour, 200; header: 0, sender: 24, reserved: 26, pose: 32, total: 56, independent: 128);
+layout!(Neighbour, 208; header: 0, pose: 40, independent: 64, dependent: 136);
 
 impl Neighbour {
     /// Checks everything that can be known of this message alone. The angle may be any finite number.
@@ -34,9 +32,10 @@ impl Neighbour {
     /// The first reason, in the order of [`Reject`].
     pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
         Limits::check_finite(&self.pose)?;
-        let total = Matrix::<3>::from_row_major(self.total);
-        Matrix::check_split(&total, &Matrix::<3>::from_row_major(self.independent))?;
-        limits.check_other(self.sender)?;
+        let [independent, dependent] =
+            [self.independent, self.dependent].map(Matrix::<3>::from_row_major);
+        Matrix::check_noise_in_parts(&independent, &dependent)?;
+        limits.check_other(self.header.source)?;
         limits.check_time(&self.header)
     }
 }

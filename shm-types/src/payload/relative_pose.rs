@@ -7,32 +7,54 @@ use crate::matrix::Matrix;
 use crate::{Limits, Reject};
 
 /// `coloc/<robot>/relative_pose`: this robot's sighting of another.
-#[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
+#[derive(Copy, Clone, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.RelativePose.v1")]
+#[type_name("coloc.RelativePose.v2")]
 pub struct RelativePose {
-    /// Stamp, session and sequence of the laser driver.
+    /// When it was seen, by which clock, and which sensor saw it.
     pub header: Header,
     /// Team number of the robot that was seen.
     pub observed: u16,
+    /// Which coordinates were measured: bit 0 x, bit 1 y, bit 2 φ. Today [`Self::ALL`], others are refused.
+    pub components: u8,
     /// Zero.
-    pub reserved: [u8; 6],
+    pub reserved: [u8; 5],
     /// `[δx, δy, δφ]` of the observed robot in this robot's body frame (m, m, rad).
     pub pose: [f64; 3],
-    /// R of `pose`, 3×3, full row-major.
+    /// R of `pose`, 3×3, full row-major (m², m·rad, rad²). It may be singular, but no variance may be zero.
     pub covariance: [f64; 9],
 }
 
-layout!(RelativePose, 128; header: 0, observed: 24, reserved: 26, pose: 32, covariance: 56);
+layout!(RelativePose, 144; header: 0, observed: 40, components: 42, reserved: 43, pose: 48, covariance: 72);
+
+impl Default for RelativePose {
+    /// Of all coordinates; everything else is zero.
+    fn default() -> Self {
+        Self {
+            header: Header::default(),
+            observed: 0,
+            components: Self::ALL,
+            reserved: [0; 5],
+            pose: [0.0; 3],
+            covariance: [0.0; 9],
+        }
+    }
+}
 
 impl RelativePose {
+    /// `components` of a sighting that has x, y and the heading.
+    pub const ALL: u8 = 0b111;
+
     /// Checks everything that can be known of this message alone. The angle may be any finite number.
     ///
     /// # Errors
     /// The first reason, in the order of [`Reject`].
     pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
         Limits::check_finite(&self.pose)?;
-        Matrix::<3>::from_row_major(self.covariance).check_covariance()?;
+        let covariance = Matrix::<3>::from_row_major(self.covariance);
+        covariance.check_covariance()?;
+        covariance.check_variances()?;
+        Limits::check_supported(self.components == Self::ALL)?;
         limits.check_other(self.observed)?;
         limits.check_time(&self.header)
     }

@@ -1,18 +1,18 @@
 //! What a daemon has counted.
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::Header;
+use super::{CanCounters, Header, Latency, SourceHealth};
 use crate::layout::layout;
-use crate::{BusState, Health, Input, Limits, Reject};
+use crate::{BeliefState, BusState, Health, Input, Limits, Reject};
 
 /// `coloc/<robot>/status`: every counter since the start of the daemon, once a second.
 ///
-/// Counters only grow while `header.session_ns` stays the same; a rate is the difference of two messages.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+/// Counters only grow while `header.session` stays the same; a rate is the difference of two messages.
+#[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Status.v1")]
+#[type_name("coloc.Status.v2")]
 pub struct Status {
-    /// When it was counted, session and sequence of the daemon.
+    /// When it was counted, by the configured clock; `source` is the robot's team number.
     pub header: Header,
     /// Ticks since the daemon started.
     pub tick: u64,
@@ -23,35 +23,42 @@ pub struct Status {
     /// From wake-up to publication.
     pub latency: Latency,
     /// Inputs that changed the belief, by [`Input`].
-    pub accepted: [u64; Input::COUNT],
+    pub accepted: [u64; Input::PLACES],
     /// Inputs that did not, by [`Input`], then by [`Reject`].
-    pub rejected: [[u64; Reject::COUNT]; Input::COUNT],
+    pub rejected: [[u64; Reject::PLACES]; Input::PLACES],
     /// The wheel encoders' buses, all of them together.
     pub can: CanCounters,
     /// Telemetry events that were dropped because their ring was full.
     pub lost_events: u64,
+    /// A row for each sensor and each robot that was heard; see [`Self::sources`].
+    pub sources: [SourceHealth; Self::SOURCES],
     /// [`Health`] by [`Input`], one byte each; read it with [`Self::health_of`].
-    pub health: [u8; Input::COUNT],
-    /// Team number of the robot.
-    pub robot: u16,
+    pub health: [u8; Input::PLACES],
     /// [`BusState`] of the worst bus; read it with [`Self::bus_state`].
     pub bus: u8,
+    /// [`BeliefState`]; read it with [`Self::state`].
+    pub state: u8,
+    /// 1: fit to drive on; read it with [`Self::is_fit`].
+    pub fit: u8,
     /// Zero.
-    pub reserved: u8,
+    pub reserved: [u8; 5],
 }
 
-layout!(Status, 552;
-    header: 0, tick: 24, deadline_misses: 32, worst_lateness_ns: 40, latency: 48, accepted: 88, rejected: 120,
-    can: 472, lost_events: 536, health: 544, robot: 548, bus: 550, reserved: 551,
+layout!(Status, 6600;
+    header: 0, tick: 40, deadline_misses: 48, worst_lateness_ns: 56, latency: 64, accepted: 104, rejected: 232,
+    can: 4328, lost_events: 4520, sources: 4528, health: 6576, bus: 6592, state: 6593, fit: 6594, reserved: 6595,
 );
 
 impl Status {
+    /// Rows for sources.
+    pub const SOURCES: usize = 32;
+
     /// Checks that it is of the team and of the time; counters may be anything.
     ///
     /// # Errors
     /// The first reason, in the order of [`Reject`].
     pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
-        limits.check_member(self.robot)?;
+        limits.check_member(self.header.source)?;
         limits.check_time(&self.header)
     }
 
@@ -81,56 +88,28 @@ impl Status {
             .fold(0, |sum, count| sum.saturating_add(*count))
     }
 
+    /// The rows that are in use, with what each is a source of.
+    pub fn sources(&self) -> impl Iterator<Item = (Input, &SourceHealth)> {
+        self.sources
+            .iter()
+            .filter_map(|row| Some((row.input()?, row)))
+    }
+
     /// State of the worst of the wheel encoders' buses.
     #[must_use]
     pub fn bus_state(&self) -> BusState {
         BusState::from_byte(self.bus)
     }
+
+    /// Whether the robot knows where it is.
+    #[must_use]
+    pub fn state(&self) -> BeliefState {
+        BeliefState::from_byte(self.state)
+    }
+
+    /// Whether the pose is good enough to drive on.
+    #[must_use]
+    pub fn is_fit(&self) -> bool {
+        self.fit == 1
+    }
 }
-
-/// Percentiles over all ticks since the start (ns).
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("coloc.Latency.v1")]
-pub struct Latency {
-    /// Half of the ticks took at most this.
-    pub p50_ns: u64,
-    /// 90 % of the ticks took at most this.
-    pub p90_ns: u64,
-    /// 99 % of the ticks took at most this.
-    pub p99_ns: u64,
-    /// 99.9 % of the ticks took at most this.
-    pub p999_ns: u64,
-    /// The slowest tick.
-    pub max_ns: u64,
-}
-
-layout!(Latency, 40; p50_ns: 0, p90_ns: 8, p99_ns: 16, p999_ns: 24, max_ns: 32);
-
-/// What the CAN source has counted.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("coloc.CanCounters.v1")]
-pub struct CanCounters {
-    /// Encoder frames that were received, good or bad.
-    pub frames: u64,
-    /// Error frames of any class.
-    pub error_frames: u64,
-    /// Encoder frames whose checksum was wrong.
-    pub checksum_errors: u64,
-    /// Encoder frames that were too short or could not be decoded.
-    pub malformed: u64,
-    /// Frames that are missing by the alive counter.
-    pub alive_skips: u64,
-    /// Frames that came again by the alive counter.
-    pub alive_repeats: u64,
-    /// Frames the kernel dropped because the receive buffer was full.
-    pub rx_overflows: u64,
-    /// Times the bus was opened again.
-    pub reopens: u64,
-}
-
-layout!(CanCounters, 64;
-    frames: 0, error_frames: 8, checksum_errors: 16, malformed: 24, alive_skips: 32, alive_repeats: 40,
-    rx_overflows: 48, reopens: 56,
-);

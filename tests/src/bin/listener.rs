@@ -17,7 +17,7 @@ fn listen() -> Result<Infallible, Box<dyn Error>> {
     let estimates = space.subscriber::<Estimate>(&RobotName::new("robot1")?)?;
     loop {
         while let Some(estimate) = estimates.receive()? {
-            writeln!(stdout(), "{:?} {:?}", estimate.pose, estimate.total)?;
+            writeln!(stdout(), "{:?} {:?}", estimate.pose, estimate.total())?;
         }
         sleep(Duration::from_millis(10));
     }

@@ -90,18 +90,18 @@ fn check(fault: &Fault, tick: u32, rig: &Rig, ticked: &Ticked) {
 
 /// What holds whatever happens.
 fn assert_sane(name: &str, tick: u32, estimate: &Estimate) {
+    let total = estimate.total();
     let numbers = [
         &estimate.pose[..],
         &estimate.velocity,
-        &estimate.total,
+        &total,
         &estimate.independent,
     ];
     assert!(
         numbers.concat().iter().all(|number| number.is_finite()),
         "{name}, tick {tick}: {estimate:?}"
     );
-    let split = estimate
-        .total
+    let split = total
         .iter()
         .step_by(4)
         .zip(estimate.independent.iter().step_by(4));
@@ -115,7 +115,7 @@ fn assert_sane(name: &str, tick: u32, estimate: &Estimate) {
 
 fn check_way(fault: &Fault, tick: u32, recovered: bool, way_m: f64, estimate: &Estimate) {
     let [x, y, phi] = estimate.pose;
-    let sigma = estimate.total[0].sqrt();
+    let sigma = estimate.total()[0].sqrt();
     match fault.estimate {
         Way::Kept => {
             let off = [x - way_m, y, phi];

@@ -218,7 +218,7 @@ pub(super) fn restarted(rig: &mut Rig) {
 
 macro_rules! counts {
     ($($name:ident)*) => {
-        pub(super) const COUNTERS: [fn(u64) -> Count; 7] = [$($name),*];
+        pub(super) const COUNTERS: [fn(u64) -> Count; 8] = [$($name),*];
         $(
         pub(super) const fn $name(by: u64) -> Count {
             Count { name: stringify!($name), of: |can| can.$name, by, or_more: false }
@@ -226,4 +226,4 @@ macro_rules! counts {
     )*};
 }
 
-counts!(alive_repeats alive_skips checksum_errors malformed error_frames rx_overflows reopens);
+counts!(alive_repeats alive_skips checksum_errors malformed implausible error_frames rx_overflows reopens);

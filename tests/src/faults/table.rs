@@ -183,7 +183,7 @@ pub const FAULTS: &[Fault] = &[
             begin: script::jump,
             ..Script::each(script::drive)
         },
-        counts: &[script::malformed(4), script::alive_skips(4)],
+        counts: &[script::implausible(4), script::alive_skips(4)],
         ..USUAL
     },
     Fault {
@@ -217,7 +217,7 @@ pub const FAULTS: &[Fault] = &[
         word: Wrong,
         made: "another robot's encoders send well-formed frames under the same identifiers",
         script: Script::each(script::second_node),
-        counts: &[script::malformed(60)],
+        counts: &[script::implausible(60)],
         ..USUAL
     },
     // --- What the controller reports. ---

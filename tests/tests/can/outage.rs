@@ -32,10 +32,7 @@ fn health_flips_at_the_next_tick_and_the_way_is_whole_afterwards() {
     wheels.reconnect(&interface, &interface);
     wheels.turn([0, 0], 10);
     let again = robot.estimate_until("odometry again", |estimate| health(estimate) == Health::Ok);
-    assert_eq!(
-        again.header.session_ns, well.header.session_ns,
-        "the same daemon"
-    );
+    assert_eq!(again.header.session, well.header.session, "the same daemon");
     assert_eq!(again.header.sequence, again.tick, "one publication a tick");
     let way_m = 0.24;
     robot.estimate_until("the whole way", |estimate| {

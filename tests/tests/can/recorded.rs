@@ -65,11 +65,11 @@ fn bits(estimate: &Estimate) -> Vec<u64> {
         frame_stamp_ns,
         pose,
         velocity,
-        total,
         independent,
+        dependent,
         ..
     } = estimate;
-    let numbers = [&pose[..], velocity, total, independent].concat();
+    let numbers = [&pose[..], velocity, independent, dependent].concat();
     std::iter::once(frame_stamp_ns.cast_unsigned())
         .chain(numbers.into_iter().map(f64::to_bits))
         .collect()

@@ -130,11 +130,11 @@ fn assert_finite(estimate: &Estimate) {
     let Estimate {
         pose,
         velocity,
-        total,
         independent,
+        dependent,
         ..
     } = estimate;
-    let numbers = [&pose[..], velocity, total, independent].concat();
+    let numbers = [&pose[..], velocity, independent, dependent].concat();
     assert!(
         numbers.iter().all(|number| number.is_finite()),
         "{estimate:?}"

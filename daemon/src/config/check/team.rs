@@ -13,18 +13,13 @@ pub(super) fn refusals(config: &Config) -> impl Iterator<Item = Finding> {
         .chain(room(config))
 }
 
-/// All robots speak on one channel of each: half of its places are for those that have died and were not removed yet.
+/// All robots speak on one channel of each.
 fn room(config: &Config) -> Option<Finding> {
-    let (peers, most) = (config.peers().count(), most_peers());
+    let (peers, most) = (config.peers().count(), Channel::TEAM);
     let problem = format!(
         ": has {peers} other robots, and there is room for {most}: list those only that this robot can see or hear"
     );
     (peers > most).then(|| Finding::new("team", problem))
-}
-
-/// So many robots can speak to one.
-fn most_peers() -> usize {
-    Channel::Neighbour.quality().publishers / 2
 }
 
 fn member(config: &Config, index: usize) -> Option<Finding> {

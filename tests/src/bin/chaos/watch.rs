@@ -23,9 +23,10 @@ struct State {
 /// Of one robot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Heard {
-    /// The newest start of its daemon \[ns of the realtime clock\].
-    session_ns: i64,
-    /// When the first estimate of that session was read \[ns of the monotonic clock\].
+    /// The newest start of its daemon.
+    session: i64,
+    /// When the first estimate of that session was stamped \[ns of the realtime clock\] and read \[ns of the monotonic clock\].
+    first_stamp_ns: i64,
     first_ns: i64,
     stamp_ns: i64,
     tick: u64,
@@ -92,7 +93,7 @@ impl Watch {
     ) -> Option<i64> {
         self.until(within, |state| {
             let heard = state.robots.get(&robot)?;
-            (heard.session_ns > after_ns).then_some(heard.first_ns)
+            (heard.first_stamp_ns > after_ns).then_some(heard.first_ns)
         })
     }
 
@@ -135,9 +136,9 @@ impl State {
         };
         let heard = self.robots.entry(robot).or_default();
         match (words.get(1), number(2)) {
-            (Some(&"estimate"), Some(session_ns)) => {
+            (Some(&"estimate"), Some(session)) => {
                 let numbers = [3, 4, 6].map(|index| number(index).unwrap_or_default());
-                heard.estimate(session_ns, numbers);
+                heard.estimate(session, numbers);
             }
             (Some(&"status"), Some(_)) => {
                 heard.fixes = number(3).unwrap_or_default().unsigned_abs();
@@ -151,12 +152,12 @@ impl State {
 }
 
 impl Heard {
-    fn estimate(&mut self, session_ns: i64, [tick, stamp_ns, read_ns]: [i64; 3]) {
+    fn estimate(&mut self, session: i64, [tick, stamp_ns, read_ns]: [i64; 3]) {
         let tick = tick.unsigned_abs();
-        if session_ns == self.session_ns {
+        if session == self.session {
             self.count(tick, stamp_ns);
         } else {
-            (self.session_ns, self.first_ns) = (session_ns, read_ns);
+            (self.session, self.first_stamp_ns, self.first_ns) = (session, stamp_ns, read_ns);
         }
         (self.tick, self.stamp_ns) = (tick, stamp_ns);
     }

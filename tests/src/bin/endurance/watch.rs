@@ -39,11 +39,12 @@ impl Watch {
             error_m < LARGEST_ERROR_M && error_rad < LARGEST_ERROR_RAD,
             "{error_m} m and {error_rad} rad off: {estimate:?}"
         );
-        let [sigma_x, sigma_y, sigma_phi] = sigmas(&estimate.total);
+        let total = estimate.total();
+        let [sigma_x, sigma_y, sigma_phi] = sigmas(&total);
         let sigma_m = sigma_x.max(sigma_y);
         let independent = sigmas(&estimate.independent);
         assert!(
-            is_covariance(&estimate.total)
+            is_covariance(&total)
                 && sigma_m < LARGEST_SIGMA_M
                 && sigma_phi < LARGEST_SIGMA_RAD
                 && independent[0] <= sigma_x

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::thread::sleep;
 use std::time::Duration;
 
-use coloc_shm_types::{Header, Position, RobotName, Space};
+use coloc_shm_types::{Clock, Header, Position, RobotName, Sender, Space};
 use coloc_tests::output::print_line;
 use coloc_tests::surroundings::realtime_ns;
 
@@ -19,13 +19,14 @@ pub(crate) fn feed(place: &Place) -> Result<(), Box<dyn Error>> {
         .iter()
         .map(|robot| Ok(space.publisher(&RobotName::new(robot)?)?))
         .collect::<Result<Vec<_>, Box<dyn Error>>>()?;
-    let session_ns = realtime_ns();
-    for sequence in 0.. {
+    let mut sender = Sender::start(0, Clock::Realtime)?;
+    for turn in 0_u64.. {
+        let header = sender.header(realtime_ns());
         for port in &ports {
             // A robot that was just killed is no failure.
-            let _ = port.send(fix(session_ns, sequence));
+            let _ = port.send(fix(header));
         }
-        if sequence == 0 {
+        if turn == 0 {
             print_line("ready");
         }
         sleep(PERIOD);
@@ -34,13 +35,9 @@ pub(crate) fn feed(place: &Place) -> Result<(), Box<dyn Error>> {
 }
 
 /// Of a robot at the origin.
-fn fix(session_ns: i64, sequence: u64) -> Position {
+fn fix(header: Header) -> Position {
     Position {
-        header: Header {
-            stamp_ns: realtime_ns(),
-            session_ns,
-            sequence,
-        },
+        header,
         quality: 4,
         covariance: [1e-2, 0.0, 0.0, 1e-2],
         ..Position::default()

@@ -79,7 +79,7 @@ impl Ear {
             } = estimate;
             format!(
                 "estimate {} {tick} {} {lateness_ns} {}",
-                header.session_ns,
+                header.session.cast_signed(),
                 header.stamp_ns,
                 monotonic_ns()
             )
@@ -87,7 +87,7 @@ impl Ear {
         drain(&self.statuses, &tell, |status| {
             format!(
                 "status {} {}",
-                status.header.session_ns,
+                status.header.session.cast_signed(),
                 status.accepted_of(Input::Position)
             )
         });

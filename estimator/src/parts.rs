@@ -1,0 +1,102 @@
+//! A covariance in its two parts, as it is told to others.
+
+use crate::belief::Belief;
+use crate::covariance::{Covariance3, NotACovariance};
+use crate::split::Split;
+
+/// `P = P_i + P_d`. Both parts are said, so that a reader need not subtract: a difference may lose its sign.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct Parts {
+    /// `P_i`: correlated with nothing.
+    pub independent: Covariance3,
+    /// `P_d`: may be correlated with anything.
+    pub dependent: Covariance3,
+}
+
+impl Parts {
+    /// Of a covariance and its independent part: `P_d = P − P_i`, its negative eigenvalues set to zero.
+    #[must_use]
+    pub fn of(total: &Covariance3, independent: &Covariance3) -> Self {
+        let split = Split::new(total, independent);
+        Self {
+            independent: *independent,
+            dependent: Covariance3::trusted(&split.dependent),
+        }
+    }
+
+    /// From outside, the nine entries of each row by row. The dependent part may have been a difference: it is a covariance to
+    /// what is left of the precision of the whole.
+    ///
+    /// # Errors
+    /// What is wrong with the first of them that is none.
+    pub fn from_row_major(
+        independent: [f64; 9],
+        dependent: [f64; 9],
+    ) -> Result<Self, NotACovariance> {
+        let independent = Covariance3::from_row_major(independent)?;
+        let dependent = Covariance3::from_row_major_beside(dependent, &independent)?;
+        Ok(Self {
+            independent,
+            dependent,
+        })
+    }
+
+    /// P, no smaller than its parts.
+    #[must_use]
+    pub fn total(&self) -> Covariance3 {
+        Covariance3::trusted(&(self.independent.symmetric() + self.dependent.symmetric()))
+    }
+}
+
+impl Belief {
+    /// Its covariance in both parts.
+    #[must_use]
+    pub fn parts(&self) -> Parts {
+        Parts::of(&self.total, &self.independent)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn diagonal(variances: [f64; 3]) -> Covariance3 {
+        Covariance3::diagonal(variances).unwrap()
+    }
+
+    #[test]
+    fn the_whole_is_the_sum_of_its_parts() {
+        let (total, independent) = (diagonal([3.0, 2.0, 1.0]), diagonal([1.0, 2.0, 0.0]));
+        let parts = Parts::of(&total, &independent);
+        assert_eq!(parts.dependent, diagonal([2.0, 0.0, 1.0]));
+        assert_eq!((parts.independent, parts.total()), (independent, total));
+    }
+
+    /// Rounding once made −1e-17 of a variance that was shared; a reader that checks it refuses the message.
+    #[test]
+    fn no_part_loses_its_sign() {
+        let (total, independent) = (
+            diagonal([0.1, 0.2, 0.3]),
+            diagonal([0.1 + 1e-17, 0.2 + 1e-9, 0.1]),
+        );
+        let parts = Parts::of(&total, &independent);
+        let again = Parts::from_row_major(
+            parts.independent.to_row_major(),
+            parts.dependent.to_row_major(),
+        );
+        assert_eq!(again, Ok(parts));
+        assert!(parts.total().contains(&independent));
+    }
+
+    #[test]
+    fn what_subtraction_leaves_is_a_part_and_what_is_below_that_is_not() {
+        let independent = [0.1, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1];
+        let of = |variance| {
+            let mut dependent = [0.0; 9];
+            (dependent[0], dependent[1], dependent[3]) = (variance, 1e-17, 1e-17);
+            Parts::from_row_major(independent, dependent)
+        };
+        assert!(of(-1e-17).is_ok() && of(0.0).is_ok());
+        assert_eq!(of(-1e-6), Err(NotACovariance::NotPositiveSemidefinite));
+    }
+}
