@@ -2,23 +2,30 @@
 
 use std::sync::Arc;
 
-use coloc_estimator::{Estimate, Kind, OdometryState, Report, Stamp, TickOutputs, Verdict};
-use coloc_shm_types::{BeliefState, BusState, CanCounters, Health, Input, Reject, Sender, Status};
+use coloc_estimator::{Estimate, Kind, OdometryState, Report, Source, Stamp, TickOutputs, Verdict};
+use coloc_shm_types::{
+    BeliefState, BusState, CanCounters, Health, Input, Reject, Sender, SourceState, Status, Timing,
+};
 
 use crate::config::{Config, nanos};
-use crate::event::{Event, Link};
+use crate::event::{Event, Gated, Link};
 use crate::health::{Watch, belief_state};
 use crate::ledger::Ledger;
 use crate::record::Record;
+use crate::sources::Sources;
 use crate::wait::Wake;
 
 /// Counts, on the real-time thread.
 #[derive(Debug)]
 pub struct Account {
     link: Arc<Link>,
+    sender: Sender,
+    /// What others call the moment `now` \[ns of the configured clock\].
+    sent_ns: i64,
     /// All counters since the start.
     pub status: Status,
     watch: Watch,
+    sources: Sources,
     now: Stamp,
     ledger: Box<Ledger>,
     next_report_ns: i64,
@@ -35,14 +42,13 @@ impl Account {
     /// Reports through `link`; hands on the belief as often as the configuration says, if it is to be saved.
     #[must_use]
     pub fn new(config: &Config, link: Arc<Link>, sender: &Sender) -> Self {
-        let header = sender.beside().header(0);
         Self {
             link,
-            status: Status {
-                header,
-                ..Status::default()
-            },
+            sender: sender.beside(),
+            sent_ns: 0,
+            status: Status::default(),
             watch: Watch::new(&config.health),
+            sources: Sources::new(config),
             now: Stamp::default(),
             ledger: Box::default(),
             next_report_ns: 0,
@@ -71,41 +77,87 @@ impl Account {
             self.unrecorded = 0;
         } else {
             self.unrecorded += 1;
-            self.status.lost_events += 1;
+            self.status.losses.events += 1;
         }
     }
 
     /// A tick stamped `now` begins, or one that may become a tick; `sent_ns` is what others call that moment.
     pub fn begin(&mut self, now: Stamp, sent_ns: i64) {
         self.now = now;
-        self.status.header.stamp_ns = sent_ns;
+        self.sent_ns = sent_ns;
     }
 
     /// Tells telemetry, or counts that it could not be told.
     pub fn tell(&mut self, event: Event) {
         if self.link.tell(event).is_err() {
-            self.status.lost_events += 1;
+            self.status.losses.events += 1;
         }
     }
 
-    /// A valid sample, measured at `stamp`; whether it is fused is the estimator's business.
-    pub fn valid(&mut self, input: Input, stamp: Stamp) {
+    /// Tells where the time of a tick went, unless telemetry has so much to catch up with that lines of the log could be lost.
+    pub fn tell_timing(&mut self, timing: Timing) {
+        if self.link.is_half_full() {
+            self.status.losses.timings += 1;
+        } else {
+            self.tell(Event::Timing(timing));
+        }
+    }
+
+    /// A valid sample of `source`, measured at `stamp`; whether it is fused is the estimator's business.
+    pub fn valid(&mut self, input: Input, source: u16, stamp: Stamp) {
         self.watch.valid(input, stamp);
+        self.sources.valid(input, source, stamp, self.now);
     }
 
     /// An input that is no valid sample of its sensor.
-    pub fn invalid(&mut self, input: Input, reason: Reject) {
+    pub fn invalid(&mut self, input: Input, source: u16, reason: Reject) {
         self.watch.invalid(input, self.now);
-        self.rejected(input, reason);
+        self.sources.rejected(input, source, None, self.now);
+        self.count_rejected((input, source), reason, None);
     }
 
-    /// Something came that cannot even be read.
+    /// An input that was here before.
+    pub fn repeated(&mut self, input: Input, source: u16) {
+        self.sources.repeated(input, source);
+        self.count_rejected((input, source), Reject::Replayed, None);
+    }
+
+    /// Something came of `input` that cannot even be decoded.
+    pub fn undecodable(&mut self, input: Input) {
+        self.watch.invalid(input, self.now);
+    }
+
+    /// Messages of some publisher cannot be read.
     pub fn unreadable(&mut self, input: Input) {
         self.watch.invalid(input, self.now);
+        self.status.losses.unreadable += 1;
     }
 
-    /// An input that changed nothing.
-    pub fn rejected(&mut self, input: Input, reason: Reject) {
+    /// The channel of `input` has no place for this robot.
+    pub fn deaf(&mut self, input: Input) {
+        self.watch.broken(input, true);
+    }
+
+    /// The channel of `robot` has no place for this one.
+    pub fn unreachable(&mut self, robot: u16) {
+        self.sources.unreachable(robot);
+    }
+
+    /// So many messages have not reached everybody, since the start.
+    pub fn undelivered(&mut self, messages: u64) {
+        self.status.losses.undelivered = messages;
+    }
+
+    /// What is known of who speaks on the channel of `input`.
+    pub fn sessions(&mut self, input: Input, states: impl Iterator<Item = SourceState>) {
+        for state in states {
+            if self.sources.sessions(input, &state) {
+                self.tell(Event::Contested { input, state });
+            }
+        }
+    }
+
+    fn count_rejected(&mut self, (input, source): (Input, u16), reason: Reject, d2: Option<f64>) {
         let count = self
             .status
             .rejected
@@ -114,7 +166,13 @@ impl Account {
         if let Some(count) = count {
             *count += 1;
         }
-        self.tell(Event::Rejected { input, reason });
+        let gate = self.sources.gate(input);
+        self.tell(Event::Rejected {
+            input,
+            source,
+            reason,
+            gated: d2.map(|d2| Gated { d2, gate }),
+        });
     }
 
     /// What the estimator made of a tick's inputs, `samples` of odometry among them.
@@ -128,14 +186,12 @@ impl Account {
             .iter()
             .filter(|report| report.source.kind == Kind::Odometry)
             .count();
-        self.accepted(Input::Odometry, samples.saturating_sub(refused));
-        self.accepted(Input::RelativePose, outputs.outgoing.len());
-        if outputs.overflowed > 0 || outputs.folded_early > 0 {
-            self.tell(Event::NoRoom {
-                overflowed: outputs.overflowed,
-                folded_early: outputs.folded_early,
-            });
+        let driven = samples.saturating_sub(refused);
+        self.accepted(Source::new(Kind::Odometry, 0), driven, None);
+        for told in outputs.outgoing {
+            self.accepted(Source::new(Kind::Sighting, told.by), 1, None);
         }
+        self.no_room(outputs.overflowed, outputs.folded_early);
         if self.belief_is_due(outputs.estimate.stamp.as_nanos()) {
             self.tell_belief(&outputs.estimate);
         }
@@ -157,17 +213,37 @@ impl Account {
         });
     }
 
-    fn verdict(&mut self, report: &Report) {
-        let input = input(report.source.kind);
-        match reason(report.verdict) {
-            None => self.accepted(input, 1),
-            Some(reason) => self.rejected(input, reason),
+    fn no_room(&mut self, overflowed: u32, folded_early: u32) {
+        if overflowed > 0 || folded_early > 0 {
+            self.status.losses.overflowed += u64::from(overflowed);
+            self.status.losses.folded_early += u64::from(folded_early);
+            self.tell(Event::NoRoom {
+                overflowed,
+                folded_early,
+            });
         }
     }
 
-    fn accepted(&mut self, input: Input, count: usize) {
+    fn verdict(&mut self, report: &Report) {
+        let (input, source) = (input(report.source.kind), report.source.number);
+        let d2 = d2(report.verdict);
+        match reason(report.verdict) {
+            None => self.accepted(report.source, 1, d2),
+            Some(Reject::Replayed) => self.repeated(input, source),
+            Some(reason) => {
+                self.sources.rejected(input, source, d2, self.now);
+                self.count_rejected((input, source), reason, d2);
+            }
+        }
+    }
+
+    fn accepted(&mut self, source: Source, count: usize, d2: Option<f64>) {
+        let (input, count) = (input(source.kind), count as u64);
         if let Some(total) = self.status.accepted.get_mut(input as usize) {
-            *total += count as u64;
+            *total += count;
+        }
+        if count > 0 {
+            self.sources.accepted(input, source.number, count, d2);
         }
     }
 
@@ -237,12 +313,18 @@ impl Account {
         due
     }
 
+    /// Whether the next tick that is closed at `now_ns` closes the books of a second.
+    #[must_use]
+    pub fn is_report_due(&self, now_ns: i64) -> bool {
+        now_ns >= self.next_report_ns
+    }
+
     /// Closes the tick: latency, heartbeat and, once a second, the books.
     pub fn close(&mut self, now_ns: i64, latency_ns: u64) {
         self.ledger.record(latency_ns);
         self.status.tick += 1;
         self.link.beat(self.status.tick);
-        if now_ns >= self.next_report_ns {
+        if self.is_report_due(now_ns) {
             self.next_report_ns = now_ns + REPORT_PERIOD_NS;
             self.hand_over();
         }
@@ -257,6 +339,8 @@ impl Account {
             return;
         };
         let mut full = std::mem::replace(&mut self.ledger, spare);
+        self.status.header = self.sender.header(self.sent_ns);
+        self.status.sources = *self.sources.rows(self.now);
         full.status = self.status;
         self.tell(Event::Account(full));
     }
@@ -268,6 +352,14 @@ fn input(kind: Kind) -> Input {
         Kind::Sighting => Input::RelativePose,
         Kind::Neighbour => Input::Neighbour,
         Kind::Fix => Input::Position,
+    }
+}
+
+/// How far a measurement that met a gate was off.
+fn d2(verdict: Verdict) -> Option<f64> {
+    match verdict {
+        Verdict::Accepted { d2 } | Verdict::Gated { d2 } => Some(d2),
+        _ => None,
     }
 }
 
@@ -306,7 +398,7 @@ mod tests {
         let (mut account, link) = account();
         account.health();
         assert_eq!(link.waiting(), 0);
-        account.valid(Input::Position, Stamp::default());
+        account.valid(Input::Position, 0, Stamp::default());
         account.health();
         account.health();
         assert_eq!(link.waiting(), 1);
@@ -314,11 +406,22 @@ mod tests {
     }
 
     #[test]
+    fn times_of_ticks_leave_room_for_everything_else() {
+        let (mut account, link) = account();
+        let capacity = Link::CAPACITY as u64;
+        (0..capacity).for_each(|_| account.tell_timing(Timing::default()));
+        (0..capacity / 2).for_each(|_| account.invalid(Input::Neighbour, 2, Reject::Gated));
+        let losses = account.status.losses;
+        assert_eq!((losses.timings, losses.events), (capacity / 2, 0));
+        assert!(link.is_full());
+    }
+
+    #[test]
     fn a_full_ring_loses_events_and_counts_them_but_no_latency() {
         let (mut account, link) = account();
         let capacity = Link::CAPACITY as u64;
-        (0..capacity + 5).for_each(|_| account.rejected(Input::Neighbour, Reject::Gated));
-        assert_eq!(account.status.lost_events, 5);
+        (0..capacity + 5).for_each(|_| account.invalid(Input::Neighbour, 2, Reject::Gated));
+        assert_eq!(account.status.losses.events, 5);
         assert_eq!(
             account.status.rejected_of(Input::Neighbour, Reject::Gated),
             capacity + 5

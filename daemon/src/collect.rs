@@ -1,16 +1,17 @@
-//! Step 2 of the tick: everything that has arrived, checked, converted and stamped with the configured clock.
+//! Step 2 of the tick: everything that has arrived, checked, converted and stamped by the inner clock.
 
 pub(crate) mod backlog;
 pub mod frames;
 pub mod list;
 pub mod messages;
+mod port;
 pub mod wheels;
 
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 
 use coloc_estimator::{Measurement, Stamp, TickInputs};
-use coloc_shm_types::Space;
+use coloc_shm_types::{Input, Space};
 
 use crate::account::Account;
 use crate::clock::{Moment, TimeSource};
@@ -117,6 +118,16 @@ impl Collect {
             stamp: moment.stamp,
             measurements: self.measurements.as_slice(),
         }
+    }
+
+    /// The inputs whose channels have no place for this robot.
+    pub fn deaf(&self) -> impl Iterator<Item = Input> {
+        self.messages.deaf()
+    }
+
+    /// Says who speaks on the channels.
+    pub fn tell_sessions(&self, now: Stamp, account: &mut Account) {
+        self.messages.tell_sessions(now, account);
     }
 
     /// The tick is over, and the inputs have been used, unless it is `behind`.

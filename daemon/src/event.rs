@@ -9,7 +9,7 @@ use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use coloc_estimator::Belief;
-use coloc_shm_types::{BusState, Health, Input, Reject};
+use coloc_shm_types::{BusState, Health, Input, Reject, SourceState, Timing};
 use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 
@@ -43,8 +43,19 @@ pub enum Event {
     Rejected {
         /// Of which kind.
         input: Input,
+        /// Which sensor or robot.
+        source: u16,
         /// Why.
         reason: Reject,
+        /// By how much, if it met a gate.
+        gated: Option<Gated>,
+    },
+    /// Several senders claim one source, or no longer.
+    Contested {
+        /// On which channel.
+        input: Input,
+        /// The source, and how many live.
+        state: SourceState,
     },
     /// Deadlines passed without a tick.
     Missed {
@@ -76,10 +87,21 @@ pub enum Event {
         /// How many.
         events: u64,
     },
+    /// Where the time of a tick went, to be published.
+    Timing(Timing),
     /// A line of the recording.
     Recorded(Record),
     /// A second's account; the box comes back through [`Link::give_back`].
     Account(Box<Ledger>),
+}
+
+/// How far a measurement was off that met a gate.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Gated {
+    /// Normalised innovation squared.
+    pub d2: f64,
+    /// Beyond it is refused.
+    pub gate: f64,
 }
 
 /// The only thing that the two threads share.
@@ -131,6 +153,12 @@ impl Link {
     #[must_use]
     pub fn is_full(&self) -> bool {
         self.events.len() >= Self::CAPACITY
+    }
+
+    /// Whether what matters least should give way to what may come.
+    #[must_use]
+    pub fn is_half_full(&self) -> bool {
+        self.events.len() >= Self::CAPACITY / 2
     }
 
     /// The next event, for the telemetry thread alone.

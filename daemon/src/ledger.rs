@@ -6,7 +6,7 @@ use hdrhistogram::Histogram;
 /// Counters since the start, and the latencies since this ledger was handed out.
 #[derive(Clone, Debug)]
 pub struct Ledger {
-    /// All counters since the start; percentiles and sequence are telemetry's to fill in.
+    /// All counters since the start; percentiles are telemetry's to fill in.
     pub status: Status,
     latency: Histogram<u64>,
 }

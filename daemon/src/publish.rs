@@ -5,12 +5,14 @@ use coloc_shm_types::{
     self as shm, BeliefState, Health, Input, Neighbour, PortError, Publisher, RobotName, Sender,
     Space,
 };
+use tracing::warn;
 
 use crate::clock::Moment;
 use crate::config::Config;
 use crate::health::belief_state;
 
-/// The ports, all opened at start: a peer that is missing does not matter, its service waits for it.
+/// The ports, all opened at start: a peer that is missing does not matter, its service waits for it. A peer's channel that is
+/// full is a state, not a reason not to start.
 #[derive(Debug)]
 pub struct Publish {
     sender: Sender,
@@ -23,7 +25,8 @@ pub struct Publish {
 #[derive(Debug)]
 struct Peer {
     id: u16,
-    port: Publisher<Neighbour>,
+    /// None if there was no place for it: then this robot cannot be told where it is seen.
+    port: Option<Publisher<Neighbour>>,
     sender: Sender,
 }
 
@@ -32,29 +35,8 @@ struct Peer {
 pub struct Circumstances {
     /// Ticks since the start.
     pub tick: u64,
-    /// When the newest encoder frame in the estimate came \[ns of the inner clock\]; 0 if there was none.
-    pub frame_stamp_ns: i64,
-    /// Since the tick's stamp \[ns\].
-    pub latency_ns: u64,
-    /// Of the wake-up \[ns\].
-    pub lateness_ns: u64,
-    /// Where the time went.
-    pub stages: Stages,
     /// By [`Input`].
     pub health: [Health; Input::COUNT],
-}
-
-/// Durations of a tick's stages, each as the last tick that knows it took \[ns\].
-#[derive(Copy, Clone, Debug, Default)]
-pub struct Stages {
-    /// From the wake-up until all inputs were there.
-    pub collect_ns: u32,
-    /// The estimator's step.
-    pub estimate_ns: u32,
-    /// Sending.
-    pub publish_ns: u32,
-    /// Counting.
-    pub account_ns: u32,
 }
 
 impl Publish {
@@ -84,6 +66,12 @@ impl Publish {
         self.undelivered += u64::from(self.estimates.send(message).is_err());
     }
 
+    /// The robots whose channels have no place for this one.
+    pub fn unreachable(&self) -> impl Iterator<Item = u16> {
+        let without = self.peers.iter().filter(|peer| peer.port.is_none());
+        without.map(|peer| peer.id)
+    }
+
     /// Does in advance what sending the estimate would take beside the message.
     pub fn rehearse(&self) {
         self.estimates.rehearse();
@@ -106,12 +94,8 @@ impl Publish {
         with: &Circumstances,
         moment: &Moment,
     ) -> shm::Estimate {
-        let on = |inner_ns| moment.on(self.sender.clock().into(), inner_ns);
-        let (stamp_ns, boot_ns) = (on(estimate.stamp.as_nanos()), estimate.stamp.as_nanos());
-        let frame_stamp_ns = match with.frame_stamp_ns {
-            0 => 0,
-            inner_ns => on(inner_ns),
-        };
+        let boot_ns = estimate.stamp.as_nanos();
+        let stamp_ns = moment.on(self.sender.clock().into(), boot_ns);
         let belief = &estimate.belief;
         let parts = belief.parts();
         let state = belief_state(with.health);
@@ -119,13 +103,6 @@ impl Publish {
             header: self.sender.header(stamp_ns),
             boot_ns,
             tick: with.tick,
-            frame_stamp_ns,
-            latency_ns: with.latency_ns,
-            lateness_ns: with.lateness_ns,
-            collect_ns: with.stages.collect_ns,
-            estimate_ns: with.stages.estimate_ns,
-            publish_ns: with.stages.publish_ns,
-            account_ns: with.stages.account_ns,
             pose: [belief.pose.x, belief.pose.y, belief.pose.phi],
             velocity: estimate.velocity,
             independent: parts.independent.to_row_major(),
@@ -141,8 +118,17 @@ impl Publish {
 
 impl Peer {
     fn open(space: &Space, id: u16, name: &RobotName, sender: Sender) -> Result<Self, PortError> {
-        let port = space.publisher(name)?;
-        let _ = port.refresh();
+        let port = match space.publisher::<Neighbour>(name) {
+            Ok(port) => Some(port),
+            Err(problem @ PortError::Full { .. }) => {
+                warn!(
+                    "{name} is not told where it is seen until this robot is started again: {problem}"
+                );
+                None
+            }
+            Err(problem) => return Err(problem),
+        };
+        let _ = port.as_ref().map(Publisher::refresh);
         Ok(Self { id, port, sender })
     }
 
@@ -153,7 +139,8 @@ impl Peer {
             independent: pose.parts.independent.to_row_major(),
             dependent: pose.parts.dependent.to_row_major(),
         };
-        self.port.send(message).is_ok()
+        let port = self.port.as_ref();
+        port.is_some_and(|port| port.send(message).is_ok())
     }
 }
 

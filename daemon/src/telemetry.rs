@@ -1,11 +1,12 @@
-//! The second, ordinary thread: lines of the log, status, watchdog, why there is no odometry; and what goes to disk, by
+//! The second, ordinary thread: lines of the log, status, times, watchdog, why there is no odometry; and what goes to disk, by
 //! threads that may stall.
 //!
 //! The robot does without it: what fails here is said and tried again. After a panic, a defect, it begins anew.
 
 mod lines;
 mod listening;
-mod status;
+mod outlet;
+mod place;
 mod throttle;
 mod watchdog;
 
@@ -16,7 +17,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use coloc_estimator::Belief;
-use coloc_shm_types::{Lost, Space};
+use coloc_shm_types::{Lost, Space, Status, Timing};
 use tracing::error;
 
 use crate::config::Config;
@@ -26,7 +27,8 @@ use crate::record::Recorder;
 use crate::retry::Retry;
 use crate::saved::{Saved, Saver};
 use listening::Listening;
-use status::StatusPort;
+use outlet::Outlet;
+use place::Place;
 use throttle::Throttle;
 use watchdog::Watchdog;
 
@@ -43,7 +45,10 @@ const LAST_WRITES: Duration = Duration::from_millis(100);
 pub struct Telemetry {
     link: Arc<Link>,
     robot: u16,
-    status: StatusPort,
+    status: Outlet<Status>,
+    timing: Outlet<Timing>,
+    /// After the ports, so that it is left when they are closed.
+    place: Place,
     /// Latencies of all ticks since the start.
     total: Ledger,
     lines: Throttle,
@@ -87,7 +92,7 @@ impl Writers {
 }
 
 impl Telemetry {
-    /// Opens nothing yet: the status port is opened, and opened again, as needed, in the space that comes from `spaces`. To
+    /// Opens nothing yet: its ports are opened, and opened again, as needed, in the space that comes from `spaces`. To
     /// be called on the thread that [`Self::run`]s.
     #[must_use]
     pub fn new(config: &Config, link: Arc<Link>, spaces: Receiver<Space>) -> Self {
@@ -99,7 +104,9 @@ impl Telemetry {
             listening: Listening::new(config, Arc::clone(&link)),
             link,
             robot: config.robot.id,
-            status: StatusPort::new(config, spaces),
+            status: Outlet::new(config.robot.name.clone()),
+            timing: Outlet::new(config.robot.name.clone()),
+            place: Place::new(spaces),
             total: Ledger::default(),
             lines: Throttle::default(),
             lost_events: 0,
@@ -147,7 +154,7 @@ impl Telemetry {
             }
             if checked.elapsed() >= CHECK_PERIOD {
                 checked = Instant::now();
-                self.status.look_after_space()?;
+                self.place.look_after()?;
             }
         }
         self.drain();
@@ -169,6 +176,7 @@ impl Telemetry {
             "telemetry begins anew after a defect of colocd; please report it with this log"
         );
         self.status.close();
+        self.timing.close();
         self.link.give_back(Box::default());
         self.resumes = Instant::now() + pause;
     }
@@ -189,6 +197,7 @@ impl Telemetry {
     fn handle(&mut self, event: Event) {
         match event {
             Event::Account(ledger) => self.publish(ledger),
+            Event::Timing(timing) => self.timing.send(timing, &mut self.place),
             Event::Recorded(line) => self
                 .writers
                 .recorder
@@ -214,7 +223,7 @@ impl Telemetry {
 
     fn publish(&mut self, mut ledger: Box<Ledger>) {
         self.total.add(&ledger);
-        let lost = ledger.status.lost_events;
+        let lost = ledger.status.losses.events;
         if lost > self.lost_events {
             let events = lost - self.lost_events;
             self.lines.note(Event::Lost { events });
@@ -222,7 +231,7 @@ impl Telemetry {
         self.lost_events = lost;
         let mut status = ledger.status;
         status.latency = self.total.percentiles();
-        self.status.send(status);
+        self.status.send(status, &mut self.place);
         ledger.clear();
         self.link.give_back(ledger);
     }

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use coloc_estimator::{Stamp, TickInputs};
-use coloc_shm_types::{Sender, Space};
+use coloc_shm_types::{Sender, Space, Timing};
 
 use crate::account::Account;
 use crate::clock::{Moment, TimeSource, Timeline};
@@ -14,10 +14,11 @@ use crate::collect::Collect;
 use crate::config::{ClockSource, Config};
 use crate::estimate::{Estimate, initial};
 use crate::event::{Event, Link};
-use crate::publish::{Circumstances, Publish, Stages};
+use crate::publish::{Circumstances, Publish};
 use crate::record::{self, Record, Step};
 use crate::saved::{Saved, Unusable, When};
 use crate::start::StartError;
+use crate::stopwatch::{Stages, Stopwatch};
 use crate::wait::Wake;
 
 /// A robot: its clocks, and the four steps after the wait.
@@ -30,8 +31,10 @@ pub struct Robot {
     estimate: Estimate,
     publish: Publish,
     account: Account,
-    /// Of the tick before, where this one has none yet.
-    stages: Stages,
+    /// Stamps what is told of each tick's time.
+    timings: Sender,
+    /// When the newest frame of the tick before came \[ns of the inner clock\].
+    last_frame_ns: i64,
     listens: u32,
     resumed: Option<Result<f64, Unusable>>,
 }
@@ -42,6 +45,16 @@ const LISTENS_PER_REHEARSAL: u32 = 16;
 /// Full drains that a tick has time for: as many frames as 2 buses with 100 frames a second hold after 10 s. More wait in the kernel
 /// for the next tick.
 const DRAINS: usize = 8;
+
+/// Where a tick's time went.
+struct Times {
+    tick: u64,
+    since_tick_ns: u64,
+    lateness_ns: u64,
+    /// When the estimate had been sent \[ns of the inner clock\].
+    sent_ns: i64,
+    stages: Stages,
+}
 
 /// What a wake-up led to.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -74,14 +87,11 @@ impl Robot {
             _ => initial(config),
         };
         let collect = Collect::open(config, space, Arc::clone(&link))?;
-        let sender =
-            Sender::start(config.robot.id, config.clock.source.into()).map_err(|error| {
-                StartError::System {
-                    what: "/dev/urandom cannot be read",
-                    error,
-                }
-            })?;
+        let sender = sender(config)?;
+        let publish = Publish::open(config, space, &sender)?;
         let mut account = Account::new(config, link, &sender);
+        collect.deaf().for_each(|input| account.deaf(input));
+        publish.unreachable().for_each(|it| account.unreachable(it));
         account.record([Record::begin(config.robot.id, stamp.as_nanos(), &belief)]);
         Ok(Self {
             time,
@@ -89,9 +99,10 @@ impl Robot {
             clock: config.clock.source,
             collect,
             estimate: Estimate::new(config, stamp, belief),
-            publish: Publish::open(config, space, &sender)?,
+            publish,
             account,
-            stages: Stages::default(),
+            timings: sender.beside(),
+            last_frame_ns: 0,
             listens: 0,
             resumed: resumed.map(|outcome| outcome.map(|(_, age_s)| age_s)),
         })
@@ -138,7 +149,7 @@ impl Robot {
 
     /// What follows the wait: a tick, unless a frame ended it that is not yet a whole odometry sample.
     pub fn wake(&mut self, wake: Wake) -> Outcome {
-        let watch = Stopwatch(self.time.now_ns());
+        let watch = Stopwatch::start(&*self.time);
         if !self.collect.has_frames() {
             self.collect.drain(&*self.time);
         }
@@ -195,7 +206,7 @@ impl Robot {
     }
 
     fn tick(&mut self, wake: Wake, mut watch: Stopwatch, moment: &Moment) {
-        let lateness_ns = self.account.woke(wake, watch.0);
+        let lateness_ns = self.account.woke(wake, watch.last_ns());
         // collect
         let behind = !self.collect.emptied();
         if behind {
@@ -205,7 +216,10 @@ impl Robot {
         }
         let samples = self.collect.gather();
         let inputs = self.collect.inputs(moment);
-        self.stages.collect_ns = watch.lap(&*self.time);
+        let mut stages = Stages {
+            collect_ns: watch.lap(&*self.time),
+            ..Stages::default()
+        };
         // estimate
         let (step, outputs) = if behind {
             // A step up to now would make the frames that are left older than the history.
@@ -213,20 +227,18 @@ impl Robot {
         } else {
             (Step::Own, self.estimate.step(&inputs))
         };
-        self.stages.estimate_ns = watch.lap(&*self.time);
+        stages.estimate_ns = watch.lap(&*self.time);
+        let since_tick_ns = watch.since(moment);
         // publish
         let circumstances = Circumstances {
             tick: self.account.status.tick,
-            frame_stamp_ns: self.collect.newest_frame_ns(moment.stamp),
-            latency_ns: watch.since(moment),
-            lateness_ns,
-            stages: self.stages,
             health: self.account.health(),
         };
         self.publish
             .estimate(&outputs.estimate, &circumstances, moment);
+        let sent_ns = self.time.now_ns();
         self.publish.neighbours(outputs.outgoing, moment);
-        self.stages.publish_ns = watch.lap(&*self.time);
+        stages.publish_ns = watch.lap(&*self.time);
         // account
         let recorded = TickInputs {
             measurements: if behind { &[] } else { inputs.measurements },
@@ -237,9 +249,48 @@ impl Robot {
         self.account.record([Record::from(&outputs.estimate)]);
         self.account.outputs(&outputs, samples);
         self.collect.clear(behind);
-        self.account
-            .close(moment.stamp.as_nanos(), circumstances.latency_ns);
-        self.stages.account_ns = watch.lap(&*self.time);
+        self.close_books(moment, since_tick_ns);
+        stages.account_ns = watch.lap(&*self.time);
+        let times = Times {
+            tick: circumstances.tick,
+            since_tick_ns,
+            lateness_ns,
+            sent_ns,
+            stages,
+        };
+        self.tell_times(&times, moment);
+    }
+
+    fn close_books(&mut self, moment: &Moment, latency_ns: u64) {
+        let now = moment.stamp;
+        self.account.undelivered(self.publish.undelivered);
+        if self.account.is_report_due(now.as_nanos()) {
+            self.collect.tell_sessions(now, &mut self.account);
+        }
+        self.account.close(now.as_nanos(), latency_ns);
+    }
+
+    fn tell_times(&mut self, times: &Times, moment: &Moment) {
+        let frame_ns = self.collect.newest_frame_ns(moment.stamp);
+        let is_new = frame_ns > std::mem::replace(&mut self.last_frame_ns, frame_ns);
+        let latency_ns = u64::try_from(times.sent_ns - frame_ns).unwrap_or(0);
+        let stamp_ns = moment.on(self.clock, moment.stamp.as_nanos());
+        self.account.tell_timing(Timing {
+            header: self.timings.header(stamp_ns),
+            boot_ns: moment.stamp.as_nanos(),
+            tick: times.tick,
+            frame_stamp_ns: match frame_ns {
+                0 => 0,
+                inner_ns => moment.on(self.clock, inner_ns),
+            },
+            latency_ns: if is_new { latency_ns } else { 0 },
+            since_tick_ns: times.since_tick_ns,
+            lateness_ns: times.lateness_ns,
+            collect_ns: times.stages.collect_ns,
+            estimate_ns: times.stages.estimate_ns,
+            publish_ns: times.stages.publish_ns,
+            account_ns: times.stages.account_ns,
+        });
     }
 
     /// Reads the clocks; that one was set is told, and touches nothing.
@@ -256,18 +307,10 @@ impl Robot {
     }
 }
 
-/// When the last stage ended \[ns of the inner clock\].
-struct Stopwatch(i64);
-
-impl Stopwatch {
-    /// How long the stage that ends now took \[ns\].
-    fn lap(&mut self, time: &dyn TimeSource) -> u32 {
-        let begin = std::mem::replace(&mut self.0, time.now_ns());
-        u32::try_from((self.0 - begin).max(0)).unwrap_or(u32::MAX)
-    }
-
-    /// From the tick's stamp to the end of the last stage \[ns\].
-    fn since(&self, moment: &Moment) -> u64 {
-        u64::try_from(self.0 - moment.stamp.as_nanos()).unwrap_or(0)
-    }
+fn sender(config: &Config) -> Result<Sender, StartError> {
+    let sender = Sender::start(config.robot.id, config.clock.source.into());
+    sender.map_err(|error| StartError::System {
+        what: "/dev/urandom cannot be read",
+        error,
+    })
 }

@@ -3,8 +3,10 @@
 mod support;
 
 use coloc_estimator::{Covariance2, Covariance3};
-use coloc_shm_types::{Header, Health, Input, Position, Reject, Status};
-use support::Site;
+use coloc_shm_types::{Header, Health, Input, Position, Reject, Status, Timing};
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
+use support::{Daemon, Site};
 
 const STRAIGHT_MPS: f64 = 0.5;
 const PRECISE: &str = "[initial]\nsigma = [0.1, 0.1, 0.001]\n";
@@ -14,7 +16,7 @@ fn frames_become_a_pose() {
     let site = Site::new("robot1", PRECISE);
     let mut daemon = site.start();
     let mut drive = site.drive();
-    let listener = site.listen();
+    let (listener, timings) = (site.listen(), site.listen_to::<Timing>());
     drive.straight(100, STRAIGHT_MPS);
     drive.stand();
     let way_m = drive.way_m();
@@ -26,9 +28,11 @@ fn frames_become_a_pose() {
         "{estimate:?}"
     );
     assert_eq!(estimate.header.source, 1);
-    assert!(estimate.frame_stamp_ns > 0 && estimate.frame_stamp_ns <= estimate.header.stamp_ns);
+    let timing = timings.until("its tick's time", |it| it.tick == estimate.tick);
+    assert_eq!(timing.header.stamp_ns, estimate.header.stamp_ns);
+    assert!((1..=timing.header.stamp_ns).contains(&timing.frame_stamp_ns));
     assert!(Covariance3::from_row_major(estimate.total()).is_ok());
-    drop(listener);
+    drop((listener, timings));
     daemon.terminate();
     site.assert_nothing_left();
 }
@@ -63,7 +67,7 @@ fn the_encoder_trigger_ticks_once_a_sample() {
 fn health_follows_the_wheels() {
     let site = Site::new("robot1", PRECISE);
     let mut daemon = site.start();
-    let listener = site.listen();
+    let (listener, timings) = (site.listen(), site.listen_to::<Timing>());
     listener.until("a first estimate", |estimate| {
         estimate.health_of(Input::Odometry) == Health::NeverSeen
     });
@@ -75,7 +79,8 @@ fn health_follows_the_wheels() {
         estimate.health_of(Input::Odometry) == Health::Stale
     });
     // Not a tick later than the threshold allows: 0.1 s of silence, a period of 20 ms, and no missed deadline between.
-    let silent_ns = stale.header.stamp_ns - stale.frame_stamp_ns;
+    let timing = timings.until("its tick's time", |it| it.tick == stale.tick);
+    let silent_ns = timing.header.stamp_ns - timing.frame_stamp_ns;
     assert!(silent_ns > 100_000_000, "{silent_ns}");
     daemon.terminate();
 }
@@ -122,6 +127,43 @@ fn fixes_are_fused_and_bad_ones_counted() {
     drop((listener, fixes));
     daemon.terminate();
     site.assert_nothing_left();
+}
+
+/// Who is refused used to be said without saying who, and by how much.
+#[test]
+fn the_line_of_a_refused_fix_names_its_receiver_and_how_far_it_is_off() {
+    let site = Site::new("robot1", PRECISE);
+    let mut daemon = Daemon::spawn(site.run_command().stderr(Stdio::piped()));
+    let listener = site.listen();
+    let fixes = site.space().publisher::<Position>(&site.robot()).unwrap();
+    let first = listener.until("a first estimate", |_| true);
+    let header = Header {
+        source: 3,
+        sequence: 0,
+        ..first.header
+    };
+    fixes
+        .send(Position {
+            header,
+            quality: 4,
+            position: [100.0, 0.0],
+            covariance: [0.01, 0.0, 0.0, 0.01],
+            ..Position::default()
+        })
+        .unwrap();
+    let lines = BufReader::new(daemon.standard_error()).lines();
+    let line = lines
+        .map(Result::unwrap)
+        .find(|line| line.contains("position rejected"));
+    let line = line.expect("a line about it");
+    let number = |name: &str| {
+        let (_, rest) = line.split_once(&format!(" {name}="))?;
+        rest.split_whitespace().next()?.parse::<f64>().ok()
+    };
+    assert_eq!(number("source"), Some(3.0), "{line}");
+    let (d2, gate) = number("d2").zip(number("gate")).expect(&line);
+    assert!(gate > 1.0 && d2 > 10_000.0 && d2 < 1_010_000.0, "{line}");
+    daemon.terminate();
 }
 
 #[test]

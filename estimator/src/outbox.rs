@@ -45,6 +45,7 @@ impl Outbox {
     pub(crate) fn send(&mut self, sighting: &Sighting, seen: &GlobalPose) {
         let fitted = self.outgoing.push(OutgoingPose {
             to: sighting.observed,
+            by: sighting.origin.source,
             stamp: sighting.stamp,
             pose: seen.pose,
             parts: Parts::of(&seen.total, &seen.independent),

@@ -41,6 +41,8 @@ pub struct Estimate {
 pub struct OutgoingPose {
     /// The robot that was seen.
     pub to: RobotId,
+    /// Which sensor saw it.
+    pub by: u16,
     /// The sighting's stamp.
     pub stamp: Stamp,
     /// y*

@@ -25,8 +25,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let ([robot, x, y] | [robot, x, y, _, _]) = arguments.as_slice() else {
         return Err(
-            "usage: feed_fixes <robot> <x in m> <y in m> [<root> <prefix>], of a robot \
-                    with the clock `realtime`: where its configuration names them in [shm]"
+            "usage: feed_fixes <robot> <x in m> <y in m> [<root> <prefix>], where the robot's \
+                    configuration names them in [shm]"
                 .into(),
         );
     };

@@ -4,7 +4,7 @@ use core::fmt::Debug;
 
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::{Estimate, Header, Neighbour, Odometry, Position, RelativePose, Status};
+use crate::{Estimate, Header, Neighbour, Odometry, Position, RelativePose, Status, Timing};
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
@@ -19,6 +19,8 @@ pub enum Channel {
     Neighbour,
     /// The belief.
     Estimate,
+    /// Where the daemon's time goes.
+    Timing,
     /// The counters.
     Status,
 }
@@ -141,7 +143,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 6] = [
+    pub const TABLE: [Told; 7] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
@@ -182,6 +184,20 @@ impl Channel {
             size: size_of::<Estimate>(),
             subscribers: 32,
             buffer: 16,
+            ..DAEMON
+        },
+        Told {
+            channel: Self::Timing,
+            name: "timing",
+            what: "where the time of every tick went, inside of the daemon",
+            age: Age::Millis(5000),
+            matters: Matters::All,
+            size: size_of::<Timing>(),
+            late_joiner: false,
+            // For who measures the daemon, not for everybody's every day.
+            subscribers: 8,
+            // A tenth of a second at 1 kHz: they come in bursts of half of that.
+            buffer: 128,
             ..DAEMON
         },
         Told {
@@ -238,6 +254,9 @@ pub trait Message: ZeroCopySend + Debug + Copy + 'static {
     /// The channel on which it travels.
     const CHANNEL: Channel;
 
+    /// Its name and version, as the shared memory knows it.
+    const TYPE_NAME: &'static str;
+
     /// Who says it and when.
     fn header(&self) -> &Header;
 
@@ -249,6 +268,7 @@ macro_rules! travels {
     ($($payload:ident)*) => {
         $(impl Message for $payload {
             const CHANNEL: Channel = Channel::$payload;
+            const TYPE_NAME: &'static str = concat!("coloc.", stringify!($payload), ".v2");
 
             fn header(&self) -> &Header {
                 &self.header
@@ -261,10 +281,12 @@ macro_rules! travels {
     };
 }
 
-travels! { Odometry RelativePose Position Neighbour Estimate Status }
+travels! { Odometry RelativePose Position Neighbour Estimate Timing Status }
 
 #[cfg(test)]
 mod tests {
+    use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
+
     use super::*;
 
     #[test]
@@ -278,6 +300,23 @@ mod tests {
                 .filter(|other| other.name == told.name);
             assert_eq!((named.count(), told.name.is_empty()), (1, false));
         }
+    }
+
+    fn assert_named<M: Message>() {
+        let detail = TypeDetail::new::<M>(TypeVariant::FixedSize);
+        assert_eq!(detail.type_name().to_string(), M::TYPE_NAME);
+        assert_eq!(detail.size(), M::CHANNEL.told().size);
+    }
+
+    #[test]
+    fn every_payload_is_called_and_as_large_as_the_table_says() {
+        assert_named::<Odometry>();
+        assert_named::<RelativePose>();
+        assert_named::<Position>();
+        assert_named::<Neighbour>();
+        assert_named::<Estimate>();
+        assert_named::<Timing>();
+        assert_named::<Status>();
     }
 
     #[test]

@@ -46,8 +46,8 @@ pub use clock::{Clock, Present, boot};
 pub use health::{BusState, Health};
 pub use input::Input;
 pub use payload::{
-    CanCounters, Estimate, Header, Latency, Neighbour, Odometry, OdometryKind, Position,
-    RelativePose, SourceHealth, Status,
+    CanCounters, Estimate, Header, Latency, Losses, Neighbour, Odometry, OdometryKind, Position,
+    RelativePose, SourceHealth, Status, Timing,
 };
 pub use reject::Reject;
 pub use robot_name::{NotARobotName, RobotName};

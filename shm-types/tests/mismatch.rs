@@ -1,4 +1,6 @@
 //! What a service that somebody else opened differently says.
+#![allow(clippy::unwrap_used)] // What fails here fails the test.
+
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
@@ -6,11 +8,25 @@ use coloc_shm_types::{Estimate, Message, PortError, RobotName, Space};
 use iceoryx2::node::Node;
 use iceoryx2::prelude::{FileName, NodeBuilder, SemanticString, ZeroCopySend, ipc};
 
-#[derive(Copy, Clone, Debug, Default, ZeroCopySend)]
+#[derive(Copy, Clone, Debug, ZeroCopySend)]
 #[repr(C)]
 #[type_name("coloc.Estimate.v1")]
 struct OldEstimate {
     pose: [f64; 32],
+}
+
+#[derive(Copy, Clone, Debug, ZeroCopySend)]
+#[repr(C)]
+#[type_name("coloc.Estimate.v3")]
+struct NewEstimate {
+    pose: [f64; 43],
+}
+
+#[derive(Copy, Clone, Debug, ZeroCopySend)]
+#[repr(C)]
+#[type_name("geometry.Pose")]
+struct Stranger {
+    pose: [f64; 3],
 }
 
 /// The node of a program that goes its own way in the same space.
@@ -24,22 +40,57 @@ fn other_node(root: &Path, full_prefix: &str) -> Node<ipc::Service> {
     NodeBuilder::new().config(&config).create().expect("a node")
 }
 
-#[test]
-fn another_version_of_a_payload_is_refused() {
+/// How a port is refused where somebody has opened its service with the payload `T`.
+fn refused_beside<T: ZeroCopySend + std::fmt::Debug + 'static>() -> PortError {
     let root = tempfile::tempdir().unwrap();
     let space = Space::open(root.path(), "t", "test").unwrap();
     let node = other_node(root.path(), space.middleware_prefix());
     let name = "coloc/r1/estimate".try_into().unwrap();
     let _service = node
         .service_builder(&name)
-        .publish_subscribe::<OldEstimate>()
+        .publish_subscribe::<T>()
         .create()
         .unwrap();
-    let refusal = space
-        .subscriber::<Estimate>(&RobotName::new("r1").unwrap())
-        .unwrap_err();
-    assert!(matches!(&refusal, PortError::OtherType { service } if service == "coloc/r1/estimate"));
-    assert!(refusal.to_string().contains("restart"));
+    let robot = RobotName::new("r1").unwrap();
+    space.subscriber::<Estimate>(&robot).unwrap_err()
+}
+
+#[test]
+fn another_version_of_a_payload_is_refused_in_words() {
+    for (refusal, theirs, age) in [
+        (
+            refused_beside::<OldEstimate>(),
+            "coloc.Estimate.v1",
+            "an older",
+        ),
+        (
+            refused_beside::<NewEstimate>(),
+            "coloc.Estimate.v3",
+            "a newer",
+        ),
+        (refused_beside::<Stranger>(), "geometry.Pose", "another"),
+    ] {
+        let PortError::OtherType {
+            service,
+            theirs: found,
+            ..
+        } = &refusal
+        else {
+            panic!("{refusal}");
+        };
+        assert_eq!(
+            (service.as_str(), found.as_str()),
+            ("coloc/r1/estimate", theirs)
+        );
+        let said = refusal.to_string();
+        let expected = format!(
+            "carries `{theirs}`, and this program speaks `coloc.Estimate.v2`: a program of {age} coloc uses"
+        );
+        assert!(
+            said.contains(&expected) && said.contains("start them again"),
+            "{said}"
+        );
+    }
 }
 
 /// Files whose names end so, by a second name of each that outlives the first.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use coloc_shm_types::{Estimate, Input, Reject, Status};
+use coloc_shm_types::{Estimate, Input, Reject, Status, Timing};
 use hdrhistogram::Histogram;
 
 use super::bystanders::{Stall, stalled_ns};
@@ -68,24 +68,24 @@ impl Record {
     }
 
     /// Notes an estimate, with the truth at its stamp where that is known.
-    pub(crate) fn hear_estimate(
-        &mut self,
-        estimate: &Estimate,
-        comparison: Option<Comparison>,
-        period_ns: u64,
-    ) {
+    pub(crate) fn hear_estimate(&mut self, estimate: &Estimate, comparison: Option<Comparison>) {
         self.latest = Some((*estimate, Instant::now()));
         self.comparisons.extend(comparison);
+        self.missed.entry(estimate.header.session).or_default();
+    }
+
+    /// Notes where a tick's time went.
+    pub(crate) fn hear_timing(&mut self, timing: &Timing, period_ns: u64) {
         // It grows as needed; only a number beyond all memory could be refused.
-        let took_ns = u64::from(estimate.collect_ns) + u64::from(estimate.estimate_ns);
+        let took_ns = u64::from(timing.collect_ns) + u64::from(timing.estimate_ns);
         let _ = self.latency.record(took_ns);
-        let missed = self.missed.entry(estimate.header.session).or_default();
-        missed.at_all += estimate.lateness_ns.saturating_add(took_ns) / period_ns;
-        missed.by_more_than_a_period += estimate.lateness_ns / period_ns;
-        if estimate.lateness_ns >= period_ns {
+        let missed = self.missed.entry(timing.header.session).or_default();
+        missed.at_all += timing.lateness_ns.saturating_add(took_ns) / period_ns;
+        missed.by_more_than_a_period += timing.lateness_ns / period_ns;
+        if timing.lateness_ns >= period_ns {
             self.late.push(Late {
-                at_ns: estimate.header.stamp_ns,
-                lateness_ns: estimate.lateness_ns,
+                at_ns: timing.header.stamp_ns,
+                lateness_ns: timing.lateness_ns,
                 period_ns,
             });
         }
@@ -189,16 +189,11 @@ mod tests {
 
     use super::*;
 
-    fn estimate(session: u64, lateness_ns: u64) -> Estimate {
-        let header = Header {
-            session,
-            ..Header::default()
-        };
-        Estimate {
-            header,
+    fn timing(lateness_ns: u64) -> Timing {
+        Timing {
             collect_ns: 100_000,
             lateness_ns,
-            ..Estimate::default()
+            ..Timing::default()
         }
     }
 
@@ -213,7 +208,7 @@ mod tests {
                 estimate: coloc_estimator::Pose::default(),
                 sigma: [0.1; 3],
             };
-            record.hear_estimate(&estimate(1, 0), Some(comparison), 20_000_000);
+            record.hear_estimate(&Estimate::default(), Some(comparison));
         }
         let lengths: Vec<usize> = record.pieces().iter().map(|piece| piece.len()).collect();
         assert_eq!(lengths, [3, 2]);
@@ -241,7 +236,7 @@ mod tests {
     fn a_miss_is_by_more_than_a_period_only_if_the_wake_up_was() {
         let mut record = Record::new();
         for lateness_ns in [50_000, 19_950_000, 20_000_001] {
-            record.hear_estimate(&estimate(1, lateness_ns), None, 20_000_000);
+            record.hear_timing(&timing(lateness_ns), 20_000_000);
         }
         assert_eq!(
             (
@@ -256,9 +251,9 @@ mod tests {
     #[test]
     fn what_the_machine_did_is_not_the_robots() {
         let mut record = Record::new();
-        let mut late = estimate(1, 45_000_000);
+        let mut late = timing(45_000_000);
         late.header.stamp_ns = 1_000_000_000;
-        record.hear_estimate(&late, None, 20_000_000);
+        record.hear_timing(&late, 20_000_000);
         let missed = |from_ms: i64, until_ms: i64| {
             let [from_ns, until_ns] = [from_ms, until_ms].map(|ms| ms * 1_000_000);
             record.missed_by_the_machine(&[Stall { from_ns, until_ns }])
@@ -272,13 +267,8 @@ mod tests {
     #[test]
     fn a_daemon_that_counted_more_than_was_heard_is_believed() {
         let mut record = Record::new();
-        record.hear_estimate(&estimate(1, 0), None, 20_000_000);
-        let header = Header {
-            session: 1,
-            ..Header::default()
-        };
+        record.hear_estimate(&Estimate::default(), None);
         record.hear_status(&Status {
-            header,
             deadline_misses: 3,
             ..Status::default()
         });

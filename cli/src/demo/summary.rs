@@ -261,7 +261,7 @@ fn files(left: usize) -> String {
 
 impl RobotSummary {
     fn line(&self) -> String {
-        let (Some(accuracy), Some(latency)) = (&self.accuracy, &self.latency_us) else {
+        let Some(accuracy) = &self.accuracy else {
             return format!("{:<7} was never heard while it drove", self.name);
         };
         let [x, y, phi] = accuracy.mean_abs_error;
@@ -274,7 +274,7 @@ impl RobotSummary {
             self.name,
             self.deadlines_missed,
             self.deadlines_missed_by_more_than_a_period,
-            latency.p99,
+            self.latency_us.map_or(f64::NAN, |latency| latency.p99),
         )
     }
 }

@@ -205,7 +205,7 @@ pub(crate) fn line(progress: Progress, records: &[Record], states: &[State]) -> 
 mod tests {
     use std::time::Instant;
 
-    use coloc_shm_types::Estimate;
+    use coloc_shm_types::{Estimate, Timing};
 
     use super::*;
 
@@ -214,12 +214,15 @@ mod tests {
         record.hear_estimate(
             &Estimate {
                 pose: [1.0, -2.0, 3.0],
-                latency_ns: 42_000,
                 ..Estimate::default()
             },
             None,
-            20_000_000,
         );
+        let timing = Timing {
+            collect_ns: 42_000,
+            ..Timing::default()
+        };
+        record.hear_timing(&timing, 20_000_000);
         record
     }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use coloc_estimator::Pose;
-use coloc_shm_types::{Estimate, RobotName, Space, Status, Subscriber};
+use coloc_shm_types::{Estimate, RobotName, Space, Status, Subscriber, Timing};
 
 use super::clock::world_time_s;
 use super::record::Record;
@@ -25,6 +25,7 @@ pub(crate) struct Watch {
 
 struct Ears {
     estimates: Subscriber<Estimate>,
+    timings: Subscriber<Timing>,
     statuses: Subscriber<Status>,
 }
 
@@ -53,7 +54,10 @@ impl Watch {
                 let comparison = start_ns.and_then(|start_ns| {
                     compare(&self.stage, self.seconds, robot, &estimate, start_ns)
                 });
-                record.hear_estimate(&estimate, comparison, period_ns);
+                record.hear_estimate(&estimate, comparison);
+            }
+            while let Some(timing) = ears.timings.receive().map_err(DemoError::shm)? {
+                record.hear_timing(&timing, period_ns);
             }
             while let Some(status) = ears.statuses.receive().map_err(DemoError::shm)? {
                 record.hear_status(&status);
@@ -88,6 +92,7 @@ impl Ears {
         let robot = RobotName::new(&name(robot + 1)).map_err(DemoError::shm)?;
         Ok(Self {
             estimates: space.subscriber(&robot).map_err(DemoError::shm)?,
+            timings: space.subscriber(&robot).map_err(DemoError::shm)?,
             statuses: space.subscriber(&robot).map_err(DemoError::shm)?,
         })
     }

@@ -19,10 +19,11 @@ pub(crate) struct Seen {
     pub(crate) received_ns: i64,
     /// The tick's wake-up.
     pub(crate) stamp_ns: i64,
-    /// Kernel's stamp of the newest frame in it.
+    pub(crate) tick: u64,
+    /// Kernel's stamp of the newest frame in it; 0 if that was not told, like what follows.
     pub(crate) frame_stamp_ns: i64,
-    /// Those of the message.
-    pub(crate) latency_ns: u64,
+    /// Those of the tick, as it told them.
+    pub(crate) since_tick_ns: u64,
     pub(crate) lateness_ns: u64,
     pub(crate) collect_ns: u32,
     pub(crate) estimate_ns: u32,

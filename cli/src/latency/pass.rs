@@ -262,8 +262,8 @@ fn stages<'a>(
 
 /// When the estimate was complete, and its publication began.
 fn published_ns(tick: &Seen) -> i64 {
-    let latency_ns = i64::try_from(tick.latency_ns).unwrap_or(i64::MAX);
-    tick.stamp_ns.saturating_add(latency_ns)
+    let since_tick_ns = i64::try_from(tick.since_tick_ns).unwrap_or(i64::MAX);
+    tick.stamp_ns.saturating_add(since_tick_ns)
 }
 
 /// When the daemon's wait ended. The stamp is a little later: frames are drained first.
@@ -271,7 +271,7 @@ fn woken_ns(tick: &Seen) -> i64 {
     published_ns(tick) - i64::from(tick.collect_ns) - i64::from(tick.estimate_ns)
 }
 
-/// A tick reports the publication of the one before: those within 100 ms after the join.
+/// Of the publications within 100 ms after the join.
 fn cost_of_joining(seen: &[Seen], joined_ns: i64) -> Option<u64> {
     let around = seen
         .iter()

@@ -1,10 +1,11 @@
-//! The other process: takes every estimate as soon as it is there, and notes when.
+//! The other process: takes every estimate as soon as it is there, and notes when; what its tick took is told later.
 
 use std::io::{BufRead, BufReader, BufWriter, Write, stdout};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
+use std::time::{Duration, Instant};
 
-use coloc_shm_types::{Estimate, RobotName, Space};
+use coloc_shm_types::{Estimate, RobotName, Space, Subscriber, Timing};
 
 use super::args::ReaderArgs;
 use super::error::LatencyError;
@@ -21,6 +22,10 @@ const READY: &str = "ready";
 /// very moment at which an estimate is on its way.
 const TURNS_PER_YIELD: u64 = 64;
 
+/// A tick is told of by then, unless the machine has no time for that at all.
+const TOLD_WITHIN: Duration = Duration::from_secs(2);
+const BETWEEN_LOOKS: Duration = Duration::from_millis(10);
+
 /// Being that process: busy, at ordinary priority, until the time is over. Prints what it saw, a line each.
 pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
     end_with_parent().map_err(LatencyError::Reader)?;
@@ -28,10 +33,10 @@ pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
     let space =
         Space::open(&args.root, PREFIX, "coloc-latency-reader").map_err(LatencyError::shm)?;
     let robot = RobotName::new(&args.robot).map_err(LatencyError::shm)?;
-    let estimates = space
-        .subscriber::<Estimate>(&robot)
-        .map_err(LatencyError::shm)?;
+    let estimates: Subscriber<Estimate> = space.subscriber(&robot).map_err(LatencyError::shm)?;
+    let timings: Subscriber<Timing> = space.subscriber(&robot).map_err(LatencyError::shm)?;
     let mut seen = Vec::with_capacity(args.expect);
+    let mut told = Vec::with_capacity(args.expect);
     print_line(READY);
     let mut now = now_ns();
     for turn in 1_u64.. {
@@ -43,22 +48,55 @@ pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
         }
         let estimate = estimates.receive().map_err(LatencyError::shm)?;
         now = now_ns();
-        seen.extend(estimate.map(|estimate| note(&estimate, now)));
+        if let Some(estimate) = estimate {
+            seen.push(note(&estimate, now));
+            // The next one is not due yet.
+            listen(&timings, &mut told)?;
+        }
     }
+    let last = seen.last().map_or(0, |seen: &Seen| seen.tick);
+    let deadline = Instant::now() + TOLD_WITHIN;
+    while told.last().is_none_or(|timing| timing.tick < last) && Instant::now() < deadline {
+        std::thread::sleep(BETWEEN_LOOKS);
+        listen(&timings, &mut told)?;
+    }
+    complete(&mut seen, &told);
     print(&seen).map_err(|error| LatencyError::Reader(error.to_string()))
+}
+
+fn listen(timings: &Subscriber<Timing>, told: &mut Vec<Timing>) -> Result<(), LatencyError> {
+    while let Some(timing) = timings.receive().map_err(LatencyError::shm)? {
+        told.push(timing);
+    }
+    Ok(())
 }
 
 fn note(estimate: &Estimate, received_ns: i64) -> Seen {
     Seen {
         received_ns,
         stamp_ns: estimate.header.stamp_ns,
-        frame_stamp_ns: estimate.frame_stamp_ns,
-        latency_ns: estimate.latency_ns,
-        lateness_ns: estimate.lateness_ns,
-        collect_ns: estimate.collect_ns,
-        estimate_ns: estimate.estimate_ns,
-        publish_ns: estimate.publish_ns,
-        account_ns: estimate.account_ns,
+        tick: estimate.tick,
+        ..Seen::default()
+    }
+}
+
+/// Puts to every estimate what its tick told; both are in the order of the ticks.
+fn complete(seen: &mut [Seen], told: &[Timing]) {
+    let mut told = told.iter().peekable();
+    for seen in seen {
+        while told.next_if(|timing| timing.tick < seen.tick).is_some() {}
+        if let Some(timing) = told.next_if(|timing| timing.tick == seen.tick) {
+            *seen = Seen {
+                frame_stamp_ns: timing.frame_stamp_ns,
+                since_tick_ns: timing.since_tick_ns,
+                lateness_ns: timing.lateness_ns,
+                collect_ns: timing.collect_ns,
+                estimate_ns: timing.estimate_ns,
+                publish_ns: timing.publish_ns,
+                account_ns: timing.account_ns,
+                ..*seen
+            };
+        }
     }
 }
 
@@ -139,5 +177,28 @@ impl Drop for Reader {
         // Both fail only if it is gone already.
         let _ = self.child.kill();
         let _ = self.child.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_estimate_gets_what_its_own_tick_told() {
+        let mut seen: Vec<Seen> = [3, 4, 6]
+            .map(|tick| Seen {
+                tick,
+                ..Seen::default()
+            })
+            .into();
+        let told = [2, 3, 5, 6].map(|tick| Timing {
+            tick,
+            since_tick_ns: 100 + tick,
+            ..Timing::default()
+        });
+        complete(&mut seen, &told);
+        let told: Vec<u64> = seen.iter().map(|seen| seen.since_tick_ns).collect();
+        assert_eq!(told, [103, 0, 106]);
     }
 }

@@ -99,7 +99,7 @@ pub(crate) fn end(report: &Report) {
         "\n{} s each at {} Hz, {} trigger, {} neighbours, {} bus ({}), {} busy threads beside it\n\
          {} × {}, Linux {}, preemption {}, governor {}, isolated cores {}, load before {}, coloc {}\n\
          Every frame is counted from when it was due: a stall is charged to each frame that it delayed.\n\
-         publish and account are those of the tick before; transfer begins before publish and ends with the reader.\n\
+         transfer begins before publish and ends with the reader.\n\
          A dash: there were too few of them for that figure.",
         settings.seconds,
         settings.rate_hz,

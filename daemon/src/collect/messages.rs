@@ -6,10 +6,11 @@ use coloc_estimator::{
 };
 use coloc_shm_types::{
     Clock, Input, Limits, Message, Neighbour, PortError, Position, Present, Reject, RelativePose,
-    Sessions, Space, Subscriber, boot,
+    Sessions, Space, boot,
 };
 
 use super::list::List;
+use super::port::Port;
 use crate::account::Account;
 use crate::clock::Moment;
 use crate::config::{Config, nanos};
@@ -28,17 +29,6 @@ pub struct Messages {
     fixes: Port<Position>,
     neighbours: Port<Neighbour>,
     team: Team,
-}
-
-/// A subscriber, who was heard there, and how much of it a tick takes.
-#[derive(Debug)]
-struct Port<M: Message> {
-    subscriber: Subscriber<M>,
-    sessions: Sessions,
-    input: Input,
-    /// How many messages a tick still takes in, and how many it takes in all.
-    left: usize,
-    most: usize,
 }
 
 /// What a message is held against.
@@ -60,29 +50,29 @@ impl Messages {
         let team = Team::new(config);
         let (name, sensors) = (&config.robot.name, Sessions::SENSORS);
         let robots = team.robots.len();
-        let opened = Self {
-            sightings: Port::open(
-                space.subscriber(name)?,
-                Input::RelativePose,
-                sensors,
-                SIGHTINGS,
-            ),
-            fixes: Port::open(space.subscriber(name)?, Input::Position, sensors, FIXES),
-            neighbours: Port::open(
-                space.subscriber(name)?,
-                Input::Neighbour,
-                robots,
-                NEIGHBOURS,
-            ),
+        Ok(Self {
+            sightings: Port::open(space, name, (Input::RelativePose, sensors, SIGHTINGS))?,
+            fixes: Port::open(space, name, (Input::Position, sensors, FIXES))?,
+            neighbours: Port::open(space, name, (Input::Neighbour, robots, NEIGHBOURS))?,
             team,
-        };
-        // Whom this does not reach now the first receive will.
-        let _ = (
-            opened.sightings.subscriber.refresh(),
-            opened.fixes.subscriber.refresh(),
-            opened.neighbours.subscriber.refresh(),
-        );
-        Ok(opened)
+        })
+    }
+
+    /// The inputs whose channels have no place for this robot.
+    pub fn deaf(&self) -> impl Iterator<Item = Input> {
+        let inputs = [
+            self.sightings.deaf(),
+            self.fixes.deaf(),
+            self.neighbours.deaf(),
+        ];
+        inputs.into_iter().flatten()
+    }
+
+    /// Says who speaks on the channels.
+    pub fn tell_sessions(&self, now: Stamp, account: &mut Account) {
+        self.sightings.tell_sessions(now, account);
+        self.fixes.tell_sessions(now, account);
+        self.neighbours.tell_sessions(now, account);
     }
 
     /// Takes in what has arrived until `moment`, as far as there is room.
@@ -109,9 +99,9 @@ impl Messages {
 
     /// The tick is over: the next one takes in as many again.
     pub fn clear(&mut self) {
-        self.sightings.left = self.sightings.most;
-        self.fixes.left = self.fixes.most;
-        self.neighbours.left = self.neighbours.most;
+        self.sightings.clear();
+        self.fixes.clear();
+        self.neighbours.clear();
     }
 }
 
@@ -136,54 +126,6 @@ impl Team {
             future_tolerance_ns: self.future_tolerance_ns,
             own: self.own,
             robots: &self.robots,
-        }
-    }
-}
-
-impl<M: Message> Port<M> {
-    fn open(subscriber: Subscriber<M>, input: Input, sources: usize, most: usize) -> Self {
-        Self {
-            subscriber,
-            sessions: Sessions::new(sources),
-            input,
-            left: most,
-            most,
-        }
-    }
-
-    fn drain(
-        &mut self,
-        moment: &Moment,
-        into: &mut List<Measurement>,
-        account: &mut Account,
-        mut check: impl FnMut(&M) -> Result<Measurement, Reject>,
-    ) {
-        let input = self.input;
-        while self.left > 0 {
-            let mut message = match self.subscriber.receive() {
-                Ok(Some(message)) => message,
-                Ok(None) => return,
-                // One publisher's messages cannot be read; the others' come at the next tick.
-                Err(_) => return account.unreadable(input),
-            };
-            // Refused ones count: a flood of them must not make the tick longer than a flood of good ones.
-            self.left -= 1;
-            // What follows sees the inner clock alone.
-            *message.header_mut() = moment.inner(message.header());
-            let heard = check(&message).and_then(|measurement| {
-                let now_ns = moment.stamp.as_nanos();
-                self.sessions.accept(message.header(), now_ns)?;
-                Ok(measurement)
-            });
-            match heard {
-                Ok(measurement) => {
-                    account.valid(input, stamp(&message));
-                    // There is room: the list holds what all the ports take in.
-                    let _ = into.push(measurement);
-                }
-                Err(Reject::Replayed) => account.rejected(input, Reject::Replayed),
-                Err(reason) => account.invalid(input, reason),
-            }
         }
     }
 }

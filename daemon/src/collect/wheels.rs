@@ -134,10 +134,10 @@ impl Wheels {
                 Some(Ok(Some(odometry))) => {
                     let sample = self.to_motion.sample(&odometry);
                     self.newest_ns = [sample.stamp.as_nanos(), self.newest_ns[0]];
-                    account.valid(Input::Odometry, sample.stamp);
+                    account.valid(Input::Odometry, sample.source, sample.stamp);
                     self.had_samples |= self.samples.push(sample.into());
                 }
-                Some(Err(reason)) if is_wrong(reason) => account.unreadable(Input::Odometry),
+                Some(Err(reason)) if is_wrong(reason) => account.undecodable(Input::Odometry),
                 Some(Ok(None) | Err(_)) => {}
             }
         }

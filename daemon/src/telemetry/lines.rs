@@ -11,7 +11,15 @@ use coloc_shm_types::Health;
 pub(super) fn write((count, event): Sum) {
     let count = (count > 1).then_some(count);
     match event {
-        Event::Rejected { input, reason } => warn!(count, "{input} rejected: {reason}"),
+        Event::Rejected {
+            input,
+            source,
+            reason,
+            gated,
+        } => {
+            let (d2, gate) = gated.map(|it| (it.d2, it.gate)).unzip();
+            warn!(count, source, d2, gate, "{input} rejected: {reason}");
+        }
         Event::Health {
             input,
             from,
@@ -25,6 +33,18 @@ pub(super) fn write((count, event): Sum) {
             tick,
         } => warn!(count, tick, "{input}: {from} -> {to}"),
         Event::Bus { from, to } => warn!(count, "can: {from} -> {to}"),
+        Event::Contested { input, state } if state.contested => warn!(
+            count,
+            "{input}: {} senders say that they are source {}; give each a number of its own, or stop those that should not run",
+            state.live,
+            state.number
+        ),
+        Event::Contested { input, state } => {
+            info!(
+                count,
+                "{input}: only one sender says that it is source {}", state.number
+            );
+        }
         Event::Missed {
             deadlines,
             lateness_ns,

@@ -8,6 +8,9 @@ use crate::event::Event;
 
 const PERIOD: Duration = Duration::from_secs(5);
 
+/// So many sources of one kind have lines of their own; whoever invents more is told with one of these.
+const OWN_LINES: u16 = 16;
+
 /// What was noted and not said yet, by its kind.
 #[derive(Debug, Default)]
 pub(super) struct Throttle {
@@ -67,16 +70,27 @@ impl Entry {
 
 fn kind(event: &Event) -> Kind {
     match *event {
-        Event::Rejected { input, reason } => [0, input as u8, reason as u8, 0],
+        Event::Rejected {
+            input,
+            source,
+            reason,
+            ..
+        } => [0, input as u8, reason as u8, (source % OWN_LINES) as u8],
         Event::Health {
             input, from, to, ..
         } => [1, input as u8, from as u8, to as u8],
         Event::Bus { from, to } => [2, from as u8, to as u8, 0],
+        Event::Contested { input, state } => {
+            let [high, low] = state.number.to_be_bytes();
+            [8, input as u8, high, low]
+        }
         Event::Missed { .. } => [3, 0, 0, 0],
         Event::ClockStepped(ClockStep { clock, .. }) => [4, clock as u8, 0, 0],
         Event::NoRoom { .. } => [5, 0, 0, 0],
         Event::Lost { .. } => [6, 0, 0, 0],
-        Event::Belief { .. } | Event::Recorded(_) | Event::Account(_) => [7, 0, 0, 0],
+        Event::Belief { .. } | Event::Timing(_) | Event::Recorded(_) | Event::Account(_) => {
+            [7, 0, 0, 0]
+        }
     }
 }
 
@@ -128,6 +142,15 @@ mod tests {
 
     use super::*;
 
+    fn rejected(source: u16, reason: Reject) -> Event {
+        Event::Rejected {
+            input: Input::Position,
+            source,
+            reason,
+            gated: None,
+        }
+    }
+
     /// How often each event is said, and with which count, if it comes at 50 Hz for eleven seconds.
     fn said(event: impl Fn() -> Event) -> Vec<(u64, String)> {
         let (mut throttle, start) = (Throttle::default(), Instant::now());
@@ -144,10 +167,7 @@ mod tests {
     #[test]
     fn every_kind_of_line_is_said_at_once_and_then_as_a_sum() {
         let events: [fn() -> Event; 7] = [
-            || Event::Rejected {
-                input: Input::Position,
-                reason: Reject::Gated,
-            },
+            || rejected(3, Reject::Gated),
             || Event::Health {
                 input: Input::Position,
                 from: Health::Ok,
@@ -201,11 +221,20 @@ mod tests {
     fn another_kind_does_not_wait() {
         let (mut throttle, now) = (Throttle::default(), Instant::now());
         for &reason in Reject::ALL {
-            throttle.note(Event::Rejected {
-                input: Input::Position,
-                reason,
-            });
+            throttle.note(rejected(0, reason));
             assert_eq!(throttle.due(now).count(), 1, "{reason}");
         }
+    }
+
+    #[test]
+    fn every_source_has_its_line_and_a_flood_of_them_a_few() {
+        let (mut throttle, now) = (Throttle::default(), Instant::now());
+        for source in 0..16 {
+            throttle.note(rejected(source, Reject::Gated));
+            assert_eq!(throttle.due(now).count(), 1, "{source}");
+        }
+        (0..u16::MAX).for_each(|source| throttle.note(rejected(source, Reject::Gated)));
+        assert_eq!(throttle.due(now).count(), 0);
+        assert_eq!(throttle.flush().count(), 16);
     }
 }

@@ -7,11 +7,13 @@ use std::sync::atomic::{AtomicI64, Ordering};
 
 use coloc_daemon::clock::{Reading, TimeSource};
 use coloc_daemon::config::Config;
-use coloc_daemon::event::Link;
+use coloc_daemon::event::{Event, Link};
 use coloc_daemon::tick::{Outcome, Robot};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::can::{BusSpec, Sender};
-use coloc_shm_types::{Clock, Estimate, Header, Message, Publisher, RobotName, Space, Subscriber};
+use coloc_shm_types::{
+    Clock, Estimate, Header, Message, Publisher, RobotName, Space, Subscriber, Timing,
+};
 use tempfile::TempDir;
 
 pub(crate) const SECOND: i64 = 1_000_000_000;
@@ -31,6 +33,10 @@ impl TestTime {
 
     pub(crate) fn step(&self, nanos: i64) {
         self.0.1.fetch_add(nanos, Ordering::Relaxed);
+    }
+
+    pub(crate) fn read_boot(&self) -> i64 {
+        self.read().boot_ns
     }
 
     pub(crate) fn realtime(&self) -> i64 {
@@ -149,6 +155,16 @@ impl World {
 }
 
 impl Subject {
+    /// What the newest tick has told of its time.
+    pub(crate) fn timing(&self) -> Option<Timing> {
+        let events = std::iter::from_fn(|| self.link.next_event());
+        let timings = events.filter_map(|event| match event {
+            Event::Timing(timing) => Some(timing),
+            _ => None,
+        });
+        timings.last()
+    }
+
     /// A period passes, and a tick on time.
     pub(crate) fn tick(&mut self) -> Estimate {
         self.time.run(PERIOD);

@@ -105,11 +105,15 @@ impl Site {
     }
 
     pub(crate) fn listen(&self) -> Listener<Estimate> {
+        self.listen_to()
+    }
+
+    pub(crate) fn listen_to<M: Message>(&self) -> Listener<M> {
         Listener(self.space().subscriber(&self.robot).unwrap())
     }
 
     pub(crate) fn status_until(&self, what: &str, condition: impl Fn(&Status) -> bool) -> Status {
-        Listener(self.space().subscriber(&self.robot).unwrap()).until(what, condition)
+        self.listen_to().until(what, condition)
     }
 
     pub(crate) fn saved_until(&self, what: &str, condition: impl Fn(&Saved) -> bool) {

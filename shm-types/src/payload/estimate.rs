@@ -7,6 +7,7 @@ use crate::matrix::Matrix;
 use crate::{BeliefState, Health, Input, Limits, Reject};
 
 /// `coloc/<robot>/estimate`: the belief of every tick, and whether to drive on it; a late joiner gets the last one.
+/// Where the daemon's time went is on [`Timing`](super::Timing).
 ///
 /// The covariance comes in two parts, so that none of them can lose its sign on the way; the whole is [`Self::total`].
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
@@ -30,20 +31,6 @@ pub struct Estimate {
     /// Covariance of `velocity`, its mean over the configured reference period, 3×3, full row-major (m²/s², m·rad/s²,
     /// rad²/s²). A robot that cannot move sideways has a variance of zero there.
     pub velocity_covariance: [f64; 9],
-    /// Kernel receive stamp of the newest encoder frame in this estimate (ns of the configured clock); 0 if none yet.
-    pub frame_stamp_ns: i64,
-    /// From this tick's stamp to just before this message was sent (ns).
-    pub latency_ns: u64,
-    /// Wake-up lateness of this tick against its deadline (ns).
-    pub lateness_ns: u64,
-    /// From the wake-up of this tick until all its inputs were there (ns); 4.29 s and more are [`u32::MAX`].
-    pub collect_ns: u32,
-    /// The estimator's step of this tick (ns).
-    pub estimate_ns: u32,
-    /// Sending the estimate and neighbours their poses (ns): at the tick before, as no message knows its own.
-    pub publish_ns: u32,
-    /// Counting (ns): at the tick before.
-    pub account_ns: u32,
     /// [`Health`] by [`Input`], one byte each; read it with [`Self::health_of`]. Those without a name are zero.
     pub health: [u8; Input::PLACES],
     /// [`BeliefState`]; read it with [`Self::state`].
@@ -54,10 +41,9 @@ pub struct Estimate {
     pub reserved: [u8; 6],
 }
 
-layout!(Estimate, 384;
+layout!(Estimate, 344;
     header: 0, boot_ns: 40, tick: 48, pose: 56, velocity: 80, independent: 104, dependent: 176, velocity_covariance: 248,
-    frame_stamp_ns: 320, latency_ns: 328, lateness_ns: 336, collect_ns: 344, estimate_ns: 348, publish_ns: 352, account_ns: 356,
-    health: 360, state: 376, fit: 377, reserved: 378,
+    health: 320, state: 336, fit: 337, reserved: 338,
 );
 
 impl Estimate {

@@ -13,7 +13,8 @@ pub struct SourceHealth {
     pub input: u8,
     /// [`Health`] of this source alone.
     pub health: u8,
-    /// Bit 0: contested, several senders claim it. The others are zero.
+    /// Bit 0: contested, several senders claim it. Bit 1: unreachable, a robot that cannot be told where it is seen, because
+    /// its channel has no place for another publisher. The others are zero.
     pub flags: u8,
     /// Sessions of it that live; of a source that is not contested there is one.
     pub live_sessions: u8,
@@ -46,8 +47,10 @@ impl SourceHealth {
     /// `input` of an empty row.
     pub const UNUSED: u8 = u8::MAX;
 
-    /// Bit of `flags`.
+    /// Bits of `flags`.
     pub const CONTESTED: u8 = 1;
+    /// Bits of `flags`.
+    pub const UNREACHABLE: u8 = 2;
 
     /// Of what it is a source; `None` if the row is empty.
     #[must_use]
@@ -66,6 +69,12 @@ impl SourceHealth {
     #[must_use]
     pub const fn is_contested(&self) -> bool {
         self.flags & Self::CONTESTED != 0
+    }
+
+    /// Whether it is a robot that cannot be told where it is seen.
+    #[must_use]
+    pub const fn is_unreachable(&self) -> bool {
+        self.flags & Self::UNREACHABLE != 0
     }
 }
 

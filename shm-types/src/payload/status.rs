@@ -1,7 +1,7 @@
 //! What a daemon has counted.
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::{CanCounters, Header, Latency, SourceHealth};
+use super::{CanCounters, Header, Latency, Losses, SourceHealth};
 use crate::layout::layout;
 use crate::{BeliefState, BusState, Health, Input, Limits, Reject};
 
@@ -28,9 +28,10 @@ pub struct Status {
     pub rejected: [[u64; Reject::PLACES]; Input::PLACES],
     /// The wheel encoders' buses, all of them together.
     pub can: CanCounters,
-    /// Telemetry events that were dropped because their ring was full.
-    pub lost_events: u64,
-    /// A row for each sensor and each robot that was heard; see [`Self::sources`].
+    /// What never came, or never went out.
+    pub losses: Losses,
+    /// A row for each sensor and each robot that was heard; see [`Self::sources`]. Of more than 32, one that is heard takes the
+    /// row of one that is silent; while all of them are heard, those that came last have none.
     pub sources: [SourceHealth; Self::SOURCES],
     /// [`Health`] by [`Input`], one byte each; read it with [`Self::health_of`].
     pub health: [u8; Input::PLACES],
@@ -44,9 +45,9 @@ pub struct Status {
     pub reserved: [u8; 5],
 }
 
-layout!(Status, 6600;
+layout!(Status, 6656;
     header: 0, tick: 40, deadline_misses: 48, worst_lateness_ns: 56, latency: 64, accepted: 104, rejected: 232,
-    can: 4328, lost_events: 4520, sources: 4528, health: 6576, bus: 6592, state: 6593, fit: 6594, reserved: 6595,
+    can: 4328, losses: 4520, sources: 4584, health: 6632, bus: 6648, state: 6649, fit: 6650, reserved: 6651,
 );
 
 impl Status {

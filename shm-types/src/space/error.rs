@@ -204,12 +204,17 @@ pub enum Remark {
 pub enum PortError {
     /// The service exists with another payload.
     #[error(
-        "{service} is in use with another version of its payload: \
-         update and restart every program that uses it, in any language"
+        "{service} carries `{theirs}`, and this program speaks `{ours}`: a program of {} coloc uses this shared memory, \
+         so stop every program that uses it, in any language, update all of them and start them again",
+        super::spoken::age(.theirs, .ours)
     )]
     OtherType {
         /// Name of the service.
         service: String,
+        /// Which payload it carries.
+        theirs: String,
+        /// Which one this program speaks.
+        ours: &'static str,
     },
     /// The service exists with other dimensions.
     #[error(

@@ -11,6 +11,7 @@ mod port;
 mod residence;
 mod segments;
 mod services;
+mod spoken;
 mod transport;
 
 use std::path::Path;

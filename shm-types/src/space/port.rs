@@ -18,6 +18,7 @@ use super::error::{PortError, ReceiveError, SendError};
 use super::gate::Pass;
 use super::leftovers::{self, Turn};
 use super::services::Use;
+use super::spoken;
 use super::transport::{self, fault};
 use super::{Node, Space};
 use crate::{Message, Quality, RobotName};
@@ -228,7 +229,7 @@ fn enter<M: Message, P, E>(
                 std::thread::sleep(PAUSE);
                 continue;
             }
-            Err(error) => return Err(explain::<M>(error, service)),
+            Err(error) => return Err(explain::<M>(space, error, &name)),
         };
         return match reaping(space, || create(&factory)) {
             Ok(port) => Ok((port, Stay::begin(space, &service, &factory))),
@@ -286,11 +287,16 @@ fn is_passing(error: ServiceError) -> bool {
     )
 }
 
-fn explain<M: Message>(error: ServiceError, service: String) -> PortError {
+fn explain<M: Message>(space: &Space, error: ServiceError, name: &ServiceName) -> PortError {
     use ServiceError::PublishSubscribeOpenError as Open;
     use ServiceOpenError as E;
+    let service = name.to_string();
     match error {
-        Open(E::IncompatibleTypes) => PortError::OtherType { service },
+        Open(E::IncompatibleTypes) => PortError::OtherType {
+            service,
+            theirs: spoken::on(space.place(), name).unwrap_or_else(|| "something else".into()),
+            ours: M::TYPE_NAME,
+        },
         Open(E::ExceedsMaxNumberOfNodes) => PortError::Full {
             service,
             port: "process",

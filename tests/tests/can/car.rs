@@ -1,12 +1,13 @@
 //! A recorded car's CAN bus, played at its real speed by `canplayer`: the daemon's speed against the car's reference.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 
 use coloc_daemon::config::{self, Config, Shm};
 use coloc_drivers::can::{Filter, Id, StandardId};
 use coloc_drivers::encoder::{OdometryConfig, Quantity, WheelConfig, WheelsConfig};
-use coloc_shm_types::{Estimate, RobotName};
+use coloc_shm_types::{RobotName, Timing};
 
 use super::robot::{NAME, PREFIX, Robot, ordinary};
 use super::support::Interface;
@@ -115,10 +116,12 @@ fn a_recorded_car_at_real_speed_has_the_speed_of_its_reference() {
     let id = Id::from(StandardId::new(WHEEL_SPEEDS).unwrap());
     let mut witness = interface.bus(Filter::ids([id]));
     let mut player = play(&data);
-    let (mut estimates, mut stamps_ns) = (Vec::new(), Vec::new());
+    let (mut speeds_mps, mut timings, mut stamps_ns) = (BTreeMap::new(), Vec::new(), Vec::new());
     let mut look = || {
         witness.receive(&mut |frame| stamps_ns.push(frame.stamp_ns));
-        estimates.extend(robot.estimates());
+        let estimates = robot.estimates();
+        speeds_mps.extend(estimates.map(|estimate| (estimate.tick, estimate.velocity[0])));
+        timings.extend(robot.timings());
         std::thread::sleep(std::time::Duration::from_millis(50));
     };
     while player.try_wait().unwrap().is_none() {
@@ -129,12 +132,12 @@ fn a_recorded_car_at_real_speed_has_the_speed_of_its_reference() {
     // Which frame, not when it was played, says what the car did: a busy machine plays late.
     let (recorded_s, reference) = (recorded_s(&data), reference(&data));
     assert_eq!(stamps_ns.len(), recorded_s.len(), "every frame was seen");
-    let error = |estimate: &Estimate| {
-        let frame = stamps_ns.binary_search(&estimate.frame_stamp_ns).ok()?;
+    let error = |timing: &Timing| {
+        let frame = stamps_ns.binary_search(&timing.frame_stamp_ns).ok()?;
         let speed_mps = speed_at(&reference, recorded_s[frame])?;
-        Some(estimate.velocity[0] / speed_mps - 1.0)
+        Some(speeds_mps.get(&timing.tick)? / speed_mps - 1.0)
     };
-    let mut errors: Vec<f64> = estimates.iter().filter_map(error).collect();
+    let mut errors: Vec<f64> = timings.iter().filter_map(error).collect();
     errors.sort_by(f64::total_cmp);
     let count = errors.len();
     assert!(count >= LEAST_ESTIMATES, "{count} estimates");

@@ -38,7 +38,9 @@ fn a_drive_ends_where_geometry_says(left: &'static str, right: &'static str, tri
     };
     let estimate = robot.estimate_until("the end of the drive", |estimate| there(&estimate.pose));
     assert_eq!(estimate.health_of(Input::Odometry), Health::Ok);
-    assert!(estimate.frame_stamp_ns > 0 && estimate.frame_stamp_ns <= estimate.header.stamp_ns);
+    let timing = robot.timing_until("its time", |timing| timing.tick == estimate.tick);
+    assert_eq!(timing.header.stamp_ns, estimate.header.stamp_ns);
+    assert!((1..=timing.header.stamp_ns).contains(&timing.frame_stamp_ns));
     robot.end();
 }
 

@@ -1,7 +1,5 @@
 //! The tests that a robot builder runs on their own interface and wiring: `tests/hil/run --interface can0`.
 
-use std::time::Duration;
-
 use coloc_daemon::config::{Config, Realtime, Trigger};
 use coloc_drivers::can::{BusSpec, Sender};
 use coloc_tests::faults::{Place, play_all};
@@ -46,18 +44,11 @@ fn no_frame_is_lost_in_a_minute_and_this_is_how_long_they_take() {
     let open = |bus: &BusSpec| Sender::open(bus).unwrap();
     let bus = line().sending_spec();
     let mut wheels = Wheels::between([open(&bus), open(&bus)]);
-    let (mut times_us, mut last_frame_ns) = (Vec::new(), 0);
+    let mut times_us = Vec::new();
     for _ in 0..PAIRS {
         wheels.turn([1000, 1000], 1);
-        for estimate in robot.estimates() {
-            if estimate.frame_stamp_ns != last_frame_ns {
-                let waited = Duration::from_nanos(
-                    (estimate.header.stamp_ns - estimate.frame_stamp_ns).cast_unsigned(),
-                );
-                times_us.push((waited + Duration::from_nanos(estimate.latency_ns)).as_micros());
-                last_frame_ns = estimate.frame_stamp_ns;
-            }
-        }
+        let with_frames = robot.timings().filter(|timing| timing.latency_ns > 0);
+        times_us.extend(with_frames.map(|timing| timing.latency_ns / 1000));
     }
     times_us.sort_unstable();
     let at = |share: f64| {

@@ -62,7 +62,6 @@ fn estimates(bus: &BusSpec, play: impl FnOnce() -> Option<Child>) -> Vec<Estimat
 /// Everything but the count of ticks: a machine that was busy elsewhere reads two pairs at once.
 fn bits(estimate: &Estimate) -> Vec<u64> {
     let Estimate {
-        frame_stamp_ns,
         pose,
         velocity,
         independent,
@@ -70,9 +69,7 @@ fn bits(estimate: &Estimate) -> Vec<u64> {
         ..
     } = estimate;
     let numbers = [&pose[..], velocity, independent, dependent].concat();
-    std::iter::once(frame_stamp_ns.cast_unsigned())
-        .chain(numbers.into_iter().map(f64::to_bits))
-        .collect()
+    numbers.into_iter().map(f64::to_bits).collect()
 }
 
 #[test]

@@ -8,7 +8,7 @@ use coloc_daemon::config::{
     self, Config, Initial, Motion, Realtime, Scheduler, Shm, Tick, Trigger, Variance,
 };
 use coloc_drivers::encoder::OdometryConfig;
-use coloc_shm_types::{Estimate, Message, RobotName, Space, Status, Subscriber};
+use coloc_shm_types::{Estimate, Message, RobotName, Space, Status, Subscriber, Timing};
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
@@ -24,6 +24,7 @@ const MAX_SPEED_MPS: f64 = 50.0;
 pub(crate) struct Robot {
     process: Child,
     estimates: Subscriber<Estimate>,
+    timings: Subscriber<Timing>,
     status: Subscriber<Status>,
     /// Last, so that it is removed last.
     _directory: TempDir,
@@ -47,6 +48,7 @@ impl Robot {
         let name = RobotName::new(NAME).unwrap();
         let robot = Self {
             estimates: space.subscriber(&name).unwrap(),
+            timings: space.subscriber(&name).unwrap(),
             status: space.subscriber(&name).unwrap(),
             process: Command::new(env!("CARGO_BIN_EXE_colocd-under-test"))
                 .arg("run")
@@ -76,6 +78,16 @@ impl Robot {
     /// Estimates that have come and were not looked at; every number in them is one.
     pub(crate) fn estimates(&self) -> impl Iterator<Item = Estimate> {
         std::iter::from_fn(|| self.estimates.receive().unwrap()).inspect(assert_finite)
+    }
+
+    /// What ticks have told of their time and was not looked at.
+    pub(crate) fn timings(&self) -> impl Iterator<Item = Timing> {
+        std::iter::from_fn(|| self.timings.receive().unwrap())
+    }
+
+    /// The first such that is as wanted; they come some time after their ticks.
+    pub(crate) fn timing_until(&self, what: &str, wanted: impl FnMut(&Timing) -> bool) -> Timing {
+        first(&self.timings, what, wanted)
     }
 
     /// How often the thread that ticks has gone to sleep so far: a wake-up each.

@@ -137,7 +137,7 @@ impl State {
         let heard = self.robots.entry(robot).or_default();
         match (words.get(1), number(2)) {
             (Some(&"estimate"), Some(session)) => {
-                let numbers = [3, 4, 6].map(|index| number(index).unwrap_or_default());
+                let numbers = [3, 4, 5].map(|index| number(index).unwrap_or_default());
                 heard.estimate(session, numbers);
             }
             (Some(&"status"), Some(_)) => {

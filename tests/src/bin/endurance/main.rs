@@ -196,7 +196,7 @@ impl Life {
                 "{input}, accepted and rejected: {status:?}"
             );
         }
-        assert_eq!((status.tick, status.lost_events), (self.ticks, 0));
+        assert_eq!((status.tick, status.losses.events), (self.ticks, 0));
         assert_eq!(self.heard.poses, 4 * messages, "poses told to neighbours");
     }
 }

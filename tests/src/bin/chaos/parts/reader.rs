@@ -71,14 +71,9 @@ impl Ear {
     /// Takes in what has come; whether an estimate was among it.
     fn listen(&self, tell: impl Fn(String)) -> bool {
         let heard = drain(&self.estimates, &tell, |estimate| {
-            let Estimate {
-                header,
-                tick,
-                lateness_ns,
-                ..
-            } = estimate;
+            let Estimate { header, tick, .. } = estimate;
             format!(
-                "estimate {} {tick} {} {lateness_ns} {}",
+                "estimate {} {tick} {} {}",
                 header.session.cast_signed(),
                 header.stamp_ns,
                 monotonic_ns()

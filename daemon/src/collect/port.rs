@@ -1,0 +1,116 @@
+//! A subscriber, who was heard there, and how much of it a tick takes.
+
+use coloc_estimator::{Measurement, Stamp};
+use coloc_shm_types::{Input, Message, PortError, Reject, RobotName, Sessions, Space, Subscriber};
+use tracing::warn;
+
+use super::list::List;
+use crate::account::Account;
+use crate::clock::Moment;
+
+/// Of one channel.
+#[derive(Debug)]
+pub(super) struct Port<M: Message> {
+    /// None if there was no place for it: then this input is not heard, which its health says.
+    subscriber: Option<Subscriber<M>>,
+    sessions: Sessions,
+    input: Input,
+    /// How many messages a tick still takes in, and how many it takes in all.
+    left: usize,
+    most: usize,
+}
+
+impl<M: Message> Port<M> {
+    /// Subscribes to `robot`'s channel; publishers that are there already are connected at once.
+    ///
+    /// # Errors
+    /// If the port cannot be opened for another reason than that its channel is full.
+    pub(super) fn open(
+        space: &Space,
+        robot: &RobotName,
+        (input, sources, most): (Input, usize, usize),
+    ) -> Result<Self, PortError> {
+        let subscriber = match space.subscriber(robot) {
+            Ok(subscriber) => Some(subscriber),
+            Err(problem @ PortError::Full { .. }) => {
+                warn!("{input} is not heard until this robot is started again: {problem}");
+                None
+            }
+            Err(problem) => return Err(problem),
+        };
+        // Whom this does not reach now the first receive will.
+        let _ = subscriber.as_ref().map(Subscriber::refresh);
+        Ok(Self {
+            subscriber,
+            sessions: Sessions::new(sources),
+            input,
+            left: most,
+            most,
+        })
+    }
+
+    /// The input that is not heard, if it is not.
+    pub(super) fn deaf(&self) -> Option<Input> {
+        self.subscriber.is_none().then_some(self.input)
+    }
+
+    /// The tick is over: the next one takes in as many again.
+    pub(super) fn clear(&mut self) {
+        self.left = self.most;
+    }
+
+    /// Takes in what `check` makes a measurement of.
+    pub(super) fn drain(
+        &mut self,
+        moment: &Moment,
+        into: &mut List<Measurement>,
+        account: &mut Account,
+        mut check: impl FnMut(&M) -> Result<Measurement, Reject>,
+    ) {
+        let Some(subscriber) = &self.subscriber else {
+            return;
+        };
+        while self.left > 0 {
+            let mut message = match subscriber.receive() {
+                Ok(Some(message)) => message,
+                Ok(None) => return,
+                // One publisher's messages cannot be read; the others' come at the next tick.
+                Err(_) => return account.unreadable(self.input),
+            };
+            // Refused ones count: a flood of them must not make the tick longer than a flood of good ones.
+            self.left -= 1;
+            // What follows sees the inner clock alone.
+            *message.header_mut() = moment.inner(message.header());
+            let heard = check(&message).and_then(|measurement| {
+                let now_ns = moment.stamp.as_nanos();
+                self.sessions.accept(message.header(), now_ns)?;
+                Ok(measurement)
+            });
+            take_in(heard, self.input, &message, into, account);
+        }
+    }
+
+    /// Says who speaks on this channel.
+    pub(super) fn tell_sessions(&self, now: Stamp, account: &mut Account) {
+        account.sessions(self.input, self.sessions.states(now.as_nanos()));
+    }
+}
+
+fn take_in(
+    heard: Result<Measurement, Reject>,
+    input: Input,
+    message: &impl Message,
+    into: &mut List<Measurement>,
+    account: &mut Account,
+) {
+    let source = message.header().source;
+    match heard {
+        Ok(measurement) => {
+            account.valid(input, source, measurement.stamp());
+            // There is room: the list holds what all the ports take in.
+            let _ = into.push(measurement);
+        }
+        Err(Reject::Replayed) => account.repeated(input, source),
+        Err(reason) => account.invalid(input, source, reason),
+    }
+}
