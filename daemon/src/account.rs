@@ -2,14 +2,16 @@
 
 use std::sync::Arc;
 
-use coloc_estimator::{Estimate, Kind, OdometryState, Report, Source, Stamp, TickOutputs, Verdict};
+use coloc_estimator::{
+    Belief, Estimate, Kind, OdometryState, Report, Source, Stamp, TickOutputs, Verdict,
+};
 use coloc_shm_types::{
     BeliefState, BusState, CanCounters, Health, Input, Reject, Sender, SourceState, Status, Timing,
 };
 
 use crate::config::{Config, nanos};
 use crate::event::{Event, Gated, Link};
-use crate::health::{Watch, belief_state};
+use crate::health::{Standing, Watch};
 use crate::ledger::Ledger;
 use crate::record::Record;
 use crate::sources::Sources;
@@ -112,7 +114,7 @@ impl Account {
     /// An input that is no valid sample of its sensor.
     pub fn invalid(&mut self, input: Input, source: u16, reason: Reject) {
         self.watch.invalid(input, self.now);
-        self.sources.rejected(input, source, None, self.now);
+        self.sources.invalid(input, source, self.now);
         self.count_rejected((input, source), reason, None);
     }
 
@@ -231,7 +233,8 @@ impl Account {
             None => self.accepted(report.source, 1, d2),
             Some(Reject::Replayed) => self.repeated(input, source),
             Some(reason) => {
-                self.sources.rejected(input, source, d2, self.now);
+                self.watch.refused(input, d2.is_some());
+                self.sources.refused(input, source, d2, self.now);
                 self.count_rejected((input, source), reason, d2);
             }
         }
@@ -243,6 +246,7 @@ impl Account {
             *total += count;
         }
         if count > 0 {
+            self.watch.passed(input);
             self.sources.accepted(input, source.number, count, d2);
         }
     }
@@ -268,8 +272,8 @@ impl Account {
         lateness_ns
     }
 
-    /// Every sensor's health at this tick.
-    pub fn health(&mut self) -> [Health; Input::COUNT] {
+    /// Every input's health at this tick, and what the robot may say of that belief.
+    pub fn health(&mut self, belief: &Belief) -> ([Health; Input::COUNT], Standing) {
         let health = self.watch.at(self.now);
         for (input, to) in Input::ALL.into_iter().zip(health) {
             let Some(byte) = self.status.health.get_mut(input as usize) else {
@@ -286,10 +290,18 @@ impl Account {
                 });
             }
         }
-        let state = belief_state(health);
-        self.status.state = state as u8;
-        self.status.fit = u8::from(state == BeliefState::Ok);
-        health
+        let standing = self.watch.standing(health, belief);
+        self.status.fit = u8::from(standing.fit);
+        let from = BeliefState::from_byte(self.status.state);
+        self.status.state = standing.state as u8;
+        if from != standing.state {
+            self.tell(Event::State {
+                from,
+                to: standing.state,
+                tick: self.status.tick,
+            });
+        }
+        (health, standing)
     }
 
     /// How the wheels' buses are doing.
@@ -396,11 +408,11 @@ mod tests {
     #[test]
     fn health_is_told_when_it_changes_and_only_then() {
         let (mut account, link) = account();
-        account.health();
+        account.health(&Belief::default());
         assert_eq!(link.waiting(), 0);
         account.valid(Input::Position, 0, Stamp::default());
-        account.health();
-        account.health();
+        account.health(&Belief::default());
+        account.health(&Belief::default());
         assert_eq!(link.waiting(), 1);
         assert_eq!(account.status.health_of(Input::Position), Health::Ok);
     }

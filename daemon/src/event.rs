@@ -9,7 +9,7 @@ use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use coloc_estimator::Belief;
-use coloc_shm_types::{BusState, Health, Input, Reject, SourceState, Timing};
+use coloc_shm_types::{BeliefState, BusState, Health, Input, Reject, SourceState, Timing};
 use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 
@@ -29,6 +29,15 @@ pub enum Event {
         from: Health,
         /// Since this tick.
         to: Health,
+        /// Ticks since the start.
+        tick: u64,
+    },
+    /// Whether the robot knows where it is has changed.
+    State {
+        /// Before.
+        from: BeliefState,
+        /// Since this tick.
+        to: BeliefState,
         /// Ticks since the start.
         tick: u64,
     },

@@ -2,14 +2,13 @@
 
 use coloc_estimator::{Estimate, OutgoingPose};
 use coloc_shm_types::{
-    self as shm, BeliefState, Health, Input, Neighbour, PortError, Publisher, RobotName, Sender,
-    Space,
+    self as shm, Health, Input, Neighbour, PortError, Publisher, RobotName, Sender, Space,
 };
 use tracing::warn;
 
 use crate::clock::Moment;
 use crate::config::Config;
-use crate::health::belief_state;
+use crate::health::Standing;
 
 /// The ports, all opened at start: a peer that is missing does not matter, its service waits for it. A peer's channel that is
 /// full is a state, not a reason not to start.
@@ -37,6 +36,8 @@ pub struct Circumstances {
     pub tick: u64,
     /// By [`Input`].
     pub health: [Health; Input::COUNT],
+    /// What may be said of the belief.
+    pub standing: Standing,
 }
 
 impl Publish {
@@ -98,7 +99,6 @@ impl Publish {
         let stamp_ns = moment.on(self.sender.clock().into(), boot_ns);
         let belief = &estimate.belief;
         let parts = belief.parts();
-        let state = belief_state(with.health);
         shm::Estimate {
             header: self.sender.header(stamp_ns),
             boot_ns,
@@ -109,8 +109,8 @@ impl Publish {
             dependent: parts.dependent.to_row_major(),
             velocity_covariance: estimate.velocity_covariance.to_row_major(),
             health: bytes(with.health),
-            state: state as u8,
-            fit: u8::from(state == BeliefState::Ok),
+            state: with.standing.state as u8,
+            fit: u8::from(with.standing.fit),
             ..shm::Estimate::default()
         }
     }

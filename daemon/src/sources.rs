@@ -3,10 +3,11 @@
 //! A source has a row once something of it was valid, or refused while there is room. If there is none, a valid one takes the
 //! place of that which was heard longest ago and is not heard any more; a flood of refused ones takes nobody's.
 
-use coloc_estimator::Stamp;
+use coloc_estimator::{Span, Stamp};
 use coloc_shm_types::{Health, Input, SourceHealth, SourceState, Status};
 
-use crate::config::{self, Config, nanos};
+use crate::config::{self, Config};
+use crate::health::{Sensor, patience};
 
 /// The rows.
 #[derive(Clone, Debug)]
@@ -16,8 +17,9 @@ pub struct Sources {
     keys: [Option<Key>; Status::SOURCES],
     /// By [`Input`]: beyond which d² is refused; 0 where there is no gate.
     gates: [f64; Input::COUNT],
-    /// By [`Input`]: how old the newest may be \[ns\].
-    stale_ns: [i64; Input::COUNT],
+    sensors: [Sensor; Status::SOURCES],
+    /// By [`Input`]: how long it is waited for at least.
+    least: [Span; Input::COUNT],
 }
 
 type Key = (Input, u16);
@@ -30,7 +32,8 @@ impl Sources {
             rows: [SourceHealth::default(); Status::SOURCES],
             keys: [None; Status::SOURCES],
             gates: gates(&config.fusion),
-            stale_ns: stale_ns(&config.health),
+            sensors: [Sensor::default(); Status::SOURCES],
+            least: patience(&config.health),
         }
     }
 
@@ -38,45 +41,59 @@ impl Sources {
     pub fn valid(&mut self, input: Input, source: u16, stamp: Stamp, now: Stamp) {
         let key = (input, source);
         let place = self.place(key).or_else(|| self.silent(now));
-        if let Some(row) = place.and_then(|place| self.claim(place, key)) {
+        if let Some((row, sensor)) = place.and_then(|place| self.claim(place, key)) {
             row.newest_boot_ns = row.newest_boot_ns.max(stamp.as_nanos());
+            sensor.valid(stamp);
         }
     }
 
     /// So many of its inputs changed the belief, or were told on; d² of the last one, if it met a gate.
     pub fn accepted(&mut self, input: Input, source: u16, count: u64, d2: Option<f64>) {
-        let Some(row) = self.row((input, source)) else {
+        let Some((row, sensor)) = self.row((input, source)) else {
             return;
         };
         row.accepted += count;
         if count > 0 {
             row.refused_since_boot_ns = 0;
+            sensor.passed();
         }
         self.met_gate((input, source), d2);
     }
 
-    /// An input that changed nothing, at `now`; d², if it met a gate.
-    pub fn rejected(&mut self, input: Input, source: u16, d2: Option<f64>, now: Stamp) {
-        let Some(row) = self.row((input, source)) else {
-            return;
-        };
+    /// A valid input that changed nothing, at `now`; d², if it was beyond the gate.
+    pub fn refused(&mut self, input: Input, source: u16, d2: Option<f64>, now: Stamp) {
+        if let Some(sensor) = self.rejected((input, source), now) {
+            sensor.refused(d2.is_some());
+        }
+        self.met_gate((input, source), d2);
+    }
+
+    /// An input that is no valid one, at `now`.
+    pub fn invalid(&mut self, input: Input, source: u16, now: Stamp) {
+        if let Some(sensor) = self.rejected((input, source), now) {
+            sensor.invalid(now);
+        }
+    }
+
+    fn rejected(&mut self, key: Key, now: Stamp) -> Option<&mut Sensor> {
+        let (row, sensor) = self.row(key)?;
         row.rejected += 1;
         if row.refused_since_boot_ns == 0 {
             row.refused_since_boot_ns = now.as_nanos();
         }
-        self.met_gate((input, source), d2);
+        Some(sensor)
     }
 
     /// An input that is a repetition of an earlier one: it says nothing about how its source is doing.
     pub fn repeated(&mut self, input: Input, source: u16) {
-        if let Some(row) = self.row((input, source)) {
+        if let Some((row, _)) = self.row((input, source)) {
             row.rejected += 1;
         }
     }
 
     /// There is no port by which `robot` could be told where it is seen.
     pub fn unreachable(&mut self, robot: u16) {
-        if let Some(row) = self.row((Input::Neighbour, robot)) {
+        if let Some((row, _)) = self.row((Input::Neighbour, robot)) {
             row.flags |= SourceHealth::UNREACHABLE;
         }
     }
@@ -99,9 +116,11 @@ impl Sources {
     /// All rows as they are at `now`.
     #[must_use]
     pub fn rows(&mut self, now: Stamp) -> &[SourceHealth; Status::SOURCES] {
-        for (row, key) in self.rows.iter_mut().zip(&self.keys) {
-            let Some(key) = *key else { continue };
-            row.health = health(row, now, stale_after(&self.stale_ns, key)) as u8;
+        let sensors = self.sensors.iter().zip(&self.keys);
+        for (row, (sensor, key)) in self.rows.iter_mut().zip(sensors) {
+            if let Some((input, _)) = *key {
+                row.health = sensor.at(now, least(&self.least, input)) as u8;
+            }
         }
         &self.rows
     }
@@ -120,7 +139,7 @@ impl Sources {
     }
 
     /// The row of somebody, who gets one if there is room.
-    fn row(&mut self, key: Key) -> Option<&mut SourceHealth> {
+    fn row(&mut self, key: Key) -> Option<(&mut SourceHealth, &mut Sensor)> {
         let place = self.place(key)?;
         self.claim(place, key)
     }
@@ -139,41 +158,37 @@ impl Sources {
 
     /// The row of who was heard longest ago, out of those that are not heard any more.
     fn silent(&self, now: Stamp) -> Option<usize> {
-        let rows = self.rows.iter().zip(&self.keys).enumerate();
-        let silent = rows.filter(|(_, (row, key))| {
-            let stale_ns = key.map_or(0, |key| stale_after(&self.stale_ns, key));
-            health(row, now, stale_ns) != Health::Ok
+        let sensors = self.sensors.iter().zip(&self.keys).enumerate();
+        let silent = sensors.filter(|(_, (sensor, key))| {
+            let heard = key.map(|(input, _)| sensor.at(now, least(&self.least, input)));
+            !matches!(heard, Some(Health::Ok | Health::Refused))
         });
-        let oldest = silent.min_by_key(|(_, (row, _))| (row.is_unreachable(), row.newest_boot_ns));
-        oldest.map(|(place, _)| place)
+        let rank = |place: usize| {
+            let row = self.rows.get(place);
+            row.map(|row| (row.is_unreachable(), row.newest_boot_ns))
+        };
+        let places = silent.map(|(place, _)| place);
+        places.min_by_key(|place| rank(*place))
     }
 
-    fn claim(&mut self, place: usize, key: Key) -> Option<&mut SourceHealth> {
+    fn claim(&mut self, place: usize, key: Key) -> Option<(&mut SourceHealth, &mut Sensor)> {
         let (row, own) = self.rows.get_mut(place).zip(self.keys.get_mut(place))?;
+        let sensor = self.sensors.get_mut(place)?;
         if *own != Some(key) {
             *own = Some(key);
+            *sensor = Sensor::default();
             *row = SourceHealth {
                 input: key.0 as u8,
                 source: key.1,
                 ..SourceHealth::default()
             };
         }
-        Some(row)
+        Some((row, sensor))
     }
 }
 
-/// How old the newest of a source may be \[ns\].
-fn stale_after(stale_ns: &[i64; Input::COUNT], (input, _): Key) -> i64 {
-    stale_ns.get(input as usize).copied().unwrap_or(0)
-}
-
-fn health(row: &SourceHealth, now: Stamp, stale_ns: i64) -> Health {
-    let age_ns = now.as_nanos().saturating_sub(row.newest_boot_ns);
-    match row.newest_boot_ns {
-        0 => Health::NeverSeen,
-        _ if age_ns <= stale_ns => Health::Ok,
-        _ => Health::Stale,
-    }
+fn least(least: &[Span; Input::COUNT], input: Input) -> Span {
+    least.get(input as usize).copied().unwrap_or_default()
 }
 
 fn gates(fusion: &config::Fusion) -> [f64; Input::COUNT] {
@@ -184,22 +199,9 @@ fn gates(fusion: &config::Fusion) -> [f64; Input::COUNT] {
     })
 }
 
-fn stale_ns(health: &config::Health) -> [i64; Input::COUNT] {
-    Input::ALL.map(|input| {
-        nanos(match input {
-            Input::Odometry => health.odometry_stale_s,
-            Input::RelativePose => health.relative_pose_stale_s,
-            Input::Position => health.position_stale_s,
-            Input::Neighbour => health.neighbours_stale_s,
-        })
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
-
-    use coloc_estimator::Span;
 
     use super::*;
 
@@ -247,7 +249,7 @@ mod tests {
         sources.accepted(Input::Position, 0, 1, Some(1.0));
         for millis in [2000, 3000] {
             sources.valid(Input::Position, 0, at(millis), at(millis));
-            sources.rejected(Input::Position, 0, Some(70.0), at(millis));
+            sources.refused(Input::Position, 0, Some(70.0), at(millis));
         }
         sources.repeated(Input::Position, 0);
         let found = row(&mut sources, Input::Position, 0, at(3000));
@@ -260,6 +262,23 @@ mod tests {
     }
 
     #[test]
+    fn of_two_receivers_the_one_that_never_passes_is_named() {
+        let mut sources = sources();
+        for millis in (1000..2000).step_by(100).map(at) {
+            for source in [0, 1] {
+                sources.valid(Input::Position, source, millis, millis);
+            }
+            sources.accepted(Input::Position, 0, 1, Some(1.0));
+            sources.refused(Input::Position, 1, Some(70.0), millis);
+        }
+        let health = [0, 1].map(|it| row(&mut sources, Input::Position, it, at(2000)).health());
+        assert_eq!(health, [Health::Ok, Health::Refused]);
+        sources.invalid(Input::Position, 2, at(2000));
+        let garbage = row(&mut sources, Input::Position, 2, at(2000));
+        assert_eq!(garbage.health(), Health::Faulty);
+    }
+
+    #[test]
     fn a_flood_of_refused_sources_takes_nobodys_row_and_a_valid_one_that_of_who_is_silent() {
         let mut sources = sources();
         for robot in 0..32 {
@@ -267,7 +286,7 @@ mod tests {
             sources.valid(Input::Neighbour, robot, heard, heard);
         }
         for source in 0..1000 {
-            sources.rejected(Input::Position, source, None, at(2000));
+            sources.invalid(Input::Position, source, at(2000));
         }
         assert!(sources.rows(at(2000)).iter().all(|row| row.rejected == 0));
         let mut robots_after = |now| {

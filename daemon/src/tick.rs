@@ -230,9 +230,11 @@ impl Robot {
         stages.estimate_ns = watch.lap(&*self.time);
         let since_tick_ns = watch.since(moment);
         // publish
+        let (health, standing) = self.account.health(&outputs.estimate.belief);
         let circumstances = Circumstances {
             tick: self.account.status.tick,
-            health: self.account.health(),
+            health,
+            standing,
         };
         self.publish
             .estimate(&outputs.estimate, &circumstances, moment);

@@ -13,6 +13,8 @@ pub enum Health {
     Stale = 2,
     /// News arrives and is wrong, or its source is broken.
     Faulty = 3,
+    /// News arrives in time, and none of it passes.
+    Refused = 4,
 }
 
 impl Health {
@@ -23,6 +25,7 @@ impl Health {
             0 => Self::NeverSeen,
             1 => Self::Ok,
             2 => Self::Stale,
+            4 => Self::Refused,
             _ => Self::Faulty,
         }
     }
@@ -35,6 +38,7 @@ impl Health {
             Self::Ok => "ok",
             Self::Stale => "stale",
             Self::Faulty => "faulty",
+            Self::Refused => "refused",
         }
     }
 }

@@ -115,6 +115,8 @@ impl Default for Health {
             relative_pose_stale_s: 1.0,
             position_stale_s: 1.0,
             neighbours_stale_s: 1.0,
+            fit_position_m: 0.0,
+            fit_heading_rad: 0.0,
         }
     }
 }

@@ -268,7 +268,7 @@ pub struct History {
     pub capacity: usize,
 }
 
-/// `[health]`: a sensor is stale when its newest sample is older than this at a tick \[s\].
+/// `[health]`: a source is stale when its newest sample is older at a tick than this \[s\], and than 2.5 of its own intervals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Health {
@@ -284,6 +284,13 @@ pub struct Health {
     /// Poses from neighbours \[s\].
     #[schemars(range(min = 1e-3, max = 3600))]
     pub neighbours_stale_s: f64,
+    /// The estimate is called fit to drive on while σ of the position, in its worst direction, is at most this \[m\]; 0 asks
+    /// for nothing.
+    #[schemars(range(min = 0, max = 1e6))]
+    pub fit_position_m: f64,
+    /// The same for the heading \[rad\].
+    #[schemars(range(min = 0, max = 1e6))]
+    pub fit_heading_rad: f64,
 }
 
 /// `[realtime]`

@@ -5,7 +5,7 @@ use tracing::{debug, info, warn};
 use super::throttle::Sum;
 use crate::clock::ClockStep;
 use crate::event::Event;
-use coloc_shm_types::Health;
+use coloc_shm_types::{BeliefState, Health};
 
 /// One line for one event, or for several that were added up.
 pub(super) fn write((count, event): Sum) {
@@ -32,6 +32,14 @@ pub(super) fn write((count, event): Sum) {
             to,
             tick,
         } => warn!(count, tick, "{input}: {from} -> {to}"),
+        Event::State {
+            from,
+            to: to @ BeliefState::Ok,
+            tick,
+        } => info!(count, tick, "belief: {from} -> {to}"),
+        Event::State { from, to, tick } => {
+            warn!(count, tick, "belief: {from} -> {to}: {}", meaning(to));
+        }
         Event::Bus { from, to } => warn!(count, "can: {from} -> {to}"),
         Event::Contested { input, state } if state.contested => warn!(
             count,
@@ -69,5 +77,18 @@ pub(super) fn write((count, event): Sum) {
             );
         }
         other => debug!("{other:?}"),
+    }
+}
+
+/// What a state that is not good means to the person who reads of it.
+fn meaning(state: BeliefState) -> &'static str {
+    match state {
+        BeliefState::Ok => "the robot knows where it is",
+        BeliefState::Finding => "without wheels it does not know where it is",
+        BeliefState::Contradicted => {
+            "what it measures is beyond the gate again and again; see the lines of refused inputs for who and by how much, \
+             and whether [initial] is where it stands"
+        }
+        BeliefState::Lost => "it does not know where it is",
     }
 }

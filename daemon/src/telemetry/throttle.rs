@@ -79,6 +79,7 @@ fn kind(event: &Event) -> Kind {
         Event::Health {
             input, from, to, ..
         } => [1, input as u8, from as u8, to as u8],
+        Event::State { from, to, .. } => [9, from as u8, to as u8, 0],
         Event::Bus { from, to } => [2, from as u8, to as u8, 0],
         Event::Contested { input, state } => {
             let [high, low] = state.number.to_be_bytes();

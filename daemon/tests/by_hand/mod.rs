@@ -102,9 +102,17 @@ impl World {
         let team = "[[team]]\nname = \"a\"\nid = 1\n[[team]]\nname = \"b\"\nid = 2\n";
         let text = format!("{team}[robot]\nname = \"{robot}\"\nid = {id}\n{lines}");
         let config = Config::parse(&text, Path::new("tick.toml")).unwrap();
+        self.open(time, &config)
+    }
+
+    pub(crate) fn robot_of(&self, config: &Config) -> Subject {
+        self.open(Box::new(self.time.clone()), config)
+    }
+
+    fn open(&self, time: Box<dyn TimeSource>, config: &Config) -> Subject {
         let link = Arc::new(Link::new());
-        let estimates = self.space.subscriber(&name(robot)).unwrap();
-        let robot = Robot::open(&config, &self.space, time, Arc::clone(&link)).unwrap();
+        let estimates = self.space.subscriber(&config.robot.name).unwrap();
+        let robot = Robot::open(config, &self.space, time, Arc::clone(&link)).unwrap();
         Subject {
             robot,
             estimates,

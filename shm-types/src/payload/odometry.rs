@@ -7,6 +7,7 @@ use crate::matrix::{Matrix, all_zero};
 use crate::{Limits, Reject};
 
 /// `coloc/<robot>/odometry`: how the robot moves, from a driver of its base. A message stands for one interval of time.
+/// `colocd` does not hear it yet.
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("coloc.Odometry.v2")]

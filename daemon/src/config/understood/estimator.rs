@@ -2,7 +2,7 @@
 
 use coloc_drivers::encoder::{Length, Rounded, Time};
 
-use super::super::{Config, Fusion};
+use super::super::{self as config, Config, Fusion};
 use super::page::{Page, chosen};
 
 pub(super) fn write(config: &Config, page: &mut Page) {
@@ -119,7 +119,23 @@ fn health(config: &Config, page: &mut Page) {
     page.line(
         "health",
         format!(
-            "stale are odometry after {odometry}, sightings after {sightings}, fixes after {fixes}, neighbours after {neighbours}"
+            "stale are odometry after {odometry}, sightings after {sightings}, fixes after {fixes}, neighbours after {neighbours}; slower ones after 2.5 of their own intervals"
         ),
     );
+    page.line("fit to drive on", fit(health));
+}
+
+fn fit(health: &config::Health) -> String {
+    let limits = [
+        (health.fit_position_m, "m", "position"),
+        (health.fit_heading_rad, "rad", "heading"),
+    ];
+    let asked = limits.iter().filter(|(limit, ..)| *limit > 0.0);
+    let asked: Vec<_> = asked
+        .map(|(limit, unit, what)| format!("σ of the {what} at most {limit} {unit}"))
+        .collect();
+    match &*asked.join(", ") {
+        "" => "whenever the robot knows where it is, however well".into(),
+        asked => format!("when the robot knows where it is, {asked}"),
+    }
 }
