@@ -418,6 +418,22 @@ mod tests {
     }
 
     #[test]
+    fn missed_deadlines_add_up_and_the_worst_stays() {
+        let (mut account, _link) = account();
+        for (missed, lateness_ns) in [(2, 50), (0, 1), (3, 20)] {
+            let deadline_ns = 1000;
+            let wake = Wake::Deadline {
+                deadline_ns,
+                missed,
+            };
+            let said = account.woke(wake, deadline_ns + lateness_ns);
+            assert_eq!(said, lateness_ns.unsigned_abs());
+        }
+        let status = &account.status;
+        assert_eq!((status.deadline_misses, status.worst_lateness_ns), (5, 50));
+    }
+
+    #[test]
     fn times_of_ticks_leave_room_for_everything_else() {
         let (mut account, link) = account();
         let capacity = Link::CAPACITY as u64;

@@ -40,6 +40,17 @@ fn a_sensor_is_stale_on_the_first_tick_beyond_its_threshold() {
 }
 
 #[test]
+fn every_estimate_has_the_next_number_of_one_session() {
+    let world = World::new();
+    let mut robot = world.robot("a", 1, "");
+    let headers: Vec<_> = (0..5).map(|_| robot.tick().header).collect();
+    for (number, header) in (0..).zip(&headers) {
+        assert_eq!((header.sequence, header.source), (number, 1));
+        assert_eq!(header.session, headers[0].session);
+    }
+}
+
+#[test]
 fn a_sighting_helps_the_robot_that_was_seen() {
     let world = World::new();
     let mut seer = world.robot("a", 1, "[initial]\nsigma = [0.01, 0.01, 0.001]\n");
