@@ -184,6 +184,9 @@ impl Telemetry {
     fn finish(mut self) {
         self.lines.flush().for_each(lines::write);
         self.writers.finish();
+        if let Some(listening) = self.listening {
+            listening.finish();
+        }
     }
 
     fn drain(&mut self) {

@@ -262,6 +262,20 @@ fn without_its_clock_it_ends_with_a_status_and_nothing_is_left() {
     site.assert_nothing_left();
 }
 
+/// Who listens in on a silent bus does so through a socket of its own.
+#[test]
+fn no_socket_is_left_on_the_bus_whenever_it_ends() {
+    for after_ms in (1150..1650).step_by(50) {
+        let site = Site::new("robot1", "");
+        let mut daemon = site.start();
+        site.listen().until("an estimate", |_| true);
+        std::thread::sleep(std::time::Duration::from_millis(after_ms));
+        daemon.terminate();
+        let left: Vec<_> = std::fs::read_dir(site.bus()).unwrap().collect();
+        assert!(left.is_empty(), "{left:?}");
+    }
+}
+
 #[test]
 fn an_address_space_that_is_too_small_is_refused_with_what_it_takes() {
     let site = Site::new("robot1", "");

@@ -175,6 +175,23 @@ fn the_dead_are_buried_by_whoever_sends() -> Fallible {
 }
 
 #[test]
+fn the_dead_are_buried_by_whoever_comes_to_listen() -> Fallible {
+    let directory = tempfile::tempdir()?;
+    let living = Bus::open(&spec(directory.path()), 0, Filter::All)?;
+    // What a process leaves that was killed: its socket, to which nobody listens.
+    drop(UnixDatagram::bind(directory.path().join("1-0-0badcafe"))?);
+    assert_eq!(std::fs::read_dir(directory.path())?.count(), 2);
+    let newcomer = Bus::open(&spec(directory.path()), 0, Filter::All)?;
+    assert_eq!(std::fs::read_dir(directory.path())?.count(), 2);
+    let mut sender = Sender::open(&spec(directory.path()))?;
+    sender.send(&frame(0x100, &[1]))?;
+    for mut bus in [living, newcomer] {
+        assert_eq!(receive(&mut bus).len(), 1);
+    }
+    Ok(())
+}
+
+#[test]
 fn bytes_that_are_no_frame_are_counted_and_passed_over() -> Fallible {
     let directory = tempfile::tempdir()?;
     let mut bus = Bus::open(&spec(directory.path()), 0, Filter::All)?;

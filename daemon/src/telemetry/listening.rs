@@ -83,6 +83,13 @@ impl Listening {
         }
     }
 
+    /// Waits for who listens in, so that no socket of it is left behind.
+    pub(super) fn finish(self) {
+        if let Some(ear) = self.ear {
+            let _ = ear.recv_timeout(2 * LISTENED);
+        }
+    }
+
     /// Without a thread to be had nothing is heard; the rest is said all the same.
     fn start(&self) -> Receiver<Answer> {
         let (heard, ear) = channel();

@@ -100,6 +100,10 @@ impl Site {
         (code, said)
     }
 
+    pub(crate) fn bus(&self) -> PathBuf {
+        self.directory.path().join("bus")
+    }
+
     pub(crate) fn space(&self) -> Space {
         Space::open(&self.root(), "test", "test").unwrap()
     }
@@ -130,7 +134,7 @@ impl Site {
 
     /// The wheels, once the daemon listens to them.
     pub(crate) fn drive(&self) -> Drive {
-        let bus = self.directory.path().join("bus");
+        let bus = self.bus();
         let _: std::io::Result<_> = wait_for("a listener on the bus", || {
             std::fs::read_dir(&bus)
                 .ok()

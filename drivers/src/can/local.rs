@@ -22,6 +22,7 @@ use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, bind, 
 
 use super::filter::Filter;
 use super::health::BusState;
+use super::peers::bury_the_dead;
 use super::room::Limit;
 use super::socket_bus::Endpoint;
 use super::socketcan::ON;
@@ -50,6 +51,7 @@ impl Participant {
     /// the process's number is not enough.
     pub(super) fn new(directory: &Path, filter: &Filter) -> io::Result<Self> {
         let directory = PrivateDirectory::make(directory, may_be_ours)?;
+        bury_the_dead(directory.path());
         let (process, number) = (
             std::process::id(),
             PARTICIPANTS.fetch_add(1, Ordering::Relaxed),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
-use rustix::net::{SendFlags, SocketAddrUnix, sendto, sockopt};
+use rustix::net::{SendFlags, SocketAddrUnix, connect, sendto, sockopt};
 
 use super::local::{datagram_socket, listeners};
 
@@ -40,6 +40,20 @@ const SCAN_INTERVAL: Duration = Duration::from_millis(50);
 
 /// What may wait for one listener, if the kernel grants it \[bytes\].
 const SEND_BUFFER: usize = 8 << 20;
+
+/// Removes the sockets of those in `directory` who were killed.
+pub(super) fn bury_the_dead(directory: &Path) {
+    let Ok(socket) = datagram_socket() else {
+        return; // Whoever is in need of descriptors says so elsewhere.
+    };
+    for path in listeners(directory).unwrap_or_default() {
+        let called = SocketAddrUnix::new(&path).and_then(|address| connect(&socket, &address));
+        if called == Err(Errno::CONNREFUSED) {
+            // Somebody else may be doing the same.
+            let _ = rustix::fs::unlink(&path);
+        }
+    }
+}
 
 impl Peers {
     pub(super) fn new(directory: &Path) -> Self {
