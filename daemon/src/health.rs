@@ -9,7 +9,7 @@
 //! | else: there was a valid sample once | stale |
 //! | else | never seen |
 //!
-//! Recent is what is not older than `stale`, or than 2.5 of the source's own intervals, whichever is longer.
+//! Recent is what is not older than `stale`, or, but for wheels, than 2.5 of the source's own intervals, whichever is longer.
 
 use coloc_estimator::{Belief, Span, Stamp};
 use coloc_shm_types::{BeliefState, Health, Input};
@@ -89,9 +89,10 @@ impl Sensor {
         self.invalid = Some(now);
     }
 
-    /// At the tick stamped `now`; it is waited for at least so long.
-    pub(crate) fn at(&self, now: Stamp, least: Span) -> Health {
-        let patience = least.max(Span::from_nanos(self.interval_ns * PATIENCE_TENTHS / 10));
+    /// At the tick stamped `now`.
+    pub(crate) fn at(&self, now: Stamp, Patience { least, adapts }: Patience) -> Health {
+        let own = Span::from_nanos(self.interval_ns * PATIENCE_TENTHS / 10);
+        let patience = if adapts { least.max(own) } else { least };
         let recent =
             |stamp: Option<Stamp>, span: Span| stamp.is_some_and(|stamp| now - stamp <= span);
         match () {
@@ -104,12 +105,22 @@ impl Sensor {
     }
 }
 
+/// How long a source is waited for.
+#[derive(Copy, Clone, Debug, Default)]
+pub(crate) struct Patience {
+    /// At least.
+    least: Span,
+    /// Longer for one with long intervals. Not for wheels: between their samples the robot goes on by itself, and how long that
+    /// may take has nothing to do with how often they speak.
+    adapts: bool,
+}
+
 /// Watches all inputs.
 #[derive(Clone, Debug)]
 pub struct Watch {
     inputs: [Sensor; Input::COUNT],
     broken: [bool; Input::COUNT],
-    least: [Span; Input::COUNT],
+    patience: [Patience; Input::COUNT],
     /// The largest σ to drive with \[m, rad\].
     fit: [f64; 2],
 }
@@ -121,7 +132,7 @@ impl Watch {
         Self {
             inputs: [Sensor::default(); Input::COUNT],
             broken: [false; Input::COUNT],
-            least: patience(config),
+            patience: patience(config),
             fit: [config.fit_position_m, config.fit_heading_rad].map(asked),
         }
     }
@@ -161,7 +172,7 @@ impl Watch {
             if self.broken[place] {
                 return Health::Faulty;
             }
-            self.inputs[place].at(now, self.least[place])
+            self.inputs[place].at(now, self.patience[place])
         })
     }
 
@@ -204,15 +215,19 @@ fn asked(limit: f64) -> f64 {
     if limit > 0.0 { limit } else { f64::INFINITY }
 }
 
-/// How long a source of each [`Input`] is waited for at least.
-pub(crate) fn patience(config: &config::Health) -> [Span; Input::COUNT] {
+/// How long a source of each [`Input`] is waited for.
+pub(crate) fn patience(config: &config::Health) -> [Patience; Input::COUNT] {
     Input::ALL.map(|input| {
-        Span::from_nanos(config::nanos(match input {
+        let least_s = match input {
             Input::Odometry => config.odometry_stale_s,
             Input::RelativePose => config.relative_pose_stale_s,
             Input::Position => config.position_stale_s,
             Input::Neighbour => config.neighbours_stale_s,
-        }))
+        };
+        Patience {
+            least: Span::from_nanos(config::nanos(least_s)),
+            adapts: input != Input::Odometry,
+        }
     })
 }
 
@@ -301,18 +316,21 @@ mod tests {
     #[test]
     fn an_outage_is_no_interval() {
         let mut sensor = Sensor::default();
-        let least = Span::from_millis(100);
+        let patience = Patience {
+            least: Span::from_millis(100),
+            adapts: true,
+        };
         (0..10).for_each(|k| sensor.valid(stamp(200 * k)));
         sensor.valid(stamp(3_600_000));
         assert_eq!(
-            sensor.at(stamp(3_600_000 + 1000), least),
+            sensor.at(stamp(3_600_000 + 1000), patience),
             Health::Stale,
             "after an hour of silence as before"
         );
         // A burst says little, and what is late nothing.
         (0..5).for_each(|_| sensor.valid(stamp(3_600_000)));
         sensor.valid(stamp(3_500_000));
-        assert_eq!(sensor.at(stamp(3_600_000 + 400), least), Health::Ok);
+        assert_eq!(sensor.at(stamp(3_600_000 + 400), patience), Health::Ok);
     }
 
     fn standing(

@@ -3,11 +3,11 @@
 //! A source has a row once something of it was valid, or refused while there is room. If there is none, a valid one takes the
 //! place of that which was heard longest ago and is not heard any more; a flood of refused ones takes nobody's.
 
-use coloc_estimator::{Span, Stamp};
+use coloc_estimator::Stamp;
 use coloc_shm_types::{Health, Input, SourceHealth, SourceState, Status};
 
 use crate::config::{self, Config};
-use crate::health::{Sensor, patience};
+use crate::health::{Patience, Sensor, patience};
 
 /// The rows.
 #[derive(Clone, Debug)]
@@ -18,8 +18,8 @@ pub struct Sources {
     /// By [`Input`]: beyond which d² is refused; 0 where there is no gate.
     gates: [f64; Input::COUNT],
     sensors: [Sensor; Status::SOURCES],
-    /// By [`Input`]: how long it is waited for at least.
-    least: [Span; Input::COUNT],
+    /// By [`Input`]: how long it is waited for.
+    patience: [Patience; Input::COUNT],
 }
 
 type Key = (Input, u16);
@@ -33,7 +33,7 @@ impl Sources {
             keys: [None; Status::SOURCES],
             gates: gates(&config.fusion),
             sensors: [Sensor::default(); Status::SOURCES],
-            least: patience(&config.health),
+            patience: patience(&config.health),
         }
     }
 
@@ -119,7 +119,7 @@ impl Sources {
         let sensors = self.sensors.iter().zip(&self.keys);
         for (row, (sensor, key)) in self.rows.iter_mut().zip(sensors) {
             if let Some((input, _)) = *key {
-                row.health = sensor.at(now, least(&self.least, input)) as u8;
+                row.health = sensor.at(now, of(&self.patience, input)) as u8;
             }
         }
         &self.rows
@@ -160,7 +160,7 @@ impl Sources {
     fn silent(&self, now: Stamp) -> Option<usize> {
         let sensors = self.sensors.iter().zip(&self.keys).enumerate();
         let silent = sensors.filter(|(_, (sensor, key))| {
-            let heard = key.map(|(input, _)| sensor.at(now, least(&self.least, input)));
+            let heard = key.map(|(input, _)| sensor.at(now, of(&self.patience, input)));
             !matches!(heard, Some(Health::Ok | Health::Refused))
         });
         let rank = |place: usize| {
@@ -187,8 +187,8 @@ impl Sources {
     }
 }
 
-fn least(least: &[Span; Input::COUNT], input: Input) -> Span {
-    least.get(input as usize).copied().unwrap_or_default()
+fn of(patience: &[Patience; Input::COUNT], input: Input) -> Patience {
+    patience.get(input as usize).copied().unwrap_or_default()
 }
 
 fn gates(fusion: &config::Fusion) -> [f64; Input::COUNT] {
@@ -202,6 +202,8 @@ fn gates(fusion: &config::Fusion) -> [f64; Input::COUNT] {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+
+    use coloc_estimator::Span;
 
     use super::*;
 

@@ -104,10 +104,16 @@ mod tests {
 
     #[test]
     fn every_byte_has_a_meaning() {
-        for health in [Health::NeverSeen, Health::Ok, Health::Stale, Health::Faulty] {
+        for health in [
+            Health::NeverSeen,
+            Health::Ok,
+            Health::Stale,
+            Health::Faulty,
+            Health::Refused,
+        ] {
             assert_eq!(Health::from_byte(health as u8), health);
         }
-        assert_eq!(Health::from_byte(4), Health::Faulty);
+        assert_eq!(Health::from_byte(5), Health::Faulty);
         assert_eq!(Health::from_byte(255), Health::Faulty);
     }
 

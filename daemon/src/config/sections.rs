@@ -268,7 +268,8 @@ pub struct History {
     pub capacity: usize,
 }
 
-/// `[health]`: a source is stale when its newest sample is older at a tick than this \[s\], and than 2.5 of its own intervals.
+/// `[health]`: a source is stale when its newest sample is older at a tick than this \[s\] and, but for wheels, than 2.5 of its own
+/// intervals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Health {

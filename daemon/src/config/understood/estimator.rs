@@ -119,7 +119,7 @@ fn health(config: &Config, page: &mut Page) {
     page.line(
         "health",
         format!(
-            "stale are odometry after {odometry}, sightings after {sightings}, fixes after {fixes}, neighbours after {neighbours}; slower ones after 2.5 of their own intervals"
+            "stale are odometry after {odometry}, sightings after {sightings}, fixes after {fixes}, neighbours after {neighbours}; slower ones, but for wheels, after 2.5 of their own intervals"
         ),
     );
     page.line("fit to drive on", fit(health));
