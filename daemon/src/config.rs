@@ -21,6 +21,8 @@ mod shape;
 pub mod understood;
 mod unlikely;
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use coloc_drivers::can::BusSpec;
@@ -129,8 +131,7 @@ impl Config {
     /// # Errors
     /// As [`Config::load`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
-        Self::parse_text(text, path.parent().unwrap_or(Path::new("")))
-            .map_err(|faults| ConfigError::new(path, text, faults))
+        Self::parse_text(text, path).map_err(|faults| ConfigError::new(path, text, faults))
     }
 
     /// Reads and checks the file at `path`, and looks for what is unlikely.
@@ -144,14 +145,14 @@ impl Config {
         Ok(Examined { config, warnings })
     }
 
-    fn parse_text(text: &str, directory: &Path) -> Result<Self, Vec<Fault>> {
+    fn parse_text(text: &str, path: &Path) -> Result<Self, Vec<Fault>> {
         let document = DeTable::parse(text).map_err(|error| vec![Fault::no_toml(&error, text)])?;
         let document = document.get_ref();
         none_of(review::review(text, document))?;
         let mut config: Self =
             toml::from_str(text).map_err(|error| vec![Fault::no_value(&error, document)])?;
-        config.resolve(directory);
-        let refused = check::check(&config);
+        config.resolve(path.parent().unwrap_or(Path::new("")));
+        let refused = check::check(&config, path);
         none_of(
             refused
                 .iter()
@@ -161,8 +162,21 @@ impl Config {
     }
 }
 
+/// Nobody writes longer ones; a device has no end.
+const LONGEST: u64 = 1 << 20;
+
 fn read(path: &Path) -> Result<String, ConfigError> {
-    std::fs::read_to_string(path).map_err(|error| ConfigError::unreadable(path, &error))
+    read_at_most(LONGEST, path).map_err(|error| ConfigError::unreadable(path, &error))
+}
+
+fn read_at_most(most: u64, path: &Path) -> std::io::Result<String> {
+    let mut text = String::new();
+    let read = File::open(path)?.take(most + 1).read_to_string(&mut text)?;
+    if read as u64 > most {
+        let too_long = format!("it is longer than {most} bytes; is it the right file?");
+        return Err(std::io::Error::other(too_long));
+    }
+    Ok(text)
 }
 
 /// `text` is that of `config`, which was read before.

@@ -40,6 +40,53 @@ fn the_documented_example_is_the_defaults() {
 }
 
 #[test]
+fn no_output_is_a_file_that_is_read_or_lies_where_only_coloc_may_write() {
+    for (lines, said) in [
+        (
+            "[telemetry]\nlog_file = \"x/../robot.toml\"",
+            "telemetry.log_file = \"/etc/robot.toml\": is the file of this configuration too",
+        ),
+        (
+            "[telemetry]\nlog_file = \"x/../same\"\nrecord = \"./same\"",
+            "telemetry.record = \"/etc/same\": is the file of telemetry.log_file too",
+        ),
+        (
+            "[shm]\nroot = \"/srv/coloc\"\n[telemetry]\nrecord = \"/srv/coloc/record\"",
+            "lies in the shared-memory root, where no file may be but coloc's own",
+        ),
+    ] {
+        let text = format!("{MINIMAL}{lines}\n");
+        let refused = Config::parse(&text, Path::new("/etc/robot.toml")).unwrap_err();
+        assert!(refused.to_string().contains(said), "{refused}");
+    }
+}
+
+#[test]
+fn a_root_that_cannot_be_is_refused_with_the_reason() {
+    for root in ["/tmp/ü", "/a\\nb", "/a\\u0000b"] {
+        let text = format!("{MINIMAL}[shm]\nroot = \"{root}\"\n");
+        let refused = Config::parse(&text, Path::new("robot.toml")).unwrap_err();
+        let said = refused.to_string();
+        let right = "must be at most 100 bytes long, of ASCII characters alone";
+        assert!(said.contains(right) && said.lines().count() == 1, "{said}");
+    }
+}
+
+#[test]
+fn a_file_without_an_end_is_no_configuration() {
+    for endless in ["/dev/zero", "/dev/full"] {
+        let refused = Config::load(Path::new(endless)).unwrap_err();
+        assert!(
+            refused.to_string().contains("is it the right file?"),
+            "{refused}"
+        );
+    }
+    let line = format!("[robot]\nname = \"a\" {}", "x".repeat(20_000));
+    let refused = Config::parse(&line, Path::new("robot.toml")).unwrap_err();
+    assert!(refused.to_string().len() < 500);
+}
+
+#[test]
 fn what_is_serialized_is_read_as_the_same() {
     let text =
         format!("{MINIMAL}[fusion]\nposition_gate = inf\n[[team]]\nname = \"b\"\nid = 2\n{WHEELS}");

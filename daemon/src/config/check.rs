@@ -6,11 +6,15 @@ mod noise;
 mod odometry;
 mod team;
 
+use std::path::Path;
+
+use coloc_shm_types::{OpenError, Space, places};
+
 use super::finding::Finding;
 use super::{Config, Scheduler, WaitMode};
 
-/// Everything that is not allowed.
-pub(super) fn check(config: &Config) -> Vec<Finding> {
+/// Everything that is not allowed; `own` is the file that it was read from.
+pub(super) fn check(config: &Config, own: &Path) -> Vec<Finding> {
     let one = [
         root(config),
         prefix(config),
@@ -21,18 +25,26 @@ pub(super) fn check(config: &Config) -> Vec<Finding> {
     team::refusals(config)
         .chain(one.into_iter().flatten())
         .chain(noise::refusals(config))
-        .chain(files::refusals(config))
+        .chain(files::refusals(config, own))
         .collect()
 }
 
 fn root(config: &Config) -> Option<Finding> {
     let root = &config.shm.root;
-    let problem = format!(
-        " = \"{}\": must be an absolute path, as \"/run/coloc\" is",
-        root.display()
-    );
-    let is_default = root.as_os_str().is_empty();
-    (!is_default && !root.is_absolute()).then(|| Finding::new("shm.root", problem))
+    if root.as_os_str().is_empty() {
+        return None;
+    }
+    let must = if root.is_absolute() {
+        match Space::check_place(root, places::DEFAULT_PREFIX) {
+            Err(OpenError::BadRoot { limit, .. }) => {
+                format!("must be at most {limit} bytes long, of ASCII characters alone")
+            }
+            _ => return None,
+        }
+    } else {
+        "must be an absolute path, as \"/run/coloc\" is".into()
+    };
+    Some(Finding::new("shm.root", format!(" = {root:?}: {must}")))
 }
 
 fn prefix(config: &Config) -> Option<Finding> {

@@ -65,6 +65,14 @@ impl Problem {
     }
 }
 
+/// As much of a line as a person wants to see.
+fn shortened(line: &str) -> &str {
+    const MOST: usize = 200;
+    line.char_indices()
+        .nth(MOST)
+        .map_or(line, |(end, _)| &line[..end])
+}
+
 /// What is allowed and unlikely, a line each, with file, line and what was meant in all likelihood.
 pub(super) fn warnings(path: &Path, text: &str, faults: Vec<Fault>) -> Vec<String> {
     let problem = |fault| Problem::new(text, fault).in_file(path);
@@ -91,7 +99,7 @@ impl Fault {
     pub(super) fn no_toml(error: &toml::de::Error, text: &str) -> Self {
         let at = error.span().map(|span| span.start.min(text.len()));
         let line = at.and_then(|at| text.lines().nth(line_of(text, at) - 1));
-        let line = line.unwrap_or_default().trim();
+        let line = shortened(line.unwrap_or_default().trim());
         let written = error
             .span()
             .and_then(|span| text.get(span))

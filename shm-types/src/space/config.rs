@@ -65,7 +65,10 @@ impl Place {
 
 /// What can be known to be wrong before anything is touched.
 pub(super) fn check(root: &Path, prefix: &str) -> Result<(), OpenError> {
-    if !root.is_absolute() || root.as_os_str().len() > LONGEST_ROOT {
+    let bytes = root.as_os_str().as_bytes();
+    let plain = bytes.iter().all(|byte| (b' '..=b'~').contains(byte));
+    let known = iceoryx2::prelude::Path::new(bytes).is_ok();
+    if !root.is_absolute() || bytes.len() > LONGEST_ROOT || !plain || !known {
         return Err(bad_root(root));
     }
     check_prefix(prefix)
@@ -168,7 +171,8 @@ mod tests {
             )
         };
         assert!(bad_prefix("a/b") && bad_prefix("") && bad_prefix("12345678901234567"));
-        for root in [Path::new("here"), &long] {
+        let odd = ["here", "/ü", "/a\nb", "/a\0b"].map(Path::new);
+        for root in odd.into_iter().chain([&*long]) {
             assert!(matches!(check(root, "t"), Err(OpenError::BadRoot { .. })));
         }
         assert!(check(Path::new("/a"), "t").is_ok());

@@ -22,7 +22,9 @@ pub enum OpenError {
         prefix: String,
     },
     /// The path of the root directory does not fit into iceoryx2's paths.
-    #[error("shared-memory root {}: use an absolute path of at most {limit} bytes", .root.display())]
+    #[error(
+        "shared-memory root {:?}: use an absolute path of at most {limit} bytes, of ASCII characters alone", .root
+    )]
     BadRoot {
         /// What was given.
         root: PathBuf,

@@ -55,6 +55,14 @@ struct Tenancy {
 }
 
 impl Space {
+    /// What can be known to be wrong with a root and a prefix before anything is touched.
+    ///
+    /// # Errors
+    /// [`OpenError::BadRoot`], [`OpenError::BadPrefix`].
+    pub fn check_place(root: &Path, prefix: &str) -> Result<(), OpenError> {
+        config::check(root, prefix)
+    }
+
     /// Takes part in the space at `root` and `prefix`, under `name` (shown by iceoryx2's tools).
     ///
     /// The directory is made if it does not exist, and belongs to the space alone. What killed processes have left in
