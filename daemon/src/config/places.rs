@@ -111,7 +111,7 @@ mod tests {
         format!(
             "[robot]\nname = \"a\"\nid = 3\n\
              [telemetry]\nlog_file = \"{path}\"\nstate_file = \"{path}1\"\nrecord = \"{path}2\"\n\
-             [odometry]\nbuses = [\"candump:{path}?interface=can0\", \"local:{path}\", \"socketcan:can0\"]\n\
+             [odometry]\nbuses = [\"candump:{path}3?interface=can0\", \"local:{path}4\", \"socketcan:can0\"]\n\
              max_speed_mps = 2.0\n[odometry.wheels]\ntrack_m = 0.3\n\
              left = {{ message = \"WheelLeft\", signal = \"Ticks\", metres_per_tick = 1e-4 }}\n\
              right = {{ message = \"WheelRight\", signal = \"Ticks\", metres_per_tick = 1e-4 }}\n"
@@ -128,7 +128,7 @@ mod tests {
         let below = |name: &str| PathBuf::from(format!("/etc/coloc/{name}"));
         assert_eq!(
             paths_of(&with_paths("x"), "/etc/coloc/robot.toml"),
-            ["x", "x1", "x2", "x", "x"].map(below)
+            ["x", "x1", "x2", "x3", "x4"].map(below)
         );
         let here = std::env::current_dir().unwrap().join("x");
         assert_eq!(paths_of(&with_paths("x"), "robot.toml")[0], here);
