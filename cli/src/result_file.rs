@@ -116,7 +116,8 @@ fn write_beside(target: &Path, content: &[u8]) -> io::Result<()> {
         .permissions(Permissions::from_mode(mode))
         .tempfile_in(folder_of(target))
         .map_err(|error| without_path(&error))?;
-    file.write_all(content)?;
+    file.write_all(content)
+        .map_err(|error| without_path(&error))?;
     if there.is_some() {
         file.as_file()
             .set_permissions(Permissions::from_mode(mode))?;
