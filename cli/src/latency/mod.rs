@@ -106,9 +106,13 @@ struct Outputs {
 impl Outputs {
     fn prepare(args: &LatencyArgs) -> Result<Self, WriteError> {
         let try_out = |path: &PathBuf| ResultFile::prepare(path);
-        args.plot.as_ref().map(try_out).transpose()?;
+        let plot = args.plot.as_ref().map(try_out).transpose()?;
+        let json = args.json.as_ref().map(try_out).transpose()?;
+        if let (Some(plot), Some(json)) = (plot, &json) {
+            plot.check_apart(json)?;
+        }
         Ok(Self {
-            json: args.json.as_ref().map(try_out).transpose()?,
+            json,
             plot: args.plot.clone(),
         })
     }

@@ -43,6 +43,14 @@ fn what_cannot_be_written_is_refused_before_anything_is_computed() {
             "/proc/self/a.svg",
         ),
         (
+            format!("{eval} --json OUT/a --markdown OUT/tmp/../a"),
+            "/a: that is ",
+        ),
+        (
+            "latency --can local --seconds 600 --json OUT/a --plot OUT/a".into(),
+            "/a: that is ",
+        ),
+        (
             format!("demo --seconds 600 --out {NOWHERE}/demo"),
             "/proc/self/demo",
         ),
