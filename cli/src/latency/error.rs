@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::thread::JoinHandle;
 
+use crate::home::NoHome;
 use crate::result_file::WriteError;
 
 /// Why nothing could be measured.
@@ -23,6 +24,8 @@ pub(crate) enum LatencyError {
     #[error(transparent)]
     Write(#[from] WriteError),
 }
+    Home(#[from] NoHome),
+    #[error(transparent)]
 
 impl LatencyError {
     #[allow(clippy::needless_pass_by_value)] // For `map_err`.

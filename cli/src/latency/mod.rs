@@ -71,10 +71,14 @@ fn measure(args: &LatencyArgs) -> Result<(), LatencyError> {
     };
     let setting = Setting::new(args, &home, &buses)?;
     let _load = Load::start(args.load)?;
+    buses.check(&home)?;
     let mut report = Report::new(Facts::gather(), args, &buses);
     let measured = measure_passes(args, &setting, &mut report);
     show::end(&report);
     // What was measured before something went wrong is not lost.
+    if report.passes.is_empty() {
+        return measured;
+    }
     let written = outputs.write(&report);
     measured.and(written.map_err(Into::into))
 }
