@@ -19,13 +19,15 @@ pub(crate) enum LatencyError {
     NotUp(String),
     #[error("the {0} broke down")]
     Thread(&'static str),
+    #[error("interrupted: what was not measured to its end is not told")]
+    Interrupted,
     #[error("the reader's answer makes no sense: {0}")]
     Reader(String),
     #[error(transparent)]
-    Write(#[from] WriteError),
-}
     Home(#[from] NoHome),
     #[error(transparent)]
+    Write(#[from] WriteError),
+}
 
 impl LatencyError {
     #[allow(clippy::needless_pass_by_value)] // For `map_err`.
