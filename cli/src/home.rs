@@ -10,13 +10,19 @@ use std::io;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
-use coloc_shm_types::Space;
+use coloc_shm_types::{OpenError, Space};
 use rustix::fs::{FlockOperation, Mode, OFlags, flock};
 use rustix::process::geteuid;
 use tempfile::TempDir;
 
+use crate::result_file::without_path;
+
 /// How often a new folder may be taken for an abandoned one before it could be locked.
 const TRIES: u32 = 10;
+
+/// Longest path of a socket, and longest name that a participant of a local bus takes \[bytes\].
+const SOCKET_PATH: usize = 107;
+const SOCKET_NAME: usize = "4194304-99999-0123abcd".len();
 
 /// What tells the folders of one command from others.
 #[derive(Copy, Clone, Debug)]
@@ -27,16 +33,36 @@ pub(crate) struct Kind {
     pub(crate) shm_prefix: &'static str,
 }
 
+/// There is no place to work in.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot work in {place}: {reason}; set TMPDIR to another directory", place = place.display())]
+pub(crate) struct NoHome {
+    place: PathBuf,
+    reason: String,
+}
+
 /// The folder of this process. The order of the fields is the order of leaving.
 #[derive(Debug)]
 pub(crate) struct Home {
+    kind: Kind,
     folder: TempDir,
     _lock: File,
 }
 
 impl Home {
     /// Makes one that only this user may enter, in `place`.
-    pub(crate) fn make(kind: Kind, place: &Path) -> io::Result<Self> {
+    pub(crate) fn make(kind: Kind, place: &Path) -> Result<Self, NoHome> {
+        let refused = |reason| NoHome {
+            place: place.to_owned(),
+            reason,
+        };
+        let home = Self::make_folder(kind, place)
+            .map_err(|error| refused(without_path(&error).to_string()))?;
+        home.check_path(place).map_err(refused)?;
+        Ok(home)
+    }
+
+    fn make_folder(kind: Kind, place: &Path) -> io::Result<Self> {
         for _ in 0..TRIES {
             let folder = tempfile::Builder::new()
                 .prefix(kind.name)
@@ -45,12 +71,50 @@ impl Home {
             // Who cleans up may have come between: then it is gone or about to go.
             if let Some(lock) = lock(folder.path())? {
                 return Ok(Self {
+                    kind,
                     folder,
                     _lock: lock,
                 });
             }
         }
         Err(io::Error::other("it is taken away again and again"))
+    }
+
+    /// Whether shared memory can be there. A person has named `place` and not what is below it.
+    fn check_path(&self, place: &Path) -> Result<(), String> {
+        let root = self.shm_root();
+        let Err(OpenError::BadRoot { limit, .. }) = self.enter() else {
+            return Ok(()); // What else may be wrong is not the path's fault.
+        };
+        let below = root
+            .as_os_str()
+            .len()
+            .saturating_sub(place.as_os_str().len());
+        let limit = limit.saturating_sub(below);
+        Err(format!(
+            "shared memory needs a path of at most {limit} bytes, in ASCII letters"
+        ))
+    }
+
+    /// Whether the sockets of a local bus can be in `folder`, which is below this one.
+    pub(crate) fn check_sockets(&self, folder: &Path) -> Result<(), NoHome> {
+        let longest = folder.as_os_str().len() + "/".len() + SOCKET_NAME;
+        let place = self.path().parent().unwrap_or(Path::new("/"));
+        match longest.saturating_sub(SOCKET_PATH) {
+            0 => Ok(()),
+            excess => Err(NoHome {
+                place: place.into(),
+                reason: format!(
+                    "the sockets of local buses need a path of at most {} bytes",
+                    place.as_os_str().len().saturating_sub(excess)
+                ),
+            }),
+        }
+    }
+
+    /// Whoever is alone in a space takes everything out when it leaves.
+    fn enter(&self) -> Result<Space, OpenError> {
+        Space::open(&self.shm_root(), self.kind.shm_prefix, "coloc-home")
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -60,6 +124,16 @@ impl Home {
     /// Root of the shared memory.
     pub(crate) fn shm_root(&self) -> PathBuf {
         shm_root(self.path())
+    }
+}
+
+/// Takes along what its processes have left in shared memory that were killed.
+impl Drop for Home {
+    fn drop(&mut self) {
+        if self.shm_root().exists() {
+            // Otherwise it goes with the next command.
+            let _ = self.enter();
+        }
     }
 }
 
@@ -130,6 +204,49 @@ mod tests {
         assert!(home.path().exists());
         drop(home);
         assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_place_that_will_not_do_is_refused_with_the_way_out() {
+        let place = tempfile::tempdir().unwrap();
+        let at = |name: &str| place.path().join(name);
+        for (name, reason) in [
+            ("missing", "No such file or directory (os error 2); "),
+            ("größe", "in ASCII letters; "),
+            (
+                &"long".repeat(20),
+                "shared memory needs a path of at most 78 bytes",
+            ),
+        ] {
+            if name != "missing" {
+                std::fs::create_dir(at(name)).unwrap();
+            }
+            let refusal = Home::make(KIND, &at(name)).unwrap_err().to_string();
+            let begin = format!("cannot work in {}: ", at(name).display());
+            assert!(
+                refusal.starts_with(&begin) && refusal.contains(reason),
+                "{refusal}"
+            );
+            assert!(
+                refusal.ends_with("set TMPDIR to another directory"),
+                "{refusal}"
+            );
+        }
+    }
+
+    #[test]
+    fn sockets_need_a_shorter_path_and_the_refusal_says_how_short() {
+        let place = tempfile::tempdir_in("/tmp").unwrap();
+        let check = |length: usize| {
+            let missing = length - place.path().as_os_str().len() - "/".len();
+            let at = place.path().join("p".repeat(missing));
+            std::fs::create_dir_all(&at).unwrap();
+            let home = Home::make(KIND, &at).unwrap();
+            home.check_sockets(&home.path().join("buses/can32"))
+        };
+        let refusal = check(60).unwrap_err().to_string();
+        assert!(refusal.contains("a path of at most 54 bytes"), "{refusal}");
+        assert!(check(55).is_err() && check(54).is_ok());
     }
 
     #[test]

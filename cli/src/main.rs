@@ -32,6 +32,7 @@ use std::process::ExitCode;
 use args::{Command, parse};
 
 fn main() -> ExitCode {
+    coloc_daemon::file_size::let_writers_see_the_limit();
     if let Some(args) = daemon::arguments(std::env::args_os()) {
         return daemon::run(args);
     }

@@ -53,6 +53,23 @@ impl ResultFile {
         })
     }
 
+    /// Refuses two that are one file: the second would take the first one's place.
+    pub(crate) fn check_apart(&self, other: &Self) -> Result<(), WriteError> {
+        if self.target().is_some() && self.target() == other.target() {
+            let reason = format!("that is {} too", other.path.display());
+            return Err(WriteError::new(&self.path, &reason));
+        }
+        Ok(())
+    }
+
+    /// Whose place it takes; a pipe or a device takes both.
+    fn target(&self) -> Option<&Path> {
+        match &self.way {
+            Way::Beside(target) | Way::Over(target) => Some(target),
+            Way::Into(_) => None,
+        }
+    }
+
     pub(crate) fn write(&self, content: &[u8]) -> Result<(), WriteError> {
         let written = match &self.way {
             Way::Beside(target) => write_beside(target, content),
@@ -81,8 +98,13 @@ fn way(path: &Path) -> io::Result<Way> {
     };
     let writable = || OpenOptions::new().write(true).open(path);
     let Some(there) = there else {
-        NamedTempFile::new_in(folder_of(path)).map_err(|error| without_path(&error))?;
-        return Ok(Way::Beside(path.to_owned()));
+        let folder = folder_of(path);
+        NamedTempFile::new_in(folder).map_err(|error| without_path(&error))?;
+        // By whatever way it was named, so that it is known again.
+        let target = folder
+            .canonicalize()?
+            .join(path.file_name().unwrap_or_default());
+        return Ok(Way::Beside(target));
     };
     if !there.is_file() {
         return writable().map(Way::Into);
@@ -102,7 +124,7 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// The reason alone: the name of the file that was tried helps nobody.
-fn without_path(error: &io::Error) -> io::Error {
+pub(crate) fn without_path(error: &io::Error) -> io::Error {
     let text = error.to_string();
     let reason = text.split(" at path ").next().unwrap_or_default();
     io::Error::new(error.kind(), reason)
@@ -116,7 +138,8 @@ fn write_beside(target: &Path, content: &[u8]) -> io::Result<()> {
         .permissions(Permissions::from_mode(mode))
         .tempfile_in(folder_of(target))
         .map_err(|error| without_path(&error))?;
-    file.write_all(content)?;
+    file.write_all(content)
+        .map_err(|error| without_path(&error))?;
     if there.is_some() {
         file.as_file()
             .set_permissions(Permissions::from_mode(mode))?;
@@ -168,6 +191,34 @@ mod tests {
         write(&link, b"after").unwrap();
         assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(std::fs::read_to_string(&file).unwrap(), "after");
+    }
+
+    #[test]
+    fn one_file_by_two_ways_is_recognised_and_a_device_takes_both() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("inner")).unwrap();
+        std::fs::write(at("old"), "before").unwrap();
+        symlink(at("old"), at("link")).unwrap();
+        symlink(folder.path(), at("way")).unwrap();
+        let apart = |a: &Path, b: &Path| {
+            let [a, b] = [a, b].map(|path| ResultFile::prepare(path).unwrap());
+            a.check_apart(&b).map_err(|error| error.to_string())
+        };
+        for (a, b) in [
+            ("new", "new"),
+            ("new", "inner/../new"),
+            ("way/new", "new"),
+            ("old", "link"),
+        ] {
+            let refusal = apart(&at(a), &at(b)).unwrap_err();
+            assert!(refusal.ends_with(&format!("/{a}: that is {} too", at(b).display())));
+        }
+        assert_eq!(apart(&at("new"), &at("inner/new")), Ok(()));
+        assert_eq!(
+            apart(Path::new("/dev/null"), Path::new("/dev/null")),
+            Ok(())
+        );
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! `coloc latency`, as a person runs it. What it finds is a machine's affair; that it accounts for everything is its own.
 #![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -146,6 +147,99 @@ fn the_picture_shows_the_daemon_and_its_floors() {
         "floor: transport",
     ] {
         assert!(picture.contains(curve), "{curve}");
+    }
+}
+
+/// At three moments of its life: floors of the bus, floors of the transport, the daemon.
+#[test]
+fn an_interruption_ends_it_in_order() {
+    for (signal, number, moment) in [
+        ("INT", 2, ""),
+        ("QUIT", 3, "shm/services"),
+        ("TERM", 15, "robot1.toml"),
+        ("HUP", 1, "robot1.log"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_coloc"));
+        command.args(["latency", "--can", "local", "--seconds", "6"]);
+        command.env("TMPDIR", folder.path());
+        let piped = || std::process::Stdio::piped();
+        let child = command.stdout(piped()).stderr(piped()).spawn().unwrap();
+        let home = wait_for(|| only_entry(folder.path()).filter(|home| home.join(moment).exists()));
+        let kill = Command::new("kill")
+            .args([format!("-{signal}"), child.id().to_string()])
+            .status();
+        assert!(kill.unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(128 + number), "{output:?}");
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            said.contains("coloc: interrupted: ") && output.stdout.is_empty(),
+            "{said}"
+        );
+        assert_eq!(only_entry(folder.path()), None, "{signal}");
+        assert_eq!(
+            shared_memory_of(&home.join("shm")),
+            Vec::<PathBuf>::new(),
+            "{signal}"
+        );
+    }
+}
+
+fn only_entry(folder: &Path) -> Option<PathBuf> {
+    std::fs::read_dir(folder)
+        .unwrap()
+        .next()
+        .map(|entry| entry.unwrap().path())
+}
+
+fn wait_for<T>(mut ask: impl FnMut() -> Option<T>) -> T {
+    let deadline = Instant::now() + Duration::from_secs(60);
+    loop {
+        if let Some(answer) = ask() {
+            return answer;
+        }
+        assert!(Instant::now() < deadline);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Files in `/dev/shm` of the shared-memory space at `root`: they carry the hash (FNV-1a) of its path.
+fn shared_memory_of(root: &Path) -> Vec<PathBuf> {
+    let bytes = root.to_str().unwrap().bytes();
+    let hash = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    });
+    let files = std::fs::read_dir("/dev/shm")
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    let ours = |path: &PathBuf| path.to_str().unwrap().contains(&format!("{hash:016x}"));
+    files.filter(ours).collect()
+}
+
+/// A person names TMPDIR, not what is below it.
+#[test]
+fn a_temporary_directory_that_will_not_do_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for name in ["größe", &"long".repeat(20)] {
+        std::fs::create_dir(at(name)).unwrap();
+    }
+    for command in ["demo --seconds 600", "latency --can local --seconds 600"] {
+        for name in ["missing", "größe", &"long".repeat(20)] {
+            let output = Command::new(env!("CARGO_BIN_EXE_coloc"))
+                .args(command.split_whitespace())
+                .env("TMPDIR", at(name))
+                .current_dir(folder.path())
+                .output()
+                .unwrap();
+            let said = String::from_utf8(output.stderr).unwrap();
+            let begin = format!("coloc: cannot work in {}: ", at(name).display());
+            let is_sentence =
+                said.starts_with(&begin) && said.contains("TMPDIR") && said.lines().count() == 1;
+            assert!(is_sentence && output.stdout.is_empty(), "{command}: {said}");
+            assert_eq!(output.status.code(), Some(1));
+        }
     }
 }
 

@@ -21,6 +21,7 @@ pub mod config;
 pub mod end;
 pub mod estimate;
 pub mod event;
+pub mod file_size;
 pub mod health;
 pub mod hearing;
 mod last_words;
@@ -57,6 +58,7 @@ where
     I: IntoIterator<Item = T>,
     T: Into<OsString> + Clone,
 {
+    file_size::let_writers_see_the_limit();
     match Args::try_parse_from(args) {
         Ok(Args {
             command: Command::Check { config, strict },

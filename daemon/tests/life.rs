@@ -58,6 +58,18 @@ fn a_full_disk_under_the_log_is_no_reason_to_end() {
     assert_lives(&site, &mut daemon);
 }
 
+/// A recording of some seconds is longer than that, and whatever is made at the start is shorter.
+#[test]
+fn a_limit_on_the_size_of_files_is_like_a_full_disk() {
+    let section =
+        "[tick]\nrate_hz = 500\n[telemetry]\nrecord = \"{at}/record\"\nlog_file = \"{at}/log\"\n";
+    let site = Site::new("robot1", section);
+    let script = "ulimit -f 1024 && exec \"$@\"";
+    let mut daemon = Daemon::spawn(&mut shell(script, &site.run_command()));
+    wait_for_line(&site.path("log"), "has a gap from here on: File too large");
+    assert_lives(&site, &mut daemon);
+}
+
 #[test]
 fn outputs_that_were_closed_at_the_start_are_no_reason_to_end() {
     let site = Site::new("robot1", "");

@@ -1,14 +1,18 @@
 //! The examples, as a person runs them: what goes wrong is a sentence and a status, never a panic and nobody's `Debug`.
 #![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
 
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
-use coloc_shm_types::{Estimate, RobotName, Space};
+use coloc_shm_types::{Estimate, Position, RobotName, Space};
 
 const ROBOT: &str = "robot1";
 const PREFIX: &str = "examples";
+const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Where cargo has put the example of that name.
 fn example(name: &str) -> &'static Path {
@@ -41,16 +45,20 @@ fn run(name: &str, arguments: &[&str]) -> Output {
 
 /// Status 1, and one sentence with these words that begins with the program's name.
 fn assert_refused(name: &str, arguments: &[&str], words: &str) {
-    let output = run(name, arguments);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(
-        output.status.code(),
-        Some(1),
-        "{name} {arguments:?}: {said}"
-    );
+    assert_ends(1, name, &run(name, arguments), words);
+}
+
+/// Likewise, with status 2.
+fn assert_misunderstood(name: &str, arguments: &[&str], words: &str) {
+    assert_ends(2, name, &run(name, arguments), words);
+}
+
+fn assert_ends(status: i32, name: &str, output: &Output, words: &str) {
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{name}: {said}");
     assert!(
         said.starts_with(&format!("{name}: ")) && said.contains(words) && said.lines().count() == 1,
-        "{name} {arguments:?}: {said}"
+        "{name}: {said}"
     );
 }
 
@@ -59,7 +67,7 @@ fn what_goes_wrong_is_a_sentence() {
     let home = tempfile::tempdir().unwrap();
     let root = home.path().join("shm");
     let root = root.to_str().unwrap();
-    assert_refused("watch_estimates", &[], "usage: watch_estimates <robot>");
+    assert_misunderstood("watch_estimates", &[], "usage: watch_estimates <robot>");
     assert_refused("watch_estimates", &["a robot", root, PREFIX], "a robot");
     assert_refused("watch_estimates", &[ROBOT, root, "a prefix"], "use 1 to 16");
     assert_refused(
@@ -67,16 +75,121 @@ fn what_goes_wrong_is_a_sentence() {
         &[ROBOT, "/proc/self/shm", PREFIX],
         "cannot make",
     );
-    assert_refused("feed_fixes", &[ROBOT], "usage: feed_fixes <robot>");
+    assert_misunderstood("feed_fixes", &[ROBOT], "usage: feed_fixes <robot>");
     for metres in ["one", "NaN", "inf"] {
         let words = format!("`{metres}` is no number of metres");
-        assert_refused("feed_fixes", &[ROBOT, metres, "2", root, PREFIX], &words);
+        assert_misunderstood("feed_fixes", &[ROBOT, metres, "2", root, PREFIX], &words);
     }
     assert_refused(
         "feed_fixes",
         &[ROBOT, "1", "2", "relative", PREFIX],
         "absolute path",
     );
+}
+
+#[test]
+fn help_is_an_answer() {
+    for name in ["watch_estimates", "feed_fixes"] {
+        for option in ["-h", "--help"] {
+            let output = run(name, &[option]);
+            let said = String::from_utf8(output.stdout).unwrap();
+            assert_eq!(output.status.code(), Some(0), "{name} {option}: {said}");
+            assert!(
+                said.starts_with(&format!("usage: {name} <robot>")),
+                "{said}"
+            );
+        }
+        let help = || {
+            let mut command = Command::new(example(name));
+            command.arg("--help");
+            command
+        };
+        let ended = help()
+            .stdout(full())
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap();
+        assert_ends(1, name, &ended, NO_SPACE);
+    }
+}
+
+#[test]
+fn what_is_not_utf_8_is_not_understood() {
+    for name in ["watch_estimates", "feed_fixes"] {
+        let mut command = Command::new(example(name));
+        let output = command
+            .arg(OsStr::from_bytes(b"robot\xff"))
+            .output()
+            .unwrap();
+        assert_ends(2, name, &output, "` is not UTF-8");
+    }
+}
+
+#[test]
+fn who_listens_where_nobody_will_speak_any_more_ends() {
+    let home = tempfile::tempdir().unwrap();
+    let space = Space::open(home.path(), PREFIX, "robot").unwrap();
+    let robot = RobotName::new(ROBOT).unwrap();
+    let estimates = space.publisher::<Estimate>(&robot).unwrap();
+    let lines = tempfile::tempfile().unwrap();
+    let watching = Command::new(example("watch_estimates"))
+        .args([ROBOT, home.path().to_str().unwrap(), PREFIX])
+        .stdout(lines.try_clone().unwrap())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    wait_for(|| {
+        estimates.send(Estimate::default()).unwrap();
+        lines.metadata().unwrap().len() > 0
+    });
+    take_away(home.path());
+    assert_ends(1, "watch_estimates", &end(watching), TAKEN_AWAY);
+}
+
+#[test]
+fn who_speaks_where_nobody_will_listen_any_more_ends() {
+    let home = tempfile::tempdir().unwrap();
+    let space = Space::open(home.path(), PREFIX, "robot").unwrap();
+    let robot = RobotName::new(ROBOT).unwrap();
+    let fixes = space.subscriber::<Position>(&robot).unwrap();
+    let feeding = Command::new(example("feed_fixes"))
+        .args([ROBOT, "1", "2", home.path().to_str().unwrap(), PREFIX])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    wait_for(|| fixes.receive().unwrap().is_some());
+    take_away(home.path());
+    assert_ends(1, "feed_fixes", &end(feeding), TAKEN_AWAY);
+}
+
+const TAKEN_AWAY: &str = "was deleted or exchanged";
+
+fn take_away(root: &Path) {
+    for entry in std::fs::read_dir(root).unwrap().map(Result::unwrap) {
+        if entry.file_type().unwrap().is_dir() {
+            std::fs::remove_dir_all(entry.path()).unwrap();
+        }
+    }
+}
+
+fn wait_for(mut done: impl FnMut() -> bool) {
+    let deadline = Instant::now() + PATIENCE;
+    while !done() {
+        assert!(Instant::now() < deadline);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// What became of a process that ends by itself.
+fn end(mut child: Child) -> Output {
+    let deadline = Instant::now() + PATIENCE;
+    while child.try_wait().unwrap().is_none() {
+        if Instant::now() > deadline {
+            child.kill().unwrap();
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().unwrap()
 }
 
 /// Watches a robot that speaks, with that standard output.
@@ -109,15 +222,36 @@ fn who_watches_ends_when_nobody_reads_and_says_so_when_nothing_fits() {
         "{ended:?}"
     );
 
-    let full = std::fs::OpenOptions::new()
+    assert_ends(1, "watch_estimates", &watch(full().into()), NO_SPACE);
+}
+
+/// It would be a signal that ends the program.
+#[test]
+fn a_limit_on_the_size_of_files_is_like_a_full_disk() {
+    let script = "ulimit -f 0 && exec \"$0\" --help";
+    for name in ["watch_estimates", "feed_fixes"] {
+        let mut command = Command::new("sh");
+        command.args(["-c", script]).arg(example(name));
+        let file = tempfile::tempfile().unwrap();
+        let ended = command
+            .stdout(file)
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap();
+        assert_ends(
+            1,
+            name,
+            &ended,
+            "cannot write to standard output: File too large",
+        );
+    }
+}
+
+const NO_SPACE: &str = "cannot write to standard output: No space left on device";
+
+fn full() -> std::fs::File {
+    std::fs::OpenOptions::new()
         .write(true)
         .open("/dev/full")
-        .unwrap();
-    let ended = watch(full.into());
-    let said = String::from_utf8(ended.stderr).unwrap();
-    assert_eq!(ended.status.code(), Some(1), "{said}");
-    assert!(
-        said.starts_with("watch_estimates: No space left on device"),
-        "{said}"
-    );
+        .unwrap()
 }

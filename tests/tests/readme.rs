@@ -137,6 +137,30 @@ kill $!
 wait $!
 "#;
 
+/// Whoever takes the place away in which both are.
+const TAKE_AWAY: &str = r#"
+mount -t tmpfs tmpfs /run && mount -t tmpfs tmpfs /dev/shm || exit 9
+"$1" run "$2" >&2 &
+timeout 60 "$3" | { head -n 1; rm -r /run/coloc; cat >/dev/null; }
+wait $!
+"#;
+
+#[test]
+fn the_listener_ends_where_it_would_hear_nobody() {
+    let Some(output) = run_privately(TAKE_AWAY) else {
+        println!(
+            "SKIPPED: the README's listener in a place that is deleted: `unshare --map-root-user --mount` is not allowed here"
+        );
+        return;
+    };
+    let said = String::from_utf8_lossy(&output.stderr);
+    let end = said.lines().find(|line| line.starts_with("listener: "));
+    assert!(
+        end.is_some_and(|line| line.contains("was deleted or exchanged")),
+        "{said}"
+    );
+}
+
 #[test]
 fn the_listener_hears_the_robot_of_the_readme() {
     let source = include_str!("../src/bin/listener.rs");
@@ -147,7 +171,7 @@ fn the_listener_hears_the_robot_of_the_readme() {
         "tests/src/bin/listener.rs is not the README's"
     );
 
-    let Some(output) = run_privately() else {
+    let Some(output) = run_privately(LISTEN) else {
         println!(
             "SKIPPED: the README's listener: `unshare --map-root-user --mount` is not allowed here"
         );
@@ -173,7 +197,7 @@ fn is_at_the_origin(line: &str) -> bool {
     numbers.len() == 12 && numbers[..3].iter().all(|pose| pose.abs() < 1e-3)
 }
 
-fn run_privately() -> Option<Output> {
+fn run_privately(script: &str) -> Option<Output> {
     let unshare = || {
         let mut command = Command::new("unshare");
         command.args(["--map-root-user", "--mount", "--propagation", "private"]);
@@ -194,7 +218,7 @@ fn run_privately() -> Option<Output> {
     command.args([
         "sh",
         "-c",
-        LISTEN,
+        script,
         "sh",
         env!("CARGO_BIN_EXE_colocd-under-test"),
     ]);

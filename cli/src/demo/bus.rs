@@ -9,6 +9,8 @@ use rustix::net::{AddressFamily, Protocol, SocketType, socket};
 use rustix::thread::UnshareFlags;
 use socketcan::CanInterface;
 
+use crate::home::{Home, NoHome};
+
 /// One bus for each robot.
 pub(crate) struct Buses {
     /// In the order of the robots.
@@ -33,6 +35,14 @@ impl Buses {
     /// The kernel's buses, or why there are none. As [`Self::choose`]: while there is one thread.
     pub(crate) fn kernels(robots: usize) -> Result<Self, String> {
         private_vcan(robots).or_else(|reason| existing_vcan(robots).ok_or(reason))
+    }
+
+    /// Whether those that are below `home` have room for their sockets there.
+    pub(crate) fn check(&self, home: &Home) -> Result<(), NoHome> {
+        self.specs.iter().try_for_each(|bus| match bus {
+            BusSpec::Local { directory } => home.check_sockets(directory),
+            _ => Ok(()),
+        })
     }
 
     /// Local buses below `directory`.

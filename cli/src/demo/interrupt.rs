@@ -1,9 +1,9 @@
-//! Ctrl-C and the like, which end the demo early but in order.
+//! Ctrl-C and the like, which end a command early but in order.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
 /// Which signal came, if any did.
 #[derive(Clone, Debug, Default)]
@@ -13,7 +13,7 @@ impl Interrupt {
     /// From now on these signals do nothing else.
     pub(crate) fn catch() -> std::io::Result<Self> {
         let interrupt = Self::default();
-        for signal in [SIGINT, SIGTERM, SIGHUP] {
+        for signal in [SIGINT, SIGQUIT, SIGTERM, SIGHUP] {
             let number = usize::try_from(signal).unwrap_or_default();
             signal_hook::flag::register_usize(signal, Arc::clone(&interrupt.0), number)?;
         }

@@ -13,7 +13,7 @@ mod console;
 mod feed;
 mod feed_thread;
 mod fleet;
-mod interrupt;
+pub(crate) mod interrupt;
 mod out;
 mod process;
 mod record;
@@ -28,7 +28,7 @@ mod world;
 use std::fmt::Display;
 
 use crate::args::DemoArgs;
-use crate::home::Kind;
+use crate::home::{Kind, NoHome};
 use crate::output::complain;
 use crate::result_file::WriteError;
 use crate::status::Status;
@@ -60,6 +60,8 @@ pub(crate) enum DemoError {
     NotUp { robot: String, last_words: String },
     #[error("the feed of sensors broke down")]
     Feed,
+    #[error(transparent)]
+    Home(#[from] NoHome),
     #[error(transparent)]
     Write(#[from] WriteError),
 }

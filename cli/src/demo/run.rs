@@ -16,7 +16,6 @@ use super::{DemoError, HOME};
 use crate::args::DemoArgs;
 use crate::home::{Home, sweep};
 use crate::output::{complain, print_line};
-use crate::result_file::WriteError;
 use crate::status::Status;
 
 /// Runs the demo to its end.
@@ -26,6 +25,7 @@ pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<Status, Demo
     let out = Out::prepare(args.out.as_deref())?;
     let home = home(console)?;
     let buses = Buses::choose(stage.robots(), &home.path().join("buses"));
+    buses.check(&home)?;
     console.say(&format!(
         "{}, {}; CAN: {} ({})",
         robots(stage.robots()),
@@ -51,7 +51,7 @@ fn home(console: &mut Console) -> Result<Home, DemoError> {
             left.display()
         ));
     }
-    Home::make(HOME, &place).map_err(|error| WriteError::new(&place, &error).into())
+    Ok(Home::make(HOME, &place)?)
 }
 
 fn facts(

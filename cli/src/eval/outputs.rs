@@ -38,6 +38,9 @@ impl Outputs {
             plots: args.plots.clone(),
             png: args.png,
         };
+        if let (Some((_, json)), Some(markdown)) = (&outputs.json, &outputs.markdown) {
+            markdown.file().check_apart(json)?;
+        }
         outputs.prepare_pictures(setup)?;
         Ok(outputs)
     }

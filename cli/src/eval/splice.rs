@@ -25,6 +25,11 @@ impl Splice {
         })
     }
 
+    /// The document.
+    pub(super) fn file(&self) -> &ResultFile {
+        &self.file
+    }
+
     /// Writes `body` between the marks of the name if there are any, else as the whole file.
     pub(crate) fn write(&self, body: &str) -> Result<(), WriteError> {
         // What people wrote meanwhile stays.

@@ -18,7 +18,7 @@ use crate::args::seconds;
   coloc latency --load 4 --json busy.json --plot busy.svg
 
 Exit status: 0 done, 1 it could not be measured or written, 2 the arguments were not understood, \
-141 the reader of standard output went away.")]
+130 it was interrupted (128 + the signal's number), 141 the reader of standard output went away.")]
 pub(crate) struct LatencyArgs {
     /// How long each way of waiting is measured, in seconds; the floors take as long again
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]

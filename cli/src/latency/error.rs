@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::thread::JoinHandle;
 
+use crate::home::NoHome;
 use crate::result_file::WriteError;
 
 /// Why nothing could be measured.
@@ -18,8 +19,12 @@ pub(crate) enum LatencyError {
     NotUp(String),
     #[error("the {0} broke down")]
     Thread(&'static str),
+    #[error("interrupted: what was not measured to its end is not told")]
+    Interrupted,
     #[error("the reader's answer makes no sense: {0}")]
     Reader(String),
+    #[error(transparent)]
+    Home(#[from] NoHome),
     #[error(transparent)]
     Write(#[from] WriteError),
 }

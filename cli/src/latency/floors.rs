@@ -12,6 +12,7 @@ use rustix::time::{ClockId, clock_gettime};
 
 use super::args::WaitArg;
 use super::error::{LatencyError, on_thread};
+use super::interrupted;
 use super::percentiles::Durations;
 use super::place::PREFIX;
 use super::placement::{Placement, settle};
@@ -92,7 +93,7 @@ fn read_frames(mut bus: Bus, mode: WaitArg, end_ns: i64) -> Result<Vec<i64>, Lat
         tv_nsec: timeout,
     };
     let (mut durations, mut stamps) = (Vec::new(), Vec::with_capacity(64));
-    while now_ns() < end_ns {
+    while now_ns() < end_ns && interrupted::signal().is_none() {
         let mut storage = [MaybeUninit::<epoll::Event>::uninit(); 8];
         // Interrupted or not: what is there is read.
         let _ = epoll::wait(&epoll, &mut storage, Some(&timeout));
@@ -126,6 +127,7 @@ fn transport(
         settle(&cpus, mode == WaitArg::Sleep);
         for due_ns in schedule.deadlines() {
             wait_until(due_ns, mode);
+            interrupted::check()?;
             let header = Header {
                 stamp_ns: now_ns(),
                 ..Header::default()

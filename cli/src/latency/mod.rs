@@ -14,6 +14,7 @@ mod args;
 mod error;
 mod facts;
 mod floors;
+mod interrupted;
 mod load;
 mod matching;
 mod pass;
@@ -57,10 +58,11 @@ fn finish(result: Result<(), LatencyError>) -> Status {
         return Status::Done;
     };
     complain(&format!("coloc: {error}"));
-    Status::Failed
+    interrupted::signal().map_or(Status::Failed, Status::Interrupted)
 }
 
 fn measure(args: &LatencyArgs) -> Result<(), LatencyError> {
+    interrupted::catch()?;
     let outputs = Outputs::prepare(args)?;
     let home = home()?;
     // While there is one thread only.
@@ -69,10 +71,14 @@ fn measure(args: &LatencyArgs) -> Result<(), LatencyError> {
         CanArg::Vcan => Buses::kernels(1).map_err(LatencyError::Bus)?,
         CanArg::Local => Buses::local(1, home.path(), "asked for".into()),
     };
+    buses.check(&home)?;
     let setting = Setting::new(args, &home, &buses)?;
     let _load = Load::start(args.load)?;
     let mut report = Report::new(Facts::gather(), args, &buses);
     let measured = measure_passes(args, &setting, &mut report);
+    if report.passes.is_empty() {
+        return measured;
+    }
     show::end(&report);
     // What was measured before something went wrong is not lost.
     let written = outputs.write(&report);
@@ -106,9 +112,13 @@ struct Outputs {
 impl Outputs {
     fn prepare(args: &LatencyArgs) -> Result<Self, WriteError> {
         let try_out = |path: &PathBuf| ResultFile::prepare(path);
-        args.plot.as_ref().map(try_out).transpose()?;
+        let plot = args.plot.as_ref().map(try_out).transpose()?;
+        let json = args.json.as_ref().map(try_out).transpose()?;
+        if let (Some(plot), Some(json)) = (plot, &json) {
+            plot.check_apart(json)?;
+        }
         Ok(Self {
-            json: args.json.as_ref().map(try_out).transpose()?,
+            json,
             plot: args.plot.clone(),
         })
     }

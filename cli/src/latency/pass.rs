@@ -14,6 +14,7 @@ use super::args::{LatencyArgs, TriggerArg, WaitArg};
 use super::error::LatencyError;
 use super::facts::{scheduling_class, stolen_ms};
 use super::floors::Floors;
+use super::interrupted;
 use super::matching::{Account, Matched, Seen, Sent, matched};
 use super::percentiles::{Durations, Percentiles};
 use super::place::PREFIX;
@@ -23,7 +24,7 @@ use super::robot_file::{ROBOT, Wanted, write};
 use super::sender::{Schedule, Sender};
 use crate::daemon::PARENT_VARIABLE;
 use crate::demo::bus::Buses;
-use crate::demo::clock::{now_ns, sleep_until};
+use crate::demo::clock::now_ns;
 use crate::home::Home;
 use crate::pictures::PercentileCurve;
 
@@ -181,6 +182,7 @@ fn turn(setting: &Setting, mode: WaitArg) -> Result<Pass, LatencyError> {
         placement,
         ..
     } = setting;
+    interrupted::check()?;
     let stolen_before_ms = stolen_ms();
     let floors = Floors::measure(bus, root, mode, placement, || setting.floor_schedule())?;
     let daemon = Daemon::start(setting, mode)?;
@@ -190,7 +192,8 @@ fn turn(setting: &Setting, mode: WaitArg) -> Result<Pass, LatencyError> {
     let expect = 2 * usize::try_from(schedule.count).unwrap_or(0);
     let reader = Reader::start(root, ROBOT, until_ns, expect, placement)?;
     let sender = Sender::of_everything(bus, root, setting.neighbours, schedule, placement)?;
-    sleep_until(schedule.due_ns(schedule.count * 4 / 5));
+    // Who sends is told the same, and is waited for in any case.
+    let _ = interrupted::sleep_until(schedule.due_ns(schedule.count * 4 / 5));
     let joined_ns = now_ns();
     let late_joiner = daemon.listen()?;
     let sent = sender.finish()?;
@@ -328,6 +331,7 @@ impl Daemon {
                 let text = std::fs::read_to_string(log).unwrap_or_default();
                 return Err(LatencyError::NotUp(text.trim().to_owned()));
             }
+            interrupted::check()?;
             std::thread::sleep(Duration::from_millis(5));
         }
         Ok(())

@@ -2,7 +2,6 @@
 
 use super::error::LatencyError;
 use crate::home::{Home, Kind, sweep};
-use crate::result_file::WriteError;
 
 /// Begins the name of every file of this command in shared memory.
 pub(crate) const PREFIX: &str = "coloclat";
@@ -17,5 +16,5 @@ const HOME: Kind = Kind {
 pub(crate) fn home() -> Result<Home, LatencyError> {
     let place = std::env::temp_dir();
     sweep(HOME, &place);
-    Home::make(HOME, &place).map_err(|error| WriteError::new(&place, &error).into())
+    Ok(Home::make(HOME, &place)?)
 }

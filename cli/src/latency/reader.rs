@@ -1,6 +1,7 @@
 //! The other process: takes every estimate as soon as it is there, and notes when; what its tick took is told later.
 
 use std::io::{BufRead, BufReader, BufWriter, Write, stdout};
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -135,6 +136,8 @@ impl Reader {
         }
         command.env(PARENT_VARIABLE, std::process::id().to_string());
         let mut child = command
+            // A Ctrl-C is for the command, which then ends it in order.
+            .process_group(0)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()

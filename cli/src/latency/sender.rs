@@ -10,6 +10,7 @@ use coloc_shm_types::{
 };
 
 use super::error::{LatencyError, on_thread};
+use super::interrupted;
 use super::matching::Sent;
 use super::place::PREFIX;
 use super::placement::{Placement, settle};
@@ -110,6 +111,7 @@ impl Wheels {
         let mut sent = Vec::new();
         for due_ns in schedule.deadlines() {
             sleep_until(due_ns);
+            interrupted::check()?;
             before(due_ns);
             let [left_m, right_m] = ways_m(schedule.time_s(due_ns));
             let [left, right] = self.frames.encode(left_m, right_m);

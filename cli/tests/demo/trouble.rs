@@ -62,11 +62,21 @@ fn start_as_told(line: &str) -> Child {
 
 #[test]
 fn a_demo_that_is_interrupted_still_says_what_it_saw() {
+    for (signal, number) in [("TERM", 15), ("QUIT", 3)] {
+        interrupt(signal, number);
+    }
+}
+
+fn interrupt(signal: &str, number: i32) {
     let mut demo = Demo::start(&["--robots", "2", "--seconds", "600"]);
     demo.wait_for_line("2 of 2 up");
-    demo.send("TERM");
+    demo.send(signal);
     let ended = demo.end();
-    assert_eq!(ended.status.code(), Some(128 + 15), "as a shell says it");
+    assert_eq!(
+        ended.status.code(),
+        Some(128 + number),
+        "as a shell says it"
+    );
     assert_eq!(ended.summary["verdict"], "interrupted");
     assert!(ended.said.contains("INTERRUPTED  2 robots") && !ended.said.contains("PASS"));
     let seconds = ended.summary["seconds"].as_f64().unwrap();

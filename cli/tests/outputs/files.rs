@@ -43,6 +43,14 @@ fn what_cannot_be_written_is_refused_before_anything_is_computed() {
             "/proc/self/a.svg",
         ),
         (
+            format!("{eval} --json OUT/a --markdown OUT/tmp/../a"),
+            "/a: that is ",
+        ),
+        (
+            "latency --can local --seconds 600 --json OUT/a --plot OUT/a".into(),
+            "/a: that is ",
+        ),
+        (
             format!("demo --seconds 600 --out {NOWHERE}/demo"),
             "/proc/self/demo",
         ),
@@ -139,6 +147,21 @@ fn an_evaluation_on_a_full_disk_says_what_it_found() {
     assert!(ended.stdout.contains("Errors: RMSE"), "{ended:?}");
     assert!(ended.stderr.contains(".svg: No space left"), "{ended:?}");
     program.assert_wrote("a.json");
+}
+
+/// It would be a signal that ends the program.
+#[test]
+fn a_limit_on_the_size_of_files_is_like_a_full_disk() {
+    let coloc = env!("CARGO_BIN_EXE_coloc");
+    let script = format!("ulimit -f 1; exec {coloc} \"$@\"");
+    let mut command = Command::new("sh");
+    command.args(["-c", &script, "sh"]);
+    let arguments = "eval --runs 2 --seconds 1 --methods coloc --json OUT/a.json";
+    let ended = Program::new(command, arguments).run(Read, Read);
+    assert_eq!(ended.status, Some(1), "{ended:?}");
+    assert!(ended.stdout.contains("Errors: RMSE"), "{ended:?}");
+    let why = "a.json: File too large (os error 27)\n";
+    assert!(ended.stderr.ends_with(why), "{ended:?}");
 }
 
 const NO_MOUNT: &str = "no mount namespace";

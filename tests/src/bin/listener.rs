@@ -16,9 +16,12 @@ fn listen() -> Result<Infallible, Box<dyn Error>> {
     let space = Space::open_default("listener")?;
     let estimates = space.subscriber::<Estimate>(&RobotName::new("robot1")?)?;
     loop {
-        while let Some(estimate) = estimates.receive()? {
-            writeln!(stdout(), "{:?} {:?}", estimate.pose, estimate.total())?;
+        for _ in 0..100 {
+            while let Some(estimate) = estimates.receive()? {
+                writeln!(stdout(), "{:?} {:?}", estimate.pose, estimate.total())?;
+            }
+            sleep(Duration::from_millis(10));
         }
-        sleep(Duration::from_millis(10));
+        space.check()?; // Where shared memory was deleted, a robot that starts again is not heard.
     }
 }
