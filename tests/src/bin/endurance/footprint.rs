@@ -7,7 +7,7 @@ use std::path::Path;
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Footprint {
     /// Memory that is resident \[KiB\].
-    pub(crate) resident_kib: u64,
+    pub(crate) own_kib: u64,
     /// Open descriptors.
     pub(crate) descriptors: usize,
     /// Files in shared memory's root.
@@ -18,18 +18,21 @@ impl Footprint {
     /// Now; `root` is where shared memory has its files.
     pub(crate) fn now(root: &Path) -> Self {
         Self {
-            resident_kib: resident_kib(),
+            own_kib: own_kib(),
             descriptors: fs::read_dir("/proc/self/fd").unwrap().count(),
             files: files(root),
         }
     }
 }
 
-/// From the page tables: the counters of `statm` lag behind.
-fn resident_kib() -> u64 {
+/// What the process has for itself, from the page tables: the counters of `statm` lag behind. Shared memory is in files of fixed
+/// size, of which a busy machine's slow reader uses more.
+fn own_kib() -> u64 {
     let rollup = fs::read_to_string("/proc/self/smaps_rollup").unwrap();
-    let resident = rollup.lines().find_map(|line| line.strip_prefix("Rss:"));
-    let kib = resident.and_then(|rest| rest.split_whitespace().next());
+    let own = rollup
+        .lines()
+        .find_map(|line| line.strip_prefix("Anonymous:"));
+    let kib = own.and_then(|rest| rest.split_whitespace().next());
     kib.unwrap().parse().unwrap()
 }
 

@@ -44,7 +44,7 @@ const POINTS: u64 = 10;
 const LONGEST_WARM_UP: u64 = 100_000;
 /// Messages come at 10 Hz.
 const TICKS_PER_MESSAGE: u64 = 5;
-/// By which resident memory may grow after the first look \[KiB\].
+/// By which memory may grow after the first look \[KiB\].
 const TOLERANCE_KIB: u64 = 64;
 
 fn main() -> ExitCode {
@@ -158,7 +158,7 @@ impl Life {
             self.ticks,
             self.time_s() / 3600.0,
             self.begun.elapsed().as_secs_f64(),
-            now.resident_kib,
+            now.own_kib,
             now.descriptors,
             now.files,
             status.accepted.iter().sum::<u64>(),
@@ -168,7 +168,7 @@ impl Life {
         self.watch.begin_again();
         let first = *self.first.get_or_insert(now);
         assert!(
-            now.resident_kib <= first.resident_kib + TOLERANCE_KIB,
+            now.own_kib <= first.own_kib + TOLERANCE_KIB,
             "memory has grown by more than {TOLERANCE_KIB} KiB"
         );
         assert_eq!(
