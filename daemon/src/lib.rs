@@ -46,6 +46,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use coloc_shm_types::OpenError;
+use rustix::fs::Mode;
 
 use args::{Args, Command};
 use config::{Config, Examined, understood::Understood};
@@ -91,6 +92,8 @@ fn check(path: &Path, strict: bool) -> Result<(), EndError> {
 fn run(path: &Path) -> Result<(), EndError> {
     // Before anything takes much of it.
     address_space::check()?;
+    // Some would shut us out of the directories that the middleware makes.
+    rustix::process::umask(Mode::RWXG | Mode::RWXO);
     let Examined { config, warnings } = Config::examine(path).map_err(StartError::from)?;
     run::run(&config, &warnings)
 }

@@ -72,6 +72,9 @@ impl Residence {
             })
             .into_iter()
             .collect();
+        for name in DIRECTORIES {
+            directory.unlock(name)?;
+        }
         let deadline = Instant::now() + lock::PATIENCE;
         let key = join(&directory, deadline, &mut remarks)?;
         let place = Place::new(directory.path(), prefix, key)?;
