@@ -18,6 +18,7 @@ mod aside;
 pub mod clock;
 pub mod collect;
 pub mod config;
+mod deleted;
 pub mod end;
 pub mod estimate;
 pub mod event;
