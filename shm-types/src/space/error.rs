@@ -169,6 +169,15 @@ pub enum Remark {
         /// What its mode was.
         mode: u32,
     },
+    /// Anybody could take files in `/dev/shm` away.
+    #[error(
+        "others may delete what is in /dev/shm (mode {mode:04o}, without the sticky bit), which ends every robot: \
+         the administrator should close it (chmod 1777 /dev/shm)"
+    )]
+    Loose {
+        /// The mode of `/dev/shm`.
+        mode: u32,
+    },
     /// Processes that were killed had left something.
     #[error("removed {files} files in /dev/shm, and what was in {}: processes that were killed had left it", .root.display())]
     Swept {

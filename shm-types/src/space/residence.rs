@@ -71,6 +71,7 @@ impl Residence {
                 mode,
             })
             .into_iter()
+            .chain(segments::loose_mode().map(|mode| Remark::Loose { mode }))
             .collect();
         for name in DIRECTORIES {
             directory.unlock(name)?;
