@@ -4,7 +4,7 @@
 mod support;
 
 use std::fs::File;
-use std::io::{PipeReader, PipeWriter, Read};
+use std::io::{BufRead, BufReader, PipeReader, PipeWriter, Read};
 use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -301,6 +301,31 @@ fn when_its_place_is_taken_away_it_ends_with_a_status_and_starts_again() {
     let said = std::io::read_to_string(said).unwrap();
     assert!(said.contains("was deleted or exchanged"), "{said}");
     assert_lives(&site, &mut site.start());
+}
+
+#[test]
+fn what_it_could_not_find_again_is_removed_by_the_next_start_which_says_so() {
+    let site = Site::new("robot1", "");
+    let (mut daemon, _) = started(&site);
+    std::fs::rename(site.root(), site.path("elsewhere")).unwrap();
+    assert_eq!(daemon.wait(), Some(4));
+    // Nobody else enters before: he would remove it.
+    let (mut next, said) = started(&site);
+    let reason = "processes that were killed or had lost their root";
+    assert!(said.contains(reason), "{said}");
+    next.terminate();
+}
+
+/// A daemon that runs, and what it said until then.
+fn started(site: &Site) -> (Daemon, String) {
+    let mut daemon = Daemon::spawn(site.run_command().stderr(Stdio::piped()));
+    let mut lines = BufReader::new(daemon.standard_error());
+    let mut said = String::new();
+    while !said.contains("running") {
+        let length = lines.read_line(&mut said).unwrap();
+        assert!(length > 0, "it ended: {said}");
+    }
+    (daemon, said)
 }
 
 #[test]

@@ -178,16 +178,19 @@ pub enum Remark {
         /// The mode of `/dev/shm`.
         mode: u32,
     },
-    /// Processes that were killed had left something.
-    #[error("removed {files} files in /dev/shm, and what was in {}: processes that were killed had left it", .root.display())]
+    /// Processes that could not clean up had left something.
+    #[error(
+        "removed {files} files in /dev/shm, and what was in {}: processes that were killed or had lost their root had left it",
+        .root.display()
+    )]
     Swept {
         /// The root directory.
         root: PathBuf,
         /// Files in `/dev/shm`, of all spaces in which nobody is.
         files: usize,
     },
-    /// Processes that were killed had left something, among what is of those who live.
-    #[error("removed {files} files that processes had left in {} which were killed", .root.display())]
+    /// Processes that could not clean up had left something, among what is of those who live.
+    #[error("removed {files} files that processes had left in {} which were killed or had lost their root", .root.display())]
     Tidied {
         /// The root directory.
         root: PathBuf,
