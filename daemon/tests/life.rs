@@ -279,6 +279,32 @@ fn an_address_space_that_is_too_small_is_refused_with_what_it_takes() {
     }
 }
 
+/// What is said by a start under this limit, which fails.
+fn refused_under(limit: &str) -> String {
+    let site = Site::new("robot1", "");
+    let script = format!("ulimit {limit} && exec \"$@\"");
+    let output = shell(&script, &site.run_command()).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{limit}: {said}");
+    said
+}
+
+#[test]
+fn too_few_files_are_refused_with_the_limit_wherever_they_are_missing_first() {
+    for files in 4..20 {
+        let said = refused_under(&format!("-n {files}"));
+        let advised = said.contains("Too many open files") && said.contains("LimitNOFILE=");
+        assert!(advised, "{files} files: {said}");
+    }
+}
+
+#[test]
+fn too_little_memory_for_a_thread_is_refused_with_the_limits() {
+    let said = refused_under("-d 1000");
+    let advised = said.contains("ulimit -u, ulimit -d") && said.contains("LimitNPROC=");
+    assert!(advised, "{said}");
+}
+
 #[test]
 fn as_much_address_space_as_it_asks_for_is_enough_for_everything() {
     let all = "[initial]\nresume = true\n[telemetry]\nlog = \"debug\"\nlog_file = \"{at}/log\"\n\

@@ -59,3 +59,18 @@ fn where_it_is_closed_or_sticky_nothing_is_said() {
         assert!(quiet, "{said}");
     }
 }
+
+#[test]
+fn what_is_not_mounted_is_named_with_the_remedy() {
+    let cases = [
+        ("tmpfs /dev", "(mount -t tmpfs -o mode=1777 tmpfs /dev/shm)"),
+        ("tmpfs /proc", "(mount -t proc proc /proc)"),
+    ];
+    for (mount, remedy) in cases {
+        let Some(said) = said_after(mount) else {
+            return;
+        };
+        let refused = said.contains("refused: ") && said.contains("is not mounted");
+        assert!(refused && said.contains(remedy), "{said}");
+    }
+}

@@ -3,6 +3,7 @@ use std::path::PathBuf;
 
 use iceoryx2::node::NodeCreationFailure;
 
+use crate::advice::advised;
 use crate::places::NoPlace;
 use crate::private::NotPrivate;
 
@@ -30,7 +31,7 @@ pub enum OpenError {
         limit: usize,
     },
     /// The operating system refused something.
-    #[error("cannot {action} {}: {source}", .path.display())]
+    #[error("cannot {action} {}: {}", .path.display(), advised(.source))]
     System {
         /// What was tried, as in "cannot …".
         action: &'static str,
@@ -38,6 +39,16 @@ pub enum OpenError {
         path: PathBuf,
         /// What it said.
         source: std::io::Error,
+    },
+    /// A file system without which nothing works.
+    #[error(
+        "{at} is not mounted, and coloc needs it: mount it ({command}), also in a container or chroot"
+    )]
+    NotMounted {
+        /// Where it belongs.
+        at: &'static str,
+        /// What mounts it.
+        command: &'static str,
     },
     /// Somebody else keeps the directory or file to himself.
     #[error(
