@@ -18,6 +18,7 @@ mod aside;
 pub mod clock;
 pub mod collect;
 pub mod config;
+mod deleted;
 pub mod end;
 pub mod estimate;
 pub mod event;
@@ -46,6 +47,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
+use rustix::fs::Mode;
 
 use args::{Args, Command};
 use config::{Config, Examined, understood::Understood};
@@ -97,6 +99,8 @@ fn check(path: &Path, strict: bool) -> Result<(), EndError> {
 fn run(path: &Path) -> Result<(), EndError> {
     // Before anything takes much of it.
     address_space::check()?;
+    // Some would shut us out of the directories that the middleware makes.
+    rustix::process::umask(Mode::RWXG | Mode::RWXO);
     let Examined { config, warnings } = Config::examine(path).map_err(StartError::from)?;
     run::run(&config, &warnings)
 }

@@ -3,7 +3,6 @@
 //! Lines are written by a thread of their own. What it cannot take in or write is lost and counted, and the count is a
 //! line of its own as soon as lines can be written again.
 
-use std::fs::File;
 use std::io::{self, Write};
 use std::panic::PanicHookInfo;
 use std::path::{Path, PathBuf};
@@ -16,6 +15,7 @@ use tracing::{error, info, level_filters::LevelFilter, warn};
 
 use crate::aside::Aside;
 use crate::config::{self, LogLevel};
+use crate::deleted::Output;
 use crate::retry::Retry;
 
 /// So many lines can wait for a slow disk or reader.
@@ -132,7 +132,7 @@ impl Write for Lines {
 struct Sink {
     /// Empty: standard error.
     path: PathBuf,
-    file: Option<File>,
+    file: Option<Output>,
     retry: Retry,
     lost: Arc<AtomicU64>,
     /// The last line was written in part.
@@ -158,6 +158,7 @@ impl Sink {
     }
 
     fn line(&mut self, line: &[u8]) {
+        self.miss();
         if self.file.is_none() && !self.path.as_os_str().is_empty() && self.retry.is_due() {
             self.open();
         }
@@ -174,6 +175,17 @@ impl Sink {
         }
     }
 
+    /// Makes it anew if somebody has deleted it.
+    fn miss(&mut self) {
+        if !self.file.as_ref().is_some_and(Output::is_deleted) {
+            return;
+        }
+        self.file = None;
+        let path = self.path.display();
+        warn!("the log {path} was deleted, and what was in it is lost");
+        self.open();
+    }
+
     /// Where that fails, the lines go to standard error: nobody looks for them in the old file.
     fn reopen(&mut self) {
         self.file = None;
@@ -186,7 +198,7 @@ impl Sink {
         match OwnFile::named(&self.path).and_then(|file| file.append()) {
             Ok(file) => {
                 self.retry.worked();
-                self.file = Some(file);
+                self.file = Some(Output::new(file));
                 true
             }
             Err(problem) => {
@@ -200,7 +212,7 @@ impl Sink {
 
     fn write(&mut self, line: &[u8]) -> io::Result<()> {
         let result = match &mut self.file {
-            Some(file) => whole(file, line, self.torn),
+            Some(output) => whole(&mut output.file, line, self.torn),
             None => whole(&mut io::stderr(), line, self.torn),
         };
         // Whether a part of it came through is not known: an empty line does no harm.
@@ -239,6 +251,25 @@ mod tests {
         let read = |path: &Path| std::fs::read_to_string(path).unwrap();
         assert_eq!(read(&path.with_extension("1")), "one\ntwo\n");
         assert_eq!(read(&path), "three\n");
+    }
+
+    #[test]
+    fn a_file_that_was_deleted_is_made_anew() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("below/log");
+        let below = path.parent().unwrap();
+        std::fs::create_dir(below).unwrap();
+        let mut sink = sink(&path);
+        sink.line(b"one\n");
+        std::fs::remove_file(&path).unwrap();
+        sink.line(b"two\n");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "two\n");
+        std::fs::remove_dir_all(below).unwrap();
+        sink.line(b"to standard error\n");
+        std::fs::create_dir(below).unwrap();
+        sink.retry.worked();
+        sink.line(b"three\n");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "three\n");
     }
 
     #[test]

@@ -47,7 +47,7 @@ const LOG_ENDS: Duration = Duration::from_millis(100);
 pub fn run(config: &Config, warnings: &[String]) -> Result<(), EndError> {
     // Before any thread, so that no signal finds its default action; and before anything that may stall.
     let mut calls = Calls::listen(config).map_err(system("signals cannot be handled"))?;
-    let log = Log::open(&config.telemetry).map_err(system("no thread"))?;
+    let log = Log::open(&config.telemetry).map_err(StartError::Thread)?;
     for warning in warnings {
         warn!("{warning}");
     }
@@ -119,7 +119,7 @@ fn start_ticking(
         .name("colocd-tick".into())
         .stack_size(config.realtime.prefault_stack_kib * 1024 + SPARE_STACK);
     let body = move || tick_until_stopped(&config, link, stop, &entered);
-    Watched::start(builder, body, calls.closer()).map_err(system("no thread"))
+    Watched::start(builder, body, calls.closer()).map_err(StartError::Thread)
 }
 
 /// Everything about the ports stays on the thread that uses them, so start-up happens here too.
@@ -221,7 +221,7 @@ impl Telemetering {
         calls: &Calls,
     ) -> Result<Self, StartError> {
         let (stop, stopped) = channel();
-        let writers = Writers::start(config).map_err(system("no thread"))?;
+        let writers = Writers::start(config).map_err(StartError::Thread)?;
         let (config, link) = (config.clone(), Arc::clone(link));
         let body = move || {
             Telemetry::new(&config, link, spaces)
@@ -229,7 +229,7 @@ impl Telemetering {
                 .run(&stopped)
         };
         let builder = Builder::new().name("colocd-log".into());
-        let thread = Watched::start(builder, body, calls.closer()).map_err(system("no thread"))?;
+        let thread = Watched::start(builder, body, calls.closer()).map_err(StartError::Thread)?;
         Ok(Self { thread, stop })
     }
 

@@ -1,6 +1,7 @@
 //! Why a daemon did not start.
 
 use coloc_drivers::can;
+use coloc_shm_types::advice::advised;
 use coloc_shm_types::{OpenError, PortError};
 use rustix::io::Errno;
 
@@ -25,7 +26,7 @@ pub enum StartError {
     #[error("odometry: {0}")]
     Odometry(#[from] coloc_drivers::encoder::ConfigError),
     /// The kernel refused a descriptor.
-    #[error("the tick's timer cannot be set up: {0}")]
+    #[error("the tick's timer cannot be set up: {}", advised(&(*.0).into()))]
     Wait(#[from] Errno),
     /// The process would not have the addresses that it takes.
     #[error(
@@ -41,8 +42,14 @@ pub enum StartError {
     /// `realtime.required`, and not granted.
     #[error("realtime.required = true, but {0}")]
     Realtime(String),
-    /// The log, a signal handler or a thread.
-    #[error("{what}: {error}")]
+    /// A thread cannot be had.
+    #[error(
+        "a thread cannot be started: {0}; allow more processes and more memory \
+         (ulimit -u, ulimit -d; LimitNPROC=, LimitDATA=, TasksMax= in a unit)"
+    )]
+    Thread(std::io::Error),
+    /// A signal handler or a descriptor.
+    #[error("{what}: {}", advised(.error))]
     System {
         /// What was tried.
         what: &'static str,

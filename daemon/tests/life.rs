@@ -4,7 +4,7 @@
 mod support;
 
 use std::fs::File;
-use std::io::{PipeReader, PipeWriter, Read};
+use std::io::{BufRead, BufReader, PipeReader, PipeWriter, Read};
 use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -305,6 +305,32 @@ fn an_address_space_that_is_too_small_is_refused_with_what_it_takes() {
     }
 }
 
+/// What is said by a start under this limit, which fails.
+fn refused_under(limit: &str) -> String {
+    let site = Site::new("robot1", "");
+    let script = format!("ulimit {limit} && exec \"$@\"");
+    let output = shell(&script, &site.run_command()).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{limit}: {said}");
+    said
+}
+
+#[test]
+fn too_few_files_are_refused_with_the_limit_wherever_they_are_missing_first() {
+    for files in 4..20 {
+        let said = refused_under(&format!("-n {files}"));
+        let advised = said.contains("Too many open files") && said.contains("LimitNOFILE=");
+        assert!(advised, "{files} files: {said}");
+    }
+}
+
+#[test]
+fn too_little_memory_for_a_thread_is_refused_with_the_limits() {
+    let said = refused_under("-d 1000");
+    let advised = said.contains("ulimit -u, ulimit -d") && said.contains("LimitNPROC=");
+    assert!(advised, "{said}");
+}
+
 #[test]
 fn as_much_address_space_as_it_asks_for_is_enough_for_everything() {
     let all = "[initial]\nresume = true\n[telemetry]\nlog = \"debug\"\nlog_file = \"{at}/log\"\n\
@@ -327,6 +353,31 @@ fn when_its_place_is_taken_away_it_ends_with_a_status_and_starts_again() {
     let said = std::io::read_to_string(said).unwrap();
     assert!(said.contains("was deleted or exchanged"), "{said}");
     assert_lives(&site, &mut site.start());
+}
+
+#[test]
+fn what_it_could_not_find_again_is_removed_by_the_next_start_which_says_so() {
+    let site = Site::new("robot1", "");
+    let (mut daemon, _) = started(&site);
+    std::fs::rename(site.root(), site.path("elsewhere")).unwrap();
+    assert_eq!(daemon.wait(), Some(4));
+    // Nobody else enters before: he would remove it.
+    let (mut next, said) = started(&site);
+    let reason = "processes that were killed or had lost their root";
+    assert!(said.contains(reason), "{said}");
+    next.terminate();
+}
+
+/// A daemon that runs, and what it said until then.
+fn started(site: &Site) -> (Daemon, String) {
+    let mut daemon = Daemon::spawn(site.run_command().stderr(Stdio::piped()));
+    let mut lines = BufReader::new(daemon.standard_error());
+    let mut said = String::new();
+    while !said.contains("running") {
+        let length = lines.read_line(&mut said).unwrap();
+        assert!(length > 0, "it ended: {said}");
+    }
+    (daemon, said)
 }
 
 #[test]

@@ -23,6 +23,7 @@
 //!   left: at the start, and again when the last one goes.
 //! * One user owns the space. Segments are private to that user, so peers are trusted with the memory itself, though
 //!   never with the values in it.
+pub mod advice;
 mod belief_state;
 mod channel;
 mod clock;

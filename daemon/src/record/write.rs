@@ -10,6 +10,7 @@ use tracing::{info, warn};
 
 use super::Record;
 use crate::aside::Aside;
+use crate::deleted::Output;
 use crate::retry::Retry;
 
 /// A few seconds of batches can wait for a slow disk.
@@ -77,12 +78,19 @@ fn lines(batch: &[Record]) -> u64 {
 
 /// Lives on the thread that may wait for it.
 struct RecordFile {
+    /// What was asked for.
+    wanted: PathBuf,
+    /// What was free.
     path: PathBuf,
-    file: Option<File>,
+    file: Option<Output>,
     retry: Retry,
-    /// The first line, until there is a file for it.
+    /// The first line of every file.
     begin: Option<Record>,
+    has_begun: bool,
     works: bool,
+    /// Lines behind the first, in the file.
+    written: u64,
+    /// Lines that are not there yet to be told of.
     lost: u64,
     /// The last line was written in part.
     torn: bool,
@@ -91,11 +99,14 @@ struct RecordFile {
 impl RecordFile {
     fn new(path: &Path) -> Self {
         Self {
+            wanted: path.into(),
             path: path.into(),
             file: None,
             retry: Retry::default(),
             begin: None,
+            has_begun: false,
             works: true,
+            written: 0,
             lost: 0,
             torn: false,
         }
@@ -106,6 +117,7 @@ impl RecordFile {
             self.begin = Some(*begin);
             batch.remove(0);
         }
+        self.miss();
         if self.file.is_none() && self.retry.is_due() {
             self.open();
         }
@@ -114,21 +126,43 @@ impl RecordFile {
             return;
         }
         let lost = (self.lost > 0).then_some(Record::Lost { lines: self.lost });
-        let head = self.begin.take().into_iter().chain(lost);
-        batch.splice(0..0, head);
+        let begin = self.begin.filter(|_| !self.has_begun);
+        batch.splice(0..0, begin.into_iter().chain(lost));
+        self.has_begun = true;
         self.lost = 0;
         self.write(&batch);
     }
 
+    /// Begins another if somebody has deleted it; all lines of the first are missing in that one.
+    fn miss(&mut self) {
+        if !self.file.as_ref().is_some_and(Output::is_deleted) {
+            return;
+        }
+        let lines = self.written;
+        warn!(
+            lines,
+            "the recording {} was deleted, another one is begun",
+            self.path.display()
+        );
+        let lost = self.lost + self.written;
+        let (begin, wanted) = (self.begin, std::mem::take(&mut self.wanted));
+        *self = Self {
+            begin,
+            lost,
+            ..Self::new(&wanted)
+        };
+    }
+
     fn open(&mut self) {
-        match create(&self.path) {
+        match create(&self.wanted) {
             Ok((file, path)) => {
                 info!("recording to {}", path.display());
-                self.file = Some(file);
+                self.retry.worked();
+                self.file = Some(Output::new(file));
                 self.path = path;
             }
             Err(problem) => {
-                let (path, pause_s) = (self.path.display(), self.retry.failed().as_secs());
+                let (path, pause_s) = (self.wanted.display(), self.retry.failed().as_secs());
                 warn!(
                     pause_s,
                     "nothing is recorded until {path} can be made: {problem}"
@@ -149,13 +183,16 @@ impl RecordFile {
         let (written, result) = self.write_some(&text);
         let whole = ends.iter().take_while(|&&end| end <= written).count();
         self.torn = written < text.len();
-        self.lost = lines(batch.get(whole..).unwrap_or_default());
+        let (there, missing) = batch.split_at(whole);
+        let begins = |record: &&Record| matches!(record, Record::Begin { .. });
+        self.written += lines(there) - there.iter().filter(begins).count() as u64;
+        self.lost = lines(missing);
         self.tell(result);
     }
 
     /// How much of `text` was written, and what stopped it.
     fn write_some(&mut self, text: &[u8]) -> (usize, io::Result<()>) {
-        let Some(file) = &mut self.file else {
+        let Some(Output { file, .. }) = &mut self.file else {
             return (0, Ok(()));
         };
         let mut written = 0;
@@ -215,6 +252,20 @@ mod tests {
 
     use super::*;
 
+    const TICK: Record = Record::Tick {
+        tick: 1,
+        stamp_ns: 2,
+        inputs: 0,
+        step: crate::record::Step::Own,
+    };
+
+    fn records(path: &Path) -> Vec<Record> {
+        let text = std::fs::read_to_string(path).unwrap();
+        text.lines()
+            .map(|line| serde_json::from_str(line).unwrap())
+            .collect()
+    }
+
     #[test]
     fn no_recording_is_overwritten() {
         let directory = tempfile::tempdir().unwrap();
@@ -230,13 +281,7 @@ mod tests {
         let full = Path::new("/dev/full");
         assert!(full.metadata().unwrap().file_type().is_char_device());
         let mut file = RecordFile::new(full);
-        let tick = Record::Tick {
-            tick: 1,
-            stamp_ns: 2,
-            inputs: 0,
-            step: crate::record::Step::Own,
-        };
-        (0..3).for_each(|_| file.take(vec![tick; 5]));
+        (0..3).for_each(|_| file.take(vec![TICK; 5]));
         assert_eq!((file.lost, file.works), (15, false));
     }
 
@@ -246,21 +291,33 @@ mod tests {
         let path = directory.path().join("later/a.jsonl");
         let mut file = RecordFile::new(&path);
         let begin = Record::begin(1, 0, &coloc_estimator::Belief::default());
-        let tick = Record::Tick {
-            tick: 1,
-            stamp_ns: 2,
-            inputs: 0,
-            step: crate::record::Step::Own,
-        };
-        file.take(vec![begin, tick, tick]);
+        file.take(vec![begin, TICK, TICK]);
         std::fs::create_dir(directory.path().join("later")).unwrap();
         file.retry.worked();
-        file.take(vec![tick]);
-        let text = std::fs::read_to_string(&path).unwrap();
-        let kinds: Vec<Record> = text
-            .lines()
-            .map(|line| serde_json::from_str(line).unwrap())
-            .collect();
-        assert_eq!(kinds, [begin, Record::Lost { lines: 2 }, tick]);
+        file.take(vec![TICK]);
+        assert_eq!(records(&path), [begin, Record::Lost { lines: 2 }, TICK]);
+    }
+
+    #[test]
+    fn a_recording_that_was_deleted_is_begun_again_and_says_what_went() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("below/a.jsonl");
+        let below = path.parent().unwrap();
+        std::fs::create_dir(below).unwrap();
+        let begin = Record::begin(1, 0, &coloc_estimator::Belief::default());
+        let mut file = RecordFile::new(&path);
+        file.take(vec![begin, TICK, TICK]);
+        std::fs::remove_file(&path).unwrap();
+        file.take(vec![TICK]);
+        assert_eq!(records(&path), [begin, Record::Lost { lines: 2 }, TICK]);
+        std::fs::remove_dir_all(below).unwrap();
+        file.take(vec![TICK]);
+        std::fs::create_dir(below).unwrap();
+        std::fs::write(&path, "somebody else's").unwrap();
+        file.retry.worked();
+        file.take(vec![TICK]);
+        let next = numbered(&path, 1);
+        assert_eq!(records(&next), [begin, Record::Lost { lines: 4 }, TICK]);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "somebody else's");
     }
 }

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use coloc_shm_types::advice::advised;
 use rustix::io::Errno;
 
 use super::candump::LogError;
@@ -27,7 +28,7 @@ pub enum OpenError {
     #[error(transparent)]
     Log(#[from] LogError),
     /// Anything else that the system refused.
-    #[error("can't open {bus}: {error}")]
+    #[error("can't open {bus}: {}", advised(.error))]
     System {
         /// The bus.
         bus: BusSpec,

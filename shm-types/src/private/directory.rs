@@ -11,6 +11,7 @@ use rustix::io::Errno;
 use super::error::NotPrivate;
 use super::file::OwnFile;
 use super::own_user;
+use super::owner::{self, HANDLE};
 use super::walk::{Goal, Walk, stat};
 
 const READ: OFlags = OFlags::RDONLY
@@ -52,7 +53,7 @@ impl PrivateDirectory {
         belongs: impl Fn(&OsStr) -> bool,
     ) -> Result<Self, NotPrivate> {
         let reached = Walk::to_directory(path, goal)?;
-        Self::check(reached.at.as_fd(), c".".to_bytes(), reached.path, belongs)
+        Self::of(&reached.at, reached.path, belongs)
     }
 
     fn check(
@@ -61,18 +62,36 @@ impl PrivateDirectory {
         path: PathBuf,
         belongs: impl Fn(&OsStr) -> bool,
     ) -> Result<Self, NotPrivate> {
-        let fd = rustix::fs::openat(above, name, READ, Mode::empty())
+        let handle = rustix::fs::openat(above, name, HANDLE, Mode::empty())
             .map_err(NotPrivate::system("open", &path))?;
-        let found = stat(&fd, &path)?;
+        Self::of(&handle, path, belongs)
+    }
+
+    /// What was found at the end of the way.
+    fn of(
+        handle: &OwnedFd,
+        path: PathBuf,
+        belongs: impl Fn(&OsStr) -> bool,
+    ) -> Result<Self, NotPrivate> {
+        let found = stat(handle, &path)?;
         check_owner(&found, &path)?;
+        let was_shut = owner::let_in(handle, &found, &path)?;
+        let fd = rustix::fs::openat(handle, c".", READ, Mode::empty())
+            .map_err(NotPrivate::system("open", &path))?;
         let mut directory = Self {
             fd,
             path,
             former_mode: None,
         };
         let mode = found.st_mode & 0o7777;
-        if mode != 0o700 {
-            directory.close(mode, belongs)?;
+        if mode != 0o700
+            && let Err(refusal) = directory.close(mode, belongs)
+        {
+            if was_shut {
+                // One for other things is left as it was; if that fails, its owner has more rights than before.
+                let _ = owner::set_mode(handle, Mode::from_raw_mode(mode));
+            }
+            return Err(refusal);
         }
         Ok(directory)
     }
@@ -134,6 +153,19 @@ impl PrivateDirectory {
         Self::check(self.fd.as_fd(), name.as_bytes(), path, |_| true)
     }
 
+    /// Lets its owner into the directory `name` in it, if that is there and shut to everybody.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub(crate) fn unlock(&self, name: &str) -> Result<(), NotPrivate> {
+        let path = self.path.join(name);
+        match rustix::fs::openat(&self.fd, name, HANDLE, Mode::empty()) {
+            Ok(handle) => owner::let_in(&handle, &stat(&handle, &path)?, &path).map(drop),
+            Err(Errno::NOENT | Errno::NOTDIR | Errno::LOOP) => Ok(()),
+            Err(error) => Err(NotPrivate::system("open", &path)(error)),
+        }
+    }
+
     /// The file `name` in it, which need not be there. `name` is one name, not a path.
     ///
     /// # Errors
@@ -172,7 +204,8 @@ impl PrivateDirectory {
     /// # Errors
     /// What the system says.
     pub fn remove(&self, name: &OsStr) -> Result<(), NotPrivate> {
-        remove(self.fd.as_fd(), name).map_err(NotPrivate::system("remove", &self.path.join(name)))
+        let path = self.path.join(name);
+        remove(self.fd.as_fd(), name, &path).map_err(NotPrivate::system("remove", &path))
     }
 
     /// Whether its path still leads to it: it may have been deleted or exchanged.
@@ -216,7 +249,7 @@ fn entries(directory: BorrowedFd<'_>) -> io::Result<Vec<OsString>> {
     Ok(names)
 }
 
-fn remove(above: BorrowedFd<'_>, name: &OsStr) -> io::Result<()> {
+fn remove(above: BorrowedFd<'_>, name: &OsStr, path: &Path) -> io::Result<()> {
     let kind = match rustix::fs::statat(above, name, AtFlags::SYMLINK_NOFOLLOW) {
         Ok(stat) => FileType::from_raw_mode(stat.st_mode),
         Err(error) => return if_there(Err(error)),
@@ -224,9 +257,11 @@ fn remove(above: BorrowedFd<'_>, name: &OsStr) -> io::Result<()> {
     if kind != FileType::Directory {
         return if_there(rustix::fs::unlinkat(above, name, AtFlags::empty()));
     }
-    let directory = rustix::fs::openat(above, name, READ, Mode::empty())?;
+    let handle = rustix::fs::openat(above, name, HANDLE, Mode::empty())?;
+    owner::let_in(&handle, &rustix::fs::fstat(&handle)?, path)?;
+    let directory = rustix::fs::openat(&handle, c".", READ, Mode::empty())?;
     for entry in entries(directory.as_fd())? {
-        remove(directory.as_fd(), &entry)?;
+        remove(directory.as_fd(), &entry, &path.join(&entry))?;
     }
     if_there(rustix::fs::unlinkat(above, name, AtFlags::REMOVEDIR))
 }

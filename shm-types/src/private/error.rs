@@ -2,6 +2,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::advice::advised;
+
 /// A place where another user could read, change or plant something, or that the system refuses.
 #[derive(Debug, thiserror::Error)]
 pub enum NotPrivate {
@@ -110,7 +112,7 @@ pub enum NotPrivate {
         limit: u64,
     },
     /// The operating system refused something.
-    #[error("cannot {action} {}: {source}", .path.display())]
+    #[error("cannot {action} {}: {}", .path.display(), advised(.source))]
     System {
         /// What was tried, as in "cannot …".
         action: &'static str,

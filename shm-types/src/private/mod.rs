@@ -2,12 +2,13 @@
 //!
 //! * Nothing that somebody else made is followed, believed or written to: a path is walked name by name, and of
 //!   symbolic links only those are followed that this user, the superuser or the directory's owner made.
-//! * A [`PrivateDirectory`] has mode 0700, and nobody else can rename it. An [`OwnFile`] is an ordinary file with one
+//! * A [`PrivateDirectory`] has mode 0700, whatever it was before, and nobody else can rename it. An [`OwnFile`] is an ordinary file with one
 //!   name; what coloc makes has mode 0600. The umask changes nothing.
 //! * Whoever may run as this user, and the superuser, are trusted.
 mod directory;
 mod error;
 mod file;
+mod owner;
 mod walk;
 
 use std::io::Read;

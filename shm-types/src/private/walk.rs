@@ -9,6 +9,7 @@ use rustix::io::Errno;
 
 use super::error::NotPrivate;
 use super::own_user;
+use super::owner::{self, HANDLE};
 
 /// As many as the kernel follows.
 const MOST_LINKS: u32 = 40;
@@ -145,9 +146,18 @@ impl Walk {
 
     fn make(&self, name: &OsStr) -> Result<(), NotPrivate> {
         match rustix::fs::mkdirat(&self.at, name, Mode::RWXU) {
-            Ok(()) | Err(Errno::EXIST) => Ok(()),
+            Ok(()) => self.let_in(name),
+            Err(Errno::EXIST) => Ok(()),
             Err(error) => Err(self.failed("make the directory", name)(error)),
         }
+    }
+
+    /// A umask can shut even its maker out.
+    fn let_in(&self, name: &OsStr) -> Result<(), NotPrivate> {
+        let made = rustix::fs::openat(&self.at, name, HANDLE, Mode::empty())
+            .map_err(self.failed("open", name))?;
+        let path = self.path.join(name);
+        owner::let_in(&made, &stat(&made, &path)?, &path).map(drop)
     }
 
     fn follow(

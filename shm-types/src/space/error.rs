@@ -3,6 +3,7 @@ use std::path::PathBuf;
 
 use iceoryx2::node::NodeCreationFailure;
 
+use crate::advice::advised;
 use crate::places::NoPlace;
 use crate::private::NotPrivate;
 
@@ -32,7 +33,7 @@ pub enum OpenError {
         limit: usize,
     },
     /// The operating system refused something.
-    #[error("cannot {action} {}: {source}", .path.display())]
+    #[error("cannot {action} {}: {}", .path.display(), advised(.source))]
     System {
         /// What was tried, as in "cannot …".
         action: &'static str,
@@ -40,6 +41,16 @@ pub enum OpenError {
         path: PathBuf,
         /// What it said.
         source: std::io::Error,
+    },
+    /// A file system without which nothing works.
+    #[error(
+        "{at} is not mounted, and coloc needs it: mount it ({command}), also in a container or chroot"
+    )]
+    NotMounted {
+        /// Where it belongs.
+        at: &'static str,
+        /// What mounts it.
+        command: &'static str,
     },
     /// Somebody else keeps the directory or file to himself.
     #[error(
@@ -171,16 +182,28 @@ pub enum Remark {
         /// What its mode was.
         mode: u32,
     },
-    /// Processes that were killed had left something.
-    #[error("removed {files} files in /dev/shm, and what was in {}: processes that were killed had left it", .root.display())]
+    /// Anybody could take files in `/dev/shm` away.
+    #[error(
+        "others may delete what is in /dev/shm (mode {mode:04o}, without the sticky bit), which ends every robot: \
+         the administrator should close it (chmod 1777 /dev/shm)"
+    )]
+    Loose {
+        /// The mode of `/dev/shm`.
+        mode: u32,
+    },
+    /// Processes that could not clean up had left something.
+    #[error(
+        "removed {files} files in /dev/shm, and what was in {}: processes that were killed or had lost their root had left it",
+        .root.display()
+    )]
     Swept {
         /// The root directory.
         root: PathBuf,
         /// Files in `/dev/shm`, of all spaces in which nobody is.
         files: usize,
     },
-    /// Processes that were killed had left something, among what is of those who live.
-    #[error("removed {files} files that processes had left in {} which were killed", .root.display())]
+    /// Processes that could not clean up had left something, among what is of those who live.
+    #[error("removed {files} files that processes had left in {} which were killed or had lost their root", .root.display())]
     Tidied {
         /// The root directory.
         root: PathBuf,

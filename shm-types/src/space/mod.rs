@@ -4,6 +4,7 @@ mod config;
 mod disk;
 mod error;
 mod gate;
+mod ground;
 mod key;
 mod leftovers;
 mod lock;

@@ -22,7 +22,7 @@ use super::gate::Gate;
 use super::key::{self, Key};
 use super::leftovers::Turn;
 use super::services::{self, Services};
-use super::{Node, claim, leftovers, lock, segments};
+use super::{Node, claim, ground, leftovers, lock, segments};
 use crate::private::PrivateDirectory;
 
 const NODES: &str = "nodes";
@@ -62,6 +62,7 @@ pub(crate) struct Residence {
 impl Residence {
     pub(crate) fn enter(root: &Path, prefix: &str) -> Result<Self, OpenError> {
         config::check(root, prefix)?;
+        ground::check()?;
         let directory = PrivateDirectory::make(root, is_ours)?;
         config::check(directory.path(), prefix)?;
         let mut remarks: Vec<_> = directory
@@ -71,7 +72,11 @@ impl Residence {
                 mode,
             })
             .into_iter()
+            .chain(segments::loose_mode().map(|mode| Remark::Loose { mode }))
             .collect();
+        for name in DIRECTORIES {
+            directory.unlock(name)?;
+        }
         let deadline = Instant::now() + lock::PATIENCE;
         let key = join(&directory, deadline, &mut remarks)?;
         let place = Place::new(directory.path(), prefix, key)?;

@@ -54,6 +54,17 @@ fn root_and_key(space: &str) -> Option<(&str, Key)> {
     Some((hash, Key::parse(key)?))
 }
 
+/// The mode of `/dev/shm`, if others may take away there what is not theirs.
+pub(super) fn loose_mode() -> Option<u32> {
+    let found = rustix::fs::stat(SHARED_MEMORY).ok()?;
+    is_loose(found.st_mode).then_some(found.st_mode & 0o7777)
+}
+
+/// In a sticky directory only who owns something can remove it.
+fn is_loose(mode: u32) -> bool {
+    mode & 0o022 != 0 && mode & 0o1000 == 0
+}
+
 /// Names of all files of ours.
 pub(super) fn list() -> std::io::Result<Vec<String>> {
     let mut names = Vec::new();

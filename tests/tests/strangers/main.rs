@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "a test")]
 
 mod outputs;
+mod shut;
 mod stage;
 mod stranger;
 

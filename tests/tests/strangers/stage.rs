@@ -73,15 +73,33 @@ impl Stage {
 
     fn command(&self, act: &str, places: &[&Path]) -> Command {
         let places: Vec<_> = places.iter().map(|place| place.to_str().unwrap()).collect();
-        let mut command = Command::new(&self.program);
+        let mut command = strangers(&self.program);
         command
             .args(["--ignored", "--exact", "the_stranger", "--nocapture"])
             .env(ACT, act)
-            .env(PLACES, places.join("\n"))
-            .current_dir("/")
-            .uid(STRANGER)
-            .gid(STRANGER);
+            .env(PLACES, places.join("\n"));
         command
+    }
+
+    /// A directory of the stranger's.
+    pub(crate) fn home(&self) -> PathBuf {
+        let home = self.open_directory(0o700);
+        std::os::unix::fs::chown(&home, Some(STRANGER), Some(STRANGER)).unwrap();
+        home
+    }
+
+    /// A daemon that the stranger runs in his `home` under this umask.
+    pub(crate) fn strangers_daemon(&self, home: &Path, umask: &str) -> Daemon {
+        let program = self.path("colocd");
+        if !program.exists() {
+            fs::copy(env!("CARGO_BIN_EXE_colocd-under-test"), &program).unwrap();
+            chmod(&program, 0o755);
+        }
+        let mut shell = strangers(Path::new("sh"));
+        shell
+            .args(["-c", "umask $1; exec \"$2\" run \"$3\"", "sh", umask])
+            .arg(program);
+        Daemon::spawn(shell, home, &configuration(home))
     }
 
     /// What the stranger managed to do.
@@ -111,6 +129,13 @@ impl Stage {
         );
         Staying(child)
     }
+}
+
+/// As the other user.
+fn strangers(program: &Path) -> Command {
+    let mut command = Command::new(program);
+    command.current_dir("/").uid(STRANGER).gid(STRANGER);
+    command
 }
 
 pub(crate) struct Staying(Child);
@@ -164,11 +189,17 @@ impl Daemon {
     }
 
     pub(crate) fn start_with(site: &Path, umask: &str, configuration: &Config) -> Self {
+        let mut shell = Command::new("sh");
+        shell
+            .args(["-c", "umask $1; exec \"$2\" run \"$3\"", "sh", umask])
+            .arg(env!("CARGO_BIN_EXE_colocd-under-test"));
+        Self::spawn(shell, site, configuration)
+    }
+
+    fn spawn(mut command: Command, site: &Path, configuration: &Config) -> Self {
         let (config, said) = (site.join("robot.toml"), site.join("said"));
         fs::write(&config, toml::to_string(configuration).unwrap()).unwrap();
-        let child = Command::new("sh")
-            .args(["-c", "umask $1; exec \"$2\" run \"$3\"", "sh", umask])
-            .arg(env!("CARGO_BIN_EXE_colocd-under-test"))
+        let child = command
             .arg(&config)
             .stderr(File::create(&said).unwrap())
             .spawn()
@@ -203,6 +234,15 @@ impl Daemon {
     /// SIGHUP.
     pub(crate) fn hang_up(&self) {
         self.signal(Signal::HUP);
+    }
+
+    /// Until it says so.
+    pub(crate) fn wait_until_it_says(&self, what: &str) {
+        let deadline = Instant::now() + PATIENCE;
+        while !self.said().contains(what) {
+            assert!(Instant::now() < deadline, "no `{what}`: {}", self.said());
+            std::thread::sleep(Duration::from_millis(1));
+        }
     }
 
     fn signal(&self, signal: Signal) {

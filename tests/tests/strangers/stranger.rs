@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::FlockOperation;
 
+use super::shut;
 use super::stage::{ACT, PLACES, READY};
 
 pub(crate) fn act() {
@@ -22,6 +23,8 @@ pub(crate) fn act() {
         ("copy", [from, to]) => copy(from, to),
         ("write", places) => places.iter().for_each(|place| write(place)),
         ("take the place of", places) => places.iter().for_each(|place| take_the_place_of(place)),
+        ("open what is shut", [home]) => shut::open_all(home),
+        ("make under a umask", [home]) => shut::make_under_a_umask(home),
         ("lock", [place]) => hold(place),
         ("try-lock", [place]) => println!("did: {:?}", lock(place)),
         (act, _) => panic!("no such act: {act}"),

@@ -4,6 +4,8 @@ use std::cell::Cell;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 
+use crate::advice;
+
 /// Where something was to be made.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Site {
@@ -17,9 +19,7 @@ impl Site {
     /// What a person can do about it.
     pub(crate) const fn advice(self, error: Errno) -> &'static str {
         match (error, self) {
-            (Errno::MFILE | Errno::NFILE, _) => {
-                "allow more open files (ulimit -n; LimitNOFILE= in a unit)"
-            }
+            (Errno::MFILE | Errno::NFILE, _) => advice::FILES,
             (Errno::NOMEM | Errno::AGAIN, _) => {
                 "allow more memory, or more of it locked (ulimit -v, ulimit -l; LimitMEMLOCK= in a unit)"
             }

@@ -6,7 +6,7 @@ use std::path::Path;
 /// What must not grow.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Footprint {
-    /// Memory that is resident \[KiB\].
+    /// Memory that is its own \[KiB\].
     pub(crate) own_kib: u64,
     /// Open descriptors.
     pub(crate) descriptors: usize,
