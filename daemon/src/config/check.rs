@@ -44,6 +44,8 @@ fn root(config: &Config) -> Option<Finding> {
     } else {
         "must be an absolute path, as \"/run/coloc\" is".into()
     };
+    // With its line breaks and zeros in words.
+    let root = root.to_string_lossy();
     Some(Finding::new("shm.root", format!(" = {root:?}: {must}")))
 }
 
