@@ -113,11 +113,12 @@ mod tests {
     #[test]
     fn the_daemon_takes_the_file_at_every_rate() {
         let directory = tempfile::tempdir().unwrap();
+        let root = directory.path().join("shm");
         for rate_hz in [1.0, 50.0, 200.0, 1000.0] {
             for wait in [WaitArg::Poll, WaitArg::Sleep] {
                 let wanted = Wanted {
                     directory: directory.path(),
-                    root: directory.path(),
+                    root: &root,
                     bus: &"local:/tmp/bus".parse().unwrap(),
                     placement: &Placement::choose(),
                     rate_hz,
