@@ -57,7 +57,7 @@ fn main() -> ExitCode {
 }
 
 fn live(ticks: u64) {
-    let warm_up = (ticks / POINTS).min(LONGEST_WARM_UP);
+    let warm_up = (ticks / 2).min(LONGEST_WARM_UP);
     let mut life = Life::new();
     life.scene().with_telemetry(|scene| {
         life.run_until(warm_up, scene);
