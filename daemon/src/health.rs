@@ -1,4 +1,5 @@
-//! How each sensor is doing, decided at every tick from stamps alone.
+//! How each input is doing, and whether the belief may be driven on: decided at every tick from stamps and from what became of the
+//! last inputs.
 //!
 //! | at the tick | health |
 //! | --- | --- |
