@@ -118,10 +118,10 @@ impl Account {
         self.count_rejected((input, source), reason, None);
     }
 
-    /// An input that was here before.
-    pub fn repeated(&mut self, input: Input, source: u16) {
+    /// An input that was here before, or that a newer one stands for: no fault of its sensor.
+    pub fn repeated(&mut self, input: Input, source: u16, reason: Reject) {
         self.sources.repeated(input, source);
-        self.count_rejected((input, source), Reject::Replayed, None);
+        self.count_rejected((input, source), reason, None);
     }
 
     /// Something came of `input` that cannot even be decoded.
@@ -231,7 +231,7 @@ impl Account {
         let d2 = d2(report.verdict);
         match reason(report.verdict) {
             None => self.accepted(report.source, 1, d2),
-            Some(Reject::Replayed) => self.repeated(input, source),
+            Some(Reject::Replayed) => self.repeated(input, source, Reject::Replayed),
             Some(reason) => {
                 self.watch.refused(input, d2.is_some());
                 self.sources.refused(input, source, d2, self.now);
@@ -305,12 +305,16 @@ impl Account {
     }
 
     /// How the wheels' buses are doing.
-    pub fn buses(&mut self, worst: BusState, counters: CanCounters) {
+    pub fn buses(&mut self, worst: BusState) {
         let from = BusState::from_byte(std::mem::replace(&mut self.status.bus, worst as u8));
         if from != worst {
             self.tell(Event::Bus { from, to: worst });
         }
         self.watch.broken(Input::Odometry, worst >= BusState::Off);
+    }
+
+    /// What was counted of odometry since the start.
+    pub fn odometry(&mut self, counters: CanCounters) {
         self.status.can = counters;
     }
 

@@ -1,10 +1,13 @@
 //! Step 2 of the tick: everything that has arrived, checked, converted and stamped by the inner clock.
 
 pub(crate) mod backlog;
+mod base;
 pub mod frames;
 pub mod list;
 pub mod messages;
 mod port;
+mod team;
+pub mod way;
 pub mod wheels;
 
 use std::os::fd::BorrowedFd;
@@ -18,14 +21,19 @@ use crate::clock::{Moment, TimeSource};
 use crate::config::Config;
 use crate::event::Link;
 use crate::start::StartError;
+use base::Base;
 use list::List;
 use messages::Messages;
+use way::Way;
 use wheels::Wheels;
 
 /// All inputs of a robot.
 #[derive(Debug)]
 pub struct Collect {
     wheels: Wheels,
+    /// A base that does not speak CAN, if there is one.
+    base: Option<Base>,
+    way: Way,
     messages: Messages,
     /// What the tick takes in.
     measurements: List<Measurement>,
@@ -38,9 +46,11 @@ impl Collect {
     /// What could not be opened.
     pub fn open(config: &Config, space: &Space, link: Arc<Link>) -> Result<Self, StartError> {
         Ok(Self {
+            base: Base::open(config, space, Arc::clone(&link))?,
             wheels: Wheels::open(config, link)?,
+            way: Way::new(config),
             messages: Messages::open(config, space)?,
-            measurements: List::with_capacity(wheels::SAMPLES + messages::MOST),
+            measurements: List::with_capacity(way::SAMPLES + messages::MOST),
         })
     }
 
@@ -67,37 +77,43 @@ impl Collect {
         self.wheels.emptied()
     }
 
-    /// Decodes the frames that were drained before `moment`; whether all samples that wait now can wait for the tick.
-    pub fn frames(&mut self, moment: &Moment, account: &mut Account) -> bool {
-        self.wheels.decode(moment, account)
+    /// Makes samples of the frames that were drained before `moment` and of what a base says; whether all that wait now can wait
+    /// for the tick.
+    pub fn odometry(&mut self, moment: &Moment, account: &mut Account) -> bool {
+        let way = &mut self.way;
+        let wheels = self.wheels.decode(moment, way, account);
+        let base = self.base.as_mut();
+        let base = base.is_none_or(|base| base.decode(moment, way, account));
+        wheels && base && way.can_wait(moment.stamp)
     }
 
     /// Looks after the buses.
     pub fn supervise(&mut self, moment: &Moment, account: &mut Account) {
-        self.wheels.supervise(moment, account);
+        let counted = self.base.as_ref().map(Base::note);
+        self.wheels.supervise(moment, counted, account);
     }
 
     /// Whether a whole odometry sample has come since the last tick.
     #[must_use]
     pub fn has_odometry(&self) -> bool {
-        self.wheels.had_samples()
+        self.way.had_samples()
     }
 
     /// How many odometry samples wait for the estimator.
     #[must_use]
     pub fn samples(&self) -> usize {
-        self.wheels.samples()
+        self.way.samples().len()
     }
 
     /// The samples that wait, as inputs up to the newest of them; `None` if there are none.
     #[must_use]
     pub fn way(&self) -> Option<TickInputs<'_>> {
-        self.wheels.way()
+        self.way.inputs()
     }
 
     /// The estimator has taken the samples.
     pub fn taken(&mut self) {
-        self.wheels.taken();
+        self.way.taken();
     }
 
     /// Drains the subscribers.
@@ -108,7 +124,7 @@ impl Collect {
 
     /// Puts the samples that wait to the messages; how many there are.
     pub fn gather(&mut self) -> usize {
-        self.wheels.gather(&mut self.measurements)
+        self.way.gather(&mut self.measurements)
     }
 
     /// All that was collected, for the tick at `moment`.
@@ -122,26 +138,33 @@ impl Collect {
 
     /// The inputs whose channels have no place for this robot.
     pub fn deaf(&self) -> impl Iterator<Item = Input> {
-        self.messages.deaf()
+        let base = self.base.iter().filter_map(Base::deaf);
+        self.messages.deaf().chain(base)
     }
 
     /// Says who speaks on the channels.
     pub fn tell_sessions(&self, now: Stamp, account: &mut Account) {
         self.messages.tell_sessions(now, account);
+        if let Some(base) = &self.base {
+            base.tell_sessions(now, account);
+        }
     }
 
-    /// The tick is over, and the inputs have been used, unless it is `behind`.
-    pub fn clear(&mut self, behind: bool) {
+    /// The tick at `now` is over, and the inputs have been used, unless it is `behind`.
+    pub fn clear(&mut self, now: Stamp, behind: bool) {
         if !behind {
             self.measurements.clear();
             self.messages.clear();
+            if let Some(base) = &mut self.base {
+                base.clear(now);
+            }
         }
-        self.wheels.clear();
+        self.way.clear();
     }
 
-    /// Stamp of the newest frame that is in the estimate at `stamp` \[ns\]; 0 if there was none.
+    /// Stamp of the newest odometry that is in the estimate at `stamp` \[ns\]; 0 if there was none.
     #[must_use]
     pub fn newest_frame_ns(&self, stamp: Stamp) -> i64 {
-        self.wheels.newest_frame_ns(stamp)
+        self.way.newest_ns(stamp)
     }
 }

@@ -20,6 +20,8 @@ pub struct Hearing {
     heard: [AtomicU64; MAX_CHANNELS],
     refused: [AtomicU64; REASONS],
     unsure: AtomicU64,
+    base_samples: AtomicU64,
+    base: [AtomicU64; 2],
     states: [AtomicU8; BUSES],
 }
 
@@ -34,6 +36,8 @@ pub struct Reception {
     pub refused: [u64; REASONS],
     /// Times that frames were too far apart to tell how far a counter went.
     pub unsure: u64,
+    /// Messages of a base, and those of them that were refused.
+    pub base: [u64; 2],
 }
 
 impl Hearing {
@@ -46,6 +50,8 @@ impl Hearing {
             heard: std::array::from_fn(counter),
             refused: std::array::from_fn(counter),
             unsure: AtomicU64::new(0),
+            base_samples: AtomicU64::new(0),
+            base: [AtomicU64::new(0), AtomicU64::new(0)],
             states: std::array::from_fn(|_| AtomicU8::new(BusState::Up as u8)),
         }
     }
@@ -66,14 +72,23 @@ impl Hearing {
         }
     }
 
+    /// The same of a base on the channel `odometry`: its samples, its messages and those that were refused.
+    pub fn note_base(&self, samples: u64, messages: [u64; 2]) {
+        store(&self.base_samples, samples);
+        for (place, count) in self.base.iter().zip(messages) {
+            store(place, count);
+        }
+    }
+
     /// As it was at a tick that was not long ago.
     #[must_use]
     pub fn reception(&self) -> Reception {
         Reception {
-            samples: load(&self.samples),
+            samples: load(&self.samples) + load(&self.base_samples),
             heard: self.heard.each_ref().map(load),
             refused: self.refused.each_ref().map(load),
             unsure: load(&self.unsure),
+            base: self.base.each_ref().map(load),
         }
     }
 
@@ -103,6 +118,7 @@ impl Reception {
         let mut since = self.clone();
         since.samples = difference((&self.samples, &before.samples));
         since.unsure = difference((&self.unsure, &before.unsure));
+        since.base = std::array::from_fn(|it| self.base[it].saturating_sub(before.base[it]));
         for (to, pair) in since
             .heard
             .iter_mut()

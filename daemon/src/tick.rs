@@ -180,7 +180,7 @@ impl Robot {
     /// The estimator takes a bounded number of samples at once: those of a longer way go ahead of the tick. So no part of it is
     /// lost, nor taken as one mean velocity, which would not be the same in a turn.
     fn decode(&mut self, moment: &Moment) {
-        while !self.collect.frames(moment, &mut self.account) {
+        while !self.collect.odometry(moment, &mut self.account) {
             self.go_ahead(moment);
         }
     }
@@ -250,7 +250,7 @@ impl Robot {
         self.account.record(lines);
         self.account.record([Record::from(&outputs.estimate)]);
         self.account.outputs(&outputs, samples);
-        self.collect.clear(behind);
+        self.collect.clear(moment.stamp, behind);
         self.close_books(moment, since_tick_ns);
         stages.account_ns = watch.lap(&*self.time);
         let times = Times {

@@ -11,7 +11,7 @@ use coloc_counting::{Calls, calls_during};
 use coloc_daemon::event::{Event, Link};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::{Header, Input, Neighbour, Position, RelativePose};
+use coloc_shm_types::{Header, Input, Neighbour, Odometry, OdometryKind, Position, RelativePose};
 
 const TICKS: u64 = 10_000;
 
@@ -34,7 +34,9 @@ fn ticks_allocate_nothing() {
         .space
         .subscriber::<Neighbour>(&by_hand::name("b"))
         .unwrap();
-    let mut robot = world.robot("a", 1, &world.wheels());
+    let settings = format!("{}[odometry.base]\ntrack_m = 0.3\n", world.wheels());
+    let mut robot = world.robot("a", 1, &settings);
+    let base = world.publisher::<Odometry>("a");
     let (laser, dgps, neighbour) = (
         world.publisher::<RelativePose>("a"),
         world.publisher::<Position>("a"),
@@ -52,6 +54,18 @@ fn ticks_allocate_nothing() {
         for frame in frames.encode(way_m, way_m) {
             sender.send(&frame).unwrap();
         }
+        // A base that is started again and again, beside the buses.
+        base.send(Odometry {
+            header: Header {
+                source: 1,
+                session: 1 + sequence / 10,
+                ..header
+            },
+            kind: OdometryKind::WheelDistances as u8,
+            values: [way_m, way_m, 0.0, 0.0],
+            ..Odometry::default()
+        })
+        .unwrap();
         laser
             .send(RelativePose {
                 header,
@@ -107,4 +121,8 @@ fn ticks_allocate_nothing() {
         );
     }
     assert_eq!(status.rejected_total(Input::Position), TICKS / 2);
+    assert!(
+        status.accepted_of(Input::Odometry) > TICKS * 3 / 2,
+        "of both"
+    );
 }

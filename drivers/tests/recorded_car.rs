@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use coloc_drivers::Database;
 use coloc_drivers::can::{BusSpec, Filter, Id, Log, LogFrame, Received, StandardId};
 use coloc_drivers::encoder::{
-    OdometryConfig, OdometryDecoder, Quantity, WheelConfig, WheelsConfig,
+    OdometryConfig, OdometryDecoder, Quantity, Tolerance, WheelConfig, WheelsConfig,
 };
 use flate2::read::GzDecoder;
 
@@ -122,6 +122,8 @@ fn car(data: &Path) -> OdometryConfig {
         }),
         body: None,
         messages: Vec::new(),
+        base: None,
+        tolerance: Tolerance::default(),
     }
 }
 

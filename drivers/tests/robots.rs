@@ -253,10 +253,10 @@ fn the_documented_example_is_a_configuration() {
 fn what_is_wrong_is_named_with_what_is_allowed() {
     let wheels = |wheel: &str| both_wheels("Axle", wheel);
     for (toml, expected) in [
-        (String::new(), "either [wheels] or [body]"),
+        (String::new(), "either [odometry.wheels] or [odometry.body]"),
         (
             wheels("metres_per_tick = 0.01") + BODY,
-            "either [wheels] or [body]",
+            "either [odometry.wheels] or [odometry.body]",
         ),
         (
             wheels(""),

@@ -149,6 +149,8 @@ impl Channel {
             name: "odometry",
             what: "wheel distances, wheel counts or a body twist, of a base that does not speak CAN",
             size: size_of::<Odometry>(),
+            // Five seconds of a base at 50 Hz: a robot that was stopped for so long loses no way.
+            buffer: 256,
             ..DRIVERS
         },
         Told {
@@ -262,10 +264,13 @@ pub trait Message: ZeroCopySend + Debug + Copy + 'static {
 
     /// The same, for who reads the stamp as another clock.
     fn header_mut(&mut self) -> &mut Header;
+
+    /// Moves all other stamps that it has and that are set, for the same \[ns\].
+    fn move_stamps(&mut self, by_ns: i64);
 }
 
 macro_rules! travels {
-    ($($payload:ident)*) => {
+    ($($payload:ident $([$($stamp:ident)*])?,)*) => {
         $(impl Message for $payload {
             const CHANNEL: Channel = Channel::$payload;
             const TYPE_NAME: &'static str = concat!("coloc.", stringify!($payload), ".v2");
@@ -277,11 +282,19 @@ macro_rules! travels {
             fn header_mut(&mut self) -> &mut Header {
                 &mut self.header
             }
+
+            fn move_stamps(&mut self, _by_ns: i64) {
+                $($(
+                    if self.$stamp != 0 {
+                        self.$stamp = self.$stamp.saturating_add(_by_ns);
+                    }
+                )*)?
+            }
         })*
     };
 }
 
-travels! { Odometry RelativePose Position Neighbour Estimate Timing Status }
+travels! { Odometry [start_ns], RelativePose, Position, Neighbour, Estimate, Timing, Status, }
 
 #[cfg(test)]
 mod tests {

@@ -5,8 +5,8 @@ macro_rules! reasons {
     ($($(#[$text:meta])* $reason:ident = $number:literal, $name:literal, $sentence:literal;)*) => {
         /// The reason for which an input was turned away; indexes `rejected` of [`Status`](crate::Status).
         ///
-        /// The order is the order of the checks: of several reasons the first is the one that is counted. The numbers are
-        /// part of the payload's version; a new reason takes the first that is spare.
+        /// Up to `HistoryFull` the order is the order of the checks: of several reasons the first is the one that is counted. The
+        /// numbers are part of the payload's version; a new reason takes the first that is spare.
         #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, thiserror::Error)]
         #[repr(u8)]
         pub enum Reject {
@@ -63,6 +63,13 @@ reasons! {
     Gated = 15, "gated", "its innovation is outside of the gate";
     /// The history has no room for another entry.
     HistoryFull = 16, "history_full", "the history is full";
+    /// Faster than the robot can be.
+    Implausible = 17, "implausible", "it says that the robot is faster than [odometry] allows";
+    /// Older than one of its sender that has been used.
+    OutOfOrder = 18, "out_of_order", "its sender has said something newer before, which its way is in";
+    /// The configuration lacks what it takes to understand it.
+    NotConfigured = 19, "not_configured",
+        "[odometry.base] does not say what it takes to understand it: track_m for wheels, metres_per_count for counts";
 }
 
 impl Reject {

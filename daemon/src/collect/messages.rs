@@ -5,15 +5,15 @@ use coloc_estimator::{
     RobotId, Sighting, Stamp,
 };
 use coloc_shm_types::{
-    Clock, Input, Limits, Message, Neighbour, PortError, Position, Present, Reject, RelativePose,
-    Sessions, Space, boot,
+    Input, Message, Neighbour, PortError, Position, Reject, RelativePose, Sessions, Space,
 };
 
 use super::list::List;
 use super::port::Port;
+use super::team::Team;
 use crate::account::Account;
 use crate::clock::Moment;
-use crate::config::{Config, nanos};
+use crate::config::Config;
 
 /// A tick takes in so many messages at most; the others wait in shared memory for the next one.
 const SIGHTINGS: usize = 128;
@@ -31,16 +31,6 @@ pub struct Messages {
     team: Team,
 }
 
-/// What a message is held against.
-#[derive(Debug)]
-struct Team {
-    own: u16,
-    robots: Box<[u16]>,
-    boot: u64,
-    history_ns: i64,
-    future_tolerance_ns: i64,
-}
-
 impl Messages {
     /// Subscribes; publishers that are there already are connected before the first tick.
     ///
@@ -49,7 +39,7 @@ impl Messages {
     pub fn open(config: &Config, space: &Space) -> Result<Self, PortError> {
         let team = Team::new(config);
         let (name, sensors) = (&config.robot.name, Sessions::SENSORS);
-        let robots = team.robots.len();
+        let robots = team.size();
         Ok(Self {
             sightings: Port::open(space, name, (Input::RelativePose, sensors, SIGHTINGS))?,
             fixes: Port::open(space, name, (Input::Position, sensors, FIXES))?,
@@ -102,31 +92,6 @@ impl Messages {
         self.sightings.clear();
         self.fixes.clear();
         self.neighbours.clear();
-    }
-}
-
-impl Team {
-    fn new(config: &Config) -> Self {
-        let own = config.robot.id;
-        let others = config.peers().map(|peer| peer.id);
-        Self {
-            own,
-            robots: std::iter::once(own).chain(others).collect(),
-            boot: boot(),
-            history_ns: nanos(config.history.length_s),
-            future_tolerance_ns: nanos(config.history.future_tolerance_s),
-        }
-    }
-
-    fn limits(&self, now: Stamp) -> Limits<'_> {
-        Limits {
-            now: Present::only(Clock::Boottime, now.as_nanos()),
-            boot: self.boot,
-            history_ns: self.history_ns,
-            future_tolerance_ns: self.future_tolerance_ns,
-            own: self.own,
-            robots: &self.robots,
-        }
     }
 }
 
@@ -183,7 +148,7 @@ fn covariance(rows: [f64; 9]) -> Result<Covariance3, Reject> {
     Covariance3::from_row_major(rows).map_err(not_a_covariance)
 }
 
-fn not_a_covariance(problem: coloc_estimator::NotACovariance) -> Reject {
+pub(super) fn not_a_covariance(problem: coloc_estimator::NotACovariance) -> Reject {
     use coloc_estimator::NotACovariance as Problem;
     match problem {
         Problem::NotFinite => Reject::NotFinite,

@@ -65,28 +65,49 @@ impl<M: Message> Port<M> {
         moment: &Moment,
         into: &mut List<Measurement>,
         account: &mut Account,
-        mut check: impl FnMut(&M) -> Result<Measurement, Reject>,
+        check: impl Fn(&M) -> Result<Measurement, Reject>,
     ) {
-        let Some(subscriber) = &self.subscriber else {
-            return;
-        };
-        while self.left > 0 {
-            let mut message = match subscriber.receive() {
-                Ok(Some(message)) => message,
-                Ok(None) => return,
-                // One publisher's messages cannot be read; the others' come at the next tick.
-                Err(_) => return account.unreadable(self.input),
-            };
-            // Refused ones count: a flood of them must not make the tick longer than a flood of good ones.
-            self.left -= 1;
-            // What follows sees the inner clock alone.
-            *message.header_mut() = moment.inner(message.header());
-            let heard = check(&message).and_then(|measurement| {
-                let now_ns = moment.stamp.as_nanos();
-                self.sessions.accept(message.header(), now_ns)?;
-                Ok(measurement)
-            });
-            take_in(heard, self.input, &message, into, account);
+        while let Some((message, heard)) = self.next(moment, account, &check) {
+            let source = message.header().source;
+            match heard {
+                Ok(measurement) => {
+                    account.valid(self.input, source, measurement.stamp());
+                    // There is room: the list holds what all the ports take in.
+                    let _ = into.push(measurement);
+                }
+                Err(reason) => self.refuse(source, reason, account),
+            }
+        }
+    }
+
+    /// The next message, and what `check` makes of it; `None` if there is none, or enough for this tick.
+    pub(super) fn next<T>(
+        &mut self,
+        moment: &Moment,
+        account: &mut Account,
+        check: impl Fn(&M) -> Result<T, Reject>,
+    ) -> Option<(M, Result<T, Reject>)> {
+        let subscriber = self.subscriber.as_ref().filter(|_| self.left > 0)?;
+        // One publisher's messages cannot be read; the others' come at the next tick.
+        let received = subscriber.receive();
+        let received = received.inspect_err(|_| account.unreadable(self.input));
+        let mut message = received.ok()??;
+        // Refused ones count: a flood of them must not make the tick longer than a flood of good ones.
+        self.left -= 1;
+        to_inner(&mut message, moment);
+        let heard = check(&message).and_then(|made| {
+            let now_ns = moment.stamp.as_nanos();
+            self.sessions.accept(message.header(), now_ns)?;
+            Ok(made)
+        });
+        Some((message, heard))
+    }
+
+    /// A message that changes nothing.
+    pub(super) fn refuse(&self, source: u16, reason: Reject, account: &mut Account) {
+        match reason {
+            Reject::Replayed | Reject::OutOfOrder => account.repeated(self.input, source, reason),
+            _ => account.invalid(self.input, source, reason),
         }
     }
 
@@ -96,21 +117,9 @@ impl<M: Message> Port<M> {
     }
 }
 
-fn take_in(
-    heard: Result<Measurement, Reject>,
-    input: Input,
-    message: &impl Message,
-    into: &mut List<Measurement>,
-    account: &mut Account,
-) {
-    let source = message.header().source;
-    match heard {
-        Ok(measurement) => {
-            account.valid(input, source, measurement.stamp());
-            // There is room: the list holds what all the ports take in.
-            let _ = into.push(measurement);
-        }
-        Err(Reject::Replayed) => account.repeated(input, source),
-        Err(reason) => account.invalid(input, source, reason),
-    }
+/// What follows sees the inner clock alone.
+fn to_inner(message: &mut impl Message, moment: &Moment) {
+    let inner = moment.inner(message.header());
+    message.move_stamps(inner.stamp_ns.saturating_sub(message.header().stamp_ns));
+    *message.header_mut() = inner;
 }

@@ -5,24 +5,18 @@ use std::sync::Arc;
 
 use coloc_drivers::can::{self, Bus, Filter};
 use coloc_drivers::encoder::{FrameReject, OdometryCounters, OdometryDecoder, WheelOdometry};
-use coloc_estimator::{
-    Measurement, Motion, OdometryNoise, OdometrySample, Span, Stamp, TickInputs, noise,
-};
+use coloc_estimator::{Motion, OdometryNoise, OdometrySample, Stamp, noise};
 use coloc_shm_types::{BusState, CanCounters, Input};
 use tracing::warn;
 
 use super::backlog;
 use super::frames::Frames;
-use super::list::List;
+use super::way::Way;
 use crate::account::Account;
 use crate::clock::{Moment, TimeSource};
 use crate::config::{self, Config};
 use crate::event::Link;
 use crate::start::StartError;
-
-/// The estimator takes so many samples at once: 64 ticks' worth at the usual rate. If there are more, it takes the next
-/// ones in another step, before the tick's own.
-pub const SAMPLES: usize = 64;
 
 /// The buses and what is made of their frames.
 #[derive(Debug)]
@@ -32,14 +26,6 @@ pub struct Wheels {
     /// Where it says what it hears.
     link: Arc<Link>,
     to_motion: ToMotion,
-    /// Samples that wait for the estimator.
-    samples: List<Measurement>,
-    /// They wait no longer, or the history might begin after them.
-    patience: Span,
-    /// There was one since the last tick.
-    had_samples: bool,
-    /// Stamps of the newest sample and of the one before \[ns\]; 0 if there was none.
-    newest_ns: [i64; 2],
 }
 
 /// A velocity and its noise, in the words of the drive.
@@ -55,12 +41,8 @@ impl Wheels {
     /// # Errors
     /// A signal that the DBC file does not have, or a bus that cannot be opened.
     pub fn open(config: &Config, link: Arc<Link>) -> Result<Self, StartError> {
-        let decoder = config
-            .odometry
-            .as_ref()
-            .map(OdometryDecoder::new)
-            .transpose()?;
-        let odometry = config.odometry.as_ref();
+        let odometry = config.odometry.as_ref().filter(|it| it.is_on_can());
+        let decoder = odometry.map(OdometryDecoder::new).transpose()?;
         let specs = odometry
             .map(|odometry| odometry.buses.as_slice())
             .unwrap_or_default();
@@ -83,10 +65,6 @@ impl Wheels {
             buses,
             to_motion: ToMotion::new(config),
             link,
-            samples: List::with_capacity(SAMPLES),
-            patience: Span::from_nanos(config::nanos(config.history.length_s) / 4),
-            had_samples: false,
-            newest_ns: [0; 2],
         })
     }
 
@@ -123,20 +101,15 @@ impl Wheels {
             .is_some_and(|frames| !frames.is_empty())
     }
 
-    /// Decodes what was drained before `moment`; whether all that waits now can wait for the tick.
-    pub fn decode(&mut self, moment: &Moment, account: &mut Account) -> bool {
+    /// Decodes what was drained before `moment`, as far as `way` has room; whether that is all.
+    pub fn decode(&mut self, moment: &Moment, way: &mut Way, account: &mut Account) -> bool {
         let Some(frames) = &mut self.frames else {
             return true;
         };
-        while !self.samples.is_full() && !spans_more_than(self.patience, &self.samples) {
+        while way.has_room() {
             match frames.next(moment) {
-                None => return !self.are_old(moment.stamp),
-                Some(Ok(Some(odometry))) => {
-                    let sample = self.to_motion.sample(&odometry);
-                    self.newest_ns = [sample.stamp.as_nanos(), self.newest_ns[0]];
-                    account.valid(Input::Odometry, sample.source, sample.stamp);
-                    self.had_samples |= self.samples.push(sample.into());
-                }
+                None => return true,
+                Some(Ok(Some(odometry))) => way.push(self.to_motion.sample(0, &odometry), account),
                 Some(Err(reason)) if is_wrong(reason) => account.undecodable(Input::Odometry),
                 Some(Ok(None) | Err(_)) => {}
             }
@@ -144,110 +117,59 @@ impl Wheels {
         false
     }
 
-    /// Looks after the buses.
-    pub fn supervise(&mut self, moment: &Moment, account: &mut Account) {
-        let Some(frames) = &self.frames else {
-            return;
-        };
+    /// Looks after the buses; `counted` is what was counted of odometry that did not come over them.
+    pub fn supervise(
+        &mut self,
+        moment: &Moment,
+        counted: Option<&OdometryCounters>,
+        account: &mut Account,
+    ) {
         for bus in &mut self.buses {
             bus.supervise(moment.stamp.as_nanos());
         }
+        let Some(frames) = &self.frames else {
+            account.odometry(counters(&[], counted.copied().unwrap_or_default()));
+            return;
+        };
         self.link.hearing.note(&self.buses, frames.decoder());
-        account.buses(
-            worst(&self.buses),
-            counters(&self.buses, frames.decoder().counters()),
-        );
+        let own = frames.decoder().counters();
+        let counted = counted.map_or(*own, |counted| own.plus(counted));
+        account.odometry(counters(&self.buses, counted));
+        account.buses(worst(&self.buses));
     }
 
     /// The buses, to be waited on.
     pub fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         self.buses.iter().map(AsFd::as_fd)
     }
-
-    fn are_old(&self, now: Stamp) -> bool {
-        let oldest = self.samples.as_slice().first();
-        oldest.is_some_and(|oldest| now - oldest.stamp() > self.patience)
-    }
-
-    /// How many samples wait for the estimator.
-    #[must_use]
-    pub fn samples(&self) -> usize {
-        self.samples.as_slice().len()
-    }
-
-    /// Whether there was a sample since the last tick.
-    #[must_use]
-    pub fn had_samples(&self) -> bool {
-        self.had_samples
-    }
-
-    /// The samples that wait, as inputs up to the newest of them; `None` if there are none.
-    #[must_use]
-    pub fn way(&self) -> Option<TickInputs<'_>> {
-        let measurements = self.samples.as_slice();
-        Some(TickInputs {
-            stamp: measurements.last()?.stamp(),
-            measurements,
-        })
-    }
-
-    /// Puts the samples that wait into a list that has room for [`SAMPLES`]; how many there are.
-    pub fn gather(&mut self, into: &mut List<Measurement>) -> usize {
-        let samples = self.samples();
-        for sample in self.samples.as_slice() {
-            let _ = into.push(*sample);
-        }
-        self.taken();
-        samples
-    }
-
-    /// The estimator has taken the samples.
-    pub fn taken(&mut self) {
-        self.samples.clear();
-    }
-
-    /// The tick is over.
-    pub fn clear(&mut self) {
-        self.had_samples = false;
-    }
-
-    /// Stamp of the newest sample up to `stamp` \[ns\]; 0 if there was none. The very newest may have come after the
-    /// tick's stamp was read: it is the next tick's.
-    #[must_use]
-    pub fn newest_frame_ns(&self, stamp: Stamp) -> i64 {
-        let [newest, before] = self.newest_ns;
-        if newest <= stamp.as_nanos() {
-            newest
-        } else {
-            before
-        }
-    }
-}
-
-/// From the first sample to the last.
-fn spans_more_than(limit: Span, samples: &List<Measurement>) -> bool {
-    match samples.as_slice() {
-        [first, .., last] => last.stamp() - first.stamp() > limit,
-        _ => false,
-    }
 }
 
 impl ToMotion {
     pub(crate) fn new(config: &Config) -> Self {
         let body = config.odometry.iter().find_map(|it| it.body.as_ref());
+        let base = config.odometry.iter().find_map(|it| it.base.as_ref());
         Self {
             noise: noise(&config.motion),
-            holonomic: body.is_some_and(|body| body.sideways.is_some()),
+            holonomic: body.is_some_and(|body| body.sideways.is_some())
+                || base.is_some_and(|base| base.sideways),
         }
     }
 
-    fn sample(self, odometry: &WheelOdometry) -> OdometrySample {
+    /// With the noise that is configured.
+    fn sample(self, source: u16, odometry: &WheelOdometry) -> OdometrySample {
         OdometrySample {
-            source: 0,
+            source,
             start: Stamp::from_nanos(odometry.start_ns),
             stamp: Stamp::from_nanos(odometry.stamp_ns),
             motion: self.motion(odometry.velocity),
         }
+    }
+
+    /// The same where nobody knows in advance whether a robot moves sideways.
+    pub(super) fn of_base(self, velocity: [f64; 3]) -> Motion {
+        let [_, sideways, _] = velocity;
+        let holonomic = self.holonomic || sideways != 0.0;
+        Self { holonomic, ..self }.motion(velocity)
     }
 
     /// `[v_x, v_y, ω]` with the noise of such a velocity.
@@ -303,7 +225,7 @@ fn state(state: can::BusState) -> BusState {
     }
 }
 
-fn counters(buses: &[Bus], decoded: &OdometryCounters) -> CanCounters {
+fn counters(buses: &[Bus], decoded: OdometryCounters) -> CanCounters {
     let sum = |count: fn(&can::BusCounters) -> u64| {
         buses
             .iter()

@@ -1,4 +1,4 @@
-//! Why there is no odometry: within two seconds a line that says what is heard on the buses, what was expected, and what was
+//! Why there is no odometry: within two seconds a line that says what is heard on the buses and of the base, what was expected, and what was
 //! refused and why; again every five seconds, while it lasts.
 //!
 //! The kernel hands the daemon's own sockets the wanted frames alone. So a thread of its own listens in through others, for
@@ -36,6 +36,8 @@ type Answer = Vec<Result<Heard, OpenError>>;
 pub(super) struct Listening {
     link: Arc<Link>,
     buses: Vec<BusSpec>,
+    /// The channel on which a base should speak, if one should.
+    base: Option<String>,
     expected: Vec<Expected>,
     silence: Silence,
     /// Brings what was heard.
@@ -59,6 +61,10 @@ impl Listening {
         Some(Self {
             link,
             buses: odometry.buses.clone(),
+            base: odometry
+                .base
+                .as_ref()
+                .map(|_| format!("coloc/{}/odometry", config.robot.name)),
             // It was checked with the configuration; if the DBC file has gone since, less is said.
             expected: describe(odometry).map(|it| it.expected).unwrap_or_default(),
             silence: Silence::new(before),
@@ -116,6 +122,7 @@ impl Listening {
         Report {
             silent: now.saturating_duration_since(since),
             buses: &self.buses,
+            base: self.base.as_deref(),
             states: (0..self.buses.len())
                 .map(|bus| self.link.hearing.state(bus))
                 .collect(),

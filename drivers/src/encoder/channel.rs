@@ -1,15 +1,14 @@
-//! One signal's way from payloads to a velocity.
-
-use crate::signal::SignalDecoder;
+//! From what one sensor says to a velocity.
 
 use super::count::Count;
 use super::counter::{Cause, Counter, Reading};
 use super::reject::FrameReject;
+use super::said::Said;
+use super::tolerance::SHORTEST_INTERVAL_NS;
 
-/// A signal that tells a part of the robot's motion.
-#[derive(Clone, Debug, PartialEq)]
+/// A sensor that tells a part of the robot's motion.
+#[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) struct Channel {
-    signal: SignalDecoder,
     measure: Measure,
     last_ns: Option<i64>,
     /// Shortest recent time between two frames: lost frames make it longer, a backlog is left out.
@@ -20,21 +19,23 @@ pub(super) struct Channel {
     value: f64,
 }
 
-/// What a signal's value is.
+/// What it measures.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) enum Measure {
     /// A cumulative count.
     Counter(Counter),
     /// A velocity.
     Rate {
-        /// From the signal's unit to SI.
+        /// From its unit to SI.
         scale: f64,
         /// The most that is plausible, in SI.
         limit: f64,
+        /// It says nothing about a time longer than this before it.
+        longest_ns: i64,
     },
 }
 
-/// What a frame says about a channel, checked but not applied yet.
+/// What was said, checked but not applied yet.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) enum Update {
     Count(Count, Reading),
@@ -54,16 +55,9 @@ pub(super) enum Continuity {
     Gap,
 }
 
-/// Shorter intervals are not worth a sample, and a division by them not its noise.
-pub(super) const SHORTEST_INTERVAL_NS: i64 = 1_000_000;
-
-/// A speed says nothing about a time longer than this before it.
-const LONGEST_RATE_INTERVAL_NS: i64 = 500_000_000;
-
 impl Channel {
-    pub(super) fn new(signal: SignalDecoder, measure: Measure) -> Self {
+    pub(super) fn new(measure: Measure) -> Self {
         Self {
-            signal,
             measure,
             last_ns: None,
             period_ns: None,
@@ -72,37 +66,30 @@ impl Channel {
         }
     }
 
-    /// What the payload says.
+    /// What comes of that, measured at `stamp_ns`.
     ///
     /// # Errors
-    /// [`FrameReject::Short`], [`FrameReject::OutOfRange`] and [`FrameReject::Implausible`].
-    pub(super) fn check(&mut self, data: &[u8], stamp_ns: i64) -> Result<Update, FrameReject> {
-        match &mut self.measure {
-            Measure::Counter(counter) => {
-                let count = Count {
-                    raw: self.signal.raw(data).ok_or(FrameReject::Short)?,
-                    stamp_ns,
-                };
-                match counter.read(count) {
-                    Ok(reading) => return Ok(Update::Count(count, reading)),
-                    Err(FrameReject::Implausible) => counter.suspect(count),
-                    Err(reason) => return Err(reason),
+    /// [`FrameReject::OutOfRange`] and [`FrameReject::Implausible`].
+    pub(super) fn check(&mut self, said: Said, stamp_ns: i64) -> Result<Update, FrameReject> {
+        match (said, &mut self.measure) {
+            (Said::Count(raw), Measure::Counter(counter)) => {
+                let count = Count { raw, stamp_ns };
+                let reading = counter.read(count);
+                if reading == Err(FrameReject::Implausible) {
+                    counter.suspect(count);
                 }
-                Err(FrameReject::Implausible)
+                reading.map(|reading| Update::Count(count, reading))
             }
-            Measure::Rate { scale, limit } => {
-                let value = self.signal.physical(data).ok_or(FrameReject::Short)?;
-                if !self.signal.allows(value) {
-                    return Err(FrameReject::OutOfRange);
-                }
+            (Said::Rate(value), Measure::Rate { scale, limit, .. }) => {
                 let rate = value * *scale;
                 // Not-a-number is in no range.
-                if (-*limit..=*limit).contains(&rate) {
-                    Ok(Update::Rate(rate))
-                } else {
-                    Err(FrameReject::Implausible)
-                }
+                let plausible = (-*limit..=*limit).contains(&rate);
+                plausible
+                    .then_some(Update::Rate(rate))
+                    .ok_or(FrameReject::Implausible)
             }
+            // Who says it was planned together with the channel.
+            _ => Err(FrameReject::OutOfRange),
         }
     }
 
@@ -137,13 +124,13 @@ impl Channel {
                     Reading::Resynchronised(cause) => return Continuity::Resynchronised(cause),
                 }
             }
-            (Update::Rate(rate), _) => {
+            (Update::Rate(rate), Measure::Rate { longest_ns, .. }) => {
                 self.value = rate;
-                if interval_ns.is_some_and(|ns| ns > LONGEST_RATE_INTERVAL_NS) {
+                if interval_ns.is_some_and(|ns| ns > *longest_ns) {
                     return Continuity::Gap;
                 }
             }
-            (Update::Count(..), Measure::Rate { .. }) => {}
+            _ => {}
         }
         Continuity::Continued
     }

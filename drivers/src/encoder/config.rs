@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::can::BusSpec;
 
+use super::tolerance::Tolerance;
+
 /// Buses, and the signals on them that tell how the robot moves.
 ///
 /// ```toml
@@ -25,7 +27,8 @@ use crate::can::BusSpec;
 pub struct OdometryConfig {
     /// CAN buses: `socketcan:INTERFACE`, `candump:FILE[?interface=NAME]` or `local:DIRECTORY`, relative paths beginning where
     /// this file is. A wheel names its own by position: the first is 0.
-    #[schemars(with = "Vec<String>", length(min = 1, max = 256))]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<String>", length(max = 256), example = example_buses())]
     pub buses: Vec<BusSpec>,
     /// The file that describes the messages, looked for beside this one; without it they are coloc's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -34,7 +37,7 @@ pub struct OdometryConfig {
     /// Faster than a wheel or the robot can ever be: what exceeds it is garbage \[m/s\].
     #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
     pub max_speed_mps: f64,
-    /// Faster than the robot can ever turn; for `body` only \[rad/s\].
+    /// Faster than the robot can ever turn; for velocities of the body \[rad/s\].
     #[serde(default = "default_max_turn_rate_radps")]
     #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
     pub max_turn_rate_radps: f64,
@@ -49,6 +52,39 @@ pub struct OdometryConfig {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(example = MessageConfig::examples())]
     pub messages: Vec<MessageConfig>,
+    /// A base that does not speak CAN: how it moves is heard on the channel `odometry`, beside the buses or instead of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = BaseConfig::example())]
+    pub base: Option<BaseConfig>,
+    /// How much disorder is usual: what the decoder takes for accidents.
+    #[serde(default)]
+    pub tolerance: Tolerance,
+}
+
+/// What a base means by what it says. Velocities need nothing of it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BaseConfig {
+    /// Distance between its wheels; needed if it says distances or counts of wheels \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 100), extend("exclusiveMinimum" = 0), example = 0.3)]
+    pub track_m: Option<f64>,
+    /// How far the left and the right wheel roll in one count; needed if it says counts \[m, m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = 1e-9, max = 10)), example = BaseConfig::example_counts())]
+    pub metres_per_count: Option<[f64; 2]>,
+    /// It can move sideways: a velocity that says no covariance has the noise of one that does.
+    #[serde(default)]
+    pub sideways: bool,
+    /// No velocity is taken to be more certain than this, whatever it says: least standard deviations of `v_x`, `v_y` and ω in
+    /// the interval of a message \[m/s, m/s, rad/s\].
+    #[serde(default)]
+    #[schemars(inner(range(min = 0, max = 1000)))]
+    pub floor: [f64; 3],
+}
+
+fn example_buses() -> [&'static str; 1] {
+    ["socketcan:can0"]
 }
 
 fn default_max_turn_rate_radps() -> f64 {
@@ -224,7 +260,45 @@ impl OdometryConfig {
             }),
             body: None,
             messages: Vec::new(),
+            base: None,
+            tolerance: Tolerance::default(),
         }
+    }
+
+    /// A base that says how it moves on the channel `odometry`, and no bus.
+    #[must_use]
+    pub fn of_base(base: BaseConfig, max_speed_mps: f64) -> Self {
+        Self {
+            buses: Vec::new(),
+            dbc: None,
+            max_speed_mps,
+            max_turn_rate_radps: default_max_turn_rate_radps(),
+            wheels: None,
+            body: None,
+            messages: Vec::new(),
+            base: Some(base),
+            tolerance: Tolerance::default(),
+        }
+    }
+
+    /// Whether anything of it comes over CAN. What has no base has to.
+    #[must_use]
+    pub fn is_on_can(&self) -> bool {
+        let is_said = !self.buses.is_empty() || self.wheels.is_some() || self.body.is_some();
+        is_said || self.base.is_none()
+    }
+}
+
+impl BaseConfig {
+    fn example() -> Self {
+        Self {
+            track_m: Some(0.3),
+            ..Self::default()
+        }
+    }
+
+    fn example_counts() -> [f64; 2] {
+        [1e-4; 2]
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::count::{Count, Counts};
 use super::reject::FrameReject;
+use super::tolerance::Tolerance;
 use super::wrap::WrapWatch;
 
 /// What a count says about the way since the last one.
@@ -31,6 +32,8 @@ pub(super) struct Counter {
     counts: Counts,
     metres_per_count: f64,
     max_speed_mps: f64,
+    late_stamp_s: f64,
+    restart_counts: u32,
     last: Option<Count>,
     suspect: Option<Suspect>,
     watch: WrapWatch,
@@ -43,33 +46,33 @@ struct Suspect {
     agreeing: u32,
 }
 
-/// So many counts in a row must agree before they are believed against what was known: a second node on the same
-/// identifier gets that many through only if ours falls silent.
-const CONVINCING: u32 = 3;
-
-/// A frame may be stamped that much late and the next one in time \[s\].
-const STAMP_SLACK_S: f64 = 0.05;
-
 impl Counter {
-    pub(super) fn new(counts: Counts, metres_per_count: f64, max_speed_mps: f64) -> Self {
+    pub(super) fn new(
+        counts: Counts,
+        metres_per_count: f64,
+        max_speed_mps: f64,
+        tolerance: &Tolerance,
+    ) -> Self {
         Self {
             counts,
             metres_per_count,
             max_speed_mps,
+            late_stamp_s: tolerance.late_stamp_s,
+            restart_counts: tolerance.restart_counts,
             last: None,
             suspect: None,
             watch: WrapWatch::new(counts),
         }
     }
 
-    /// As fast as that a wheel may not be, or frames so far apart leave in doubt in which direction it turns \[m/s\].
-    pub(super) fn limit_mps(counts: Counts, metres_per_count: f64, period_s: f64) -> f64 {
-        counts.number() / 2.0 * metres_per_count.abs() / (period_s + STAMP_SLACK_S)
+    /// As fast as that a wheel may not be, or frames `longest_s` apart leave in doubt in which direction it turns \[m/s\].
+    pub(super) fn limit_mps(counts: Counts, metres_per_count: f64, longest_s: f64) -> f64 {
+        counts.number() / 2.0 * metres_per_count.abs() / longest_s
     }
 
-    /// So fast a wheel must be allowed to be, or a single count from one frame to the next is not believed \[m/s\].
-    pub(super) fn least_mps(metres_per_count: f64, period_s: f64) -> f64 {
-        metres_per_count.abs() / (period_s + STAMP_SLACK_S)
+    /// So fast a wheel must be allowed to be, or a single count between frames `longest_s` apart is not believed \[m/s\].
+    pub(super) fn least_mps(metres_per_count: f64, longest_s: f64) -> f64 {
+        metres_per_count.abs() / longest_s
     }
 
     /// What `count` says; the first one says where counting starts.
@@ -98,7 +101,7 @@ impl Counter {
     }
 
     fn read_against_suspect(&self, last: Count, count: Count) -> Result<Reading, FrameReject> {
-        if self.agreeing(count) < CONVINCING {
+        if self.agreeing(count) < self.restart_counts {
             return Err(FrameReject::Implausible);
         }
         let reach = self.reach_m(last, count) / self.metres_per_count.abs();
@@ -156,7 +159,7 @@ impl Counter {
     )]
     fn reach_m(&self, from: Count, to: Count) -> f64 {
         let elapsed_s = to.stamp_ns.saturating_sub(from.stamp_ns).max(0) as f64 * 1e-9;
-        self.max_speed_mps * (elapsed_s + STAMP_SLACK_S)
+        self.max_speed_mps * (elapsed_s + self.late_stamp_s)
     }
 
     /// From here on forwards and backwards look alike \[m\].
@@ -184,7 +187,7 @@ mod tests {
     }
 
     fn started(bits: u32, raw: u64) -> Counter {
-        let mut counter = Counter::new(Counts::all(bits), 0.001, 2.0);
+        let mut counter = Counter::new(Counts::all(bits), 0.001, 2.0, &Tolerance::default());
         let first = Reading::Resynchronised(Cause::Restart);
         counter.accept(count(raw, 0), first);
         counter
@@ -272,7 +275,7 @@ mod tests {
 
     /// Feeds every frame of a drive; the way that was counted \[m\], and how often another wrap was named.
     fn drive(counts: Counts, metres_per_count: f64, raws: impl Iterator<Item = u64>) -> (f64, u32) {
-        let mut counter = Counter::new(counts, metres_per_count, 4.0);
+        let mut counter = Counter::new(counts, metres_per_count, 4.0, &Tolerance::default());
         let (mut way_m, mut named) = (0.0, 0);
         for (raw, frame) in raws.zip(0..) {
             let count = count(raw, 20 * frame);
@@ -358,7 +361,7 @@ mod tests {
 
     #[test]
     fn what_is_no_count_is_refused_and_costs_nothing() {
-        let mut counter = Counter::new(wrapping(16, 65_535), 0.001, 2.0);
+        let mut counter = Counter::new(wrapping(16, 65_535), 0.001, 2.0, &Tolerance::default());
         counter.accept(count(1000, 0), Reading::Resynchronised(Cause::Restart));
         for frame in 1..100 {
             assert_eq!(
@@ -381,14 +384,14 @@ mod tests {
                 let value = position.rem_euclid(number.cast_signed()) + lowest;
                 value.cast_unsigned() & 0xFFF
             };
-            let mut counter = Counter::new(counts, 1.0, 1e4);
+            let mut counter = Counter::new(counts, 1.0, 1e4, &Tolerance::default());
             let mut position = (start % number).cast_signed();
             counter.accept(count(raw(position), 0), Reading::Resynchronised(Cause::Restart));
             for (step, frame) in steps.into_iter().zip(1..) {
                 position += step;
                 // So slow that a count never gets half round.
                 let next = Count { raw: raw(position), stamp_ns: frame };
-                counter.max_speed_mps = 40.0 / STAMP_SLACK_S;
+                counter.max_speed_mps = 40.0 / counter.late_stamp_s;
                 let reading = counter.read(next).unwrap();
                 #[expect(clippy::cast_precision_loss, reason = "small")]
                 let expected = Reading::Travelled(step as f64);

@@ -36,6 +36,27 @@ impl OdometryCounters {
         self.rejected[reason as usize]
     }
 
+    /// Those of two decoders together.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        let mut sum = *self;
+        let counts = [
+            (&mut sum.accepted, other.accepted),
+            (&mut sum.samples, other.samples),
+            (&mut sum.skipped, other.skipped),
+            (&mut sum.resynchronised, other.resynchronised),
+            (&mut sum.ambiguous, other.ambiguous),
+            (&mut sum.other_wraps, other.other_wraps),
+            (&mut sum.late_ways, other.late_ways),
+            (&mut sum.gaps, other.gaps),
+        ];
+        let rejected = sum.rejected.iter_mut().zip(other.rejected);
+        for (count, more) in counts.into_iter().chain(rejected) {
+            *count = count.saturating_add(more);
+        }
+        sum
+    }
+
     pub(super) fn note(&mut self, continuity: Continuity) {
         let resynchronised = |cause| continuity == Continuity::Resynchronised(cause);
         self.gaps += u64::from(continuity == Continuity::Gap);

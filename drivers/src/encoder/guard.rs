@@ -5,6 +5,7 @@ use crate::crc::crc8_j1850;
 use crate::signal::SignalDecoder;
 
 use super::reject::FrameReject;
+use super::tolerance::ALIVE_MEMORY_PERIODS;
 
 /// Checks the frames of one message.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,9 +88,6 @@ struct Alive {
     period_ns: Option<i64>,
 }
 
-/// After so many periods without a new count any count is news, however wide the counter: its sender has restarted.
-const LONGEST_MEMORY: u64 = 128;
-
 impl Alive {
     fn new(signal: SignalDecoder) -> Self {
         Self {
@@ -134,7 +132,7 @@ impl Alive {
             .period_ns
             .and_then(|period_ns| u64::try_from(period_ns).ok());
         period_ns.is_some_and(|period_ns| {
-            elapsed_ns > period_ns.saturating_mul(self.half().min(LONGEST_MEMORY))
+            elapsed_ns > period_ns.saturating_mul(self.half().min(ALIVE_MEMORY_PERIODS))
         })
     }
 

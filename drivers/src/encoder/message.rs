@@ -3,6 +3,7 @@
 use crate::can::{Id, Received};
 
 use super::guard::Guard;
+use super::said::Carried;
 
 /// A message that carries signals of ours.
 #[derive(Clone, Debug)]
@@ -12,8 +13,7 @@ pub(super) struct Message {
     pub(super) guard: Guard,
     /// How often it is expected \[µs\].
     pub(super) period_us: u64,
-    /// Positions of its channels.
-    pub(super) channels: Vec<usize>,
+    pub(super) signals: Vec<Carried>,
     pub(super) last_ns: Option<i64>,
     /// Frames that have come.
     pub(super) heard: u64,

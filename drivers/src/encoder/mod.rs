@@ -1,5 +1,6 @@
-//! Wheel encoders: from CAN frames to velocities, and, for simulators, back.
+//! Wheel encoders: from CAN frames, or from what a base says, to velocities, and, for simulators, back.
 
+mod base;
 mod channel;
 mod config;
 mod count;
@@ -9,23 +10,29 @@ mod decoder;
 mod description;
 mod guard;
 mod kinematics;
+mod merge;
 mod message;
 mod plan;
 mod reject;
+mod said;
+mod tolerance;
 mod unit;
 mod wheel_frames;
 mod words;
 mod wrap;
 
+pub use self::base::{BaseDecoder, BaseReading};
 pub use self::config::{
-    BodyConfig, BodySignal, MessageConfig, OdometryConfig, Quantity, SpeedUnit, TurnUnit,
-    WheelConfig, WheelsConfig,
+    BaseConfig, BodyConfig, BodySignal, MessageConfig, OdometryConfig, Quantity, SpeedUnit,
+    TurnUnit, WheelConfig, WheelsConfig,
 };
 pub use self::counters::OdometryCounters;
-pub use self::decoder::{MAX_CHANNELS, OdometryDecoder, WheelOdometry};
+pub use self::decoder::OdometryDecoder;
 pub use self::description::{Description, Expected, SignalDescription};
+pub use self::merge::{MAX_CHANNELS, WheelOdometry};
 pub use self::plan::describe;
 pub use self::reject::FrameReject;
+pub use self::tolerance::Tolerance;
 pub use self::wheel_frames::{LEFT_ID, RIGHT_ID, WheelFrames, encoder_frame};
 pub use self::words::{Length, Rounded, Time};
 pub use crate::config_error::ConfigError;

@@ -15,20 +15,18 @@ mod unlikely;
 use crate::config_error::ConfigError;
 use crate::database::Database;
 
-use super::channel::Channel;
 use super::config::OdometryConfig;
 use super::description::Description;
-use super::kinematics::Kinematics;
+use super::merge::Merge;
 use super::message::Message;
 use planner::Planner;
-use scale::positive;
+pub(super) use scale::positive;
 
 /// Everything that a decoder needs.
 #[derive(Debug)]
 pub(super) struct Plan {
     pub(super) messages: Vec<Message>,
-    pub(super) channels: Vec<Channel>,
-    pub(super) kinematics: Kinematics,
+    pub(super) merge: Merge,
     description: Description,
 }
 
@@ -53,15 +51,15 @@ pub(super) fn plan(config: &OdometryConfig) -> Result<Plan, ConfigError> {
         _ => {
             return Err(ConfigError::setting(
                 "wheels",
-                "give either [wheels] or [body], one of the two",
+                "give either [odometry.wheels] or [odometry.body], one of the two; or [odometry.base] alone, for a base that \
+                 does not speak CAN",
             ));
         }
     };
     let (messages, channels, description) = planner.finish();
     Ok(Plan {
         messages,
-        channels,
-        kinematics,
+        merge: Merge::new(channels, kinematics, config.tolerance),
         description,
     })
 }

@@ -1,6 +1,7 @@
 //! Signs that a counter wraps elsewhere than it should.
 
 use super::count::{Count, Counts};
+use super::tolerance::{CONVINCING_WRAPS, FEWEST_MISSING_COUNTS};
 
 /// Watches where a counter jumps.
 ///
@@ -23,12 +24,6 @@ pub(super) struct WrapWatch {
     restarted_at: Option<u64>,
 }
 
-/// So many wraps in a row are no accident.
-const CONVINCING: u32 = 8;
-
-/// Fewer counts than this may be missing by accident.
-const FEWEST_MISSING: f64 = 4.0;
-
 impl WrapWatch {
     pub(super) fn new(counts: Counts) -> Self {
         Self {
@@ -44,7 +39,7 @@ impl WrapWatch {
 
     /// Whether the way between two counts leads over a wrap that is not believed any more.
     pub(super) fn doubts(&self, from: Count, to: Count) -> bool {
-        self.early >= CONVINCING && self.wraps(from.raw, to.raw)
+        self.early >= CONVINCING_WRAPS && self.wraps(from.raw, to.raw)
     }
 
     /// Whether it has seemed to restart within `reach` counts of here before.
@@ -91,7 +86,8 @@ impl WrapWatch {
         };
         self.turned = false;
         let (missing, surplus) = (self.missing(), steps.abs() - pace * elapsed_ns);
-        let fits = missing >= FEWEST_MISSING && (surplus - missing).abs() <= missing / 4.0 + 1.0;
+        let fits =
+            missing >= FEWEST_MISSING_COUNTS && (surplus - missing).abs() <= missing / 4.0 + 1.0;
         self.early = if fits {
             self.early.saturating_add(1)
         } else {

@@ -7,14 +7,15 @@ use crate::matrix::{Matrix, all_zero};
 use crate::{Limits, Reject};
 
 /// `coloc/<robot>/odometry`: how the robot moves, from a driver of its base. A message stands for one interval of time.
-/// `colocd` does not hear it yet.
+/// `colocd` hears it where its configuration has `[odometry.base]`.
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("coloc.Odometry.v2")]
 pub struct Odometry {
     /// Where the interval ends, by which clock, and which base measured it.
     pub header: Header,
-    /// Where the interval begins (ns of the header's clock); 0: where the previous message of this source ended.
+    /// Where the interval of a [`OdometryKind::Twist`] begins (ns of the header's clock); 0: where the previous message of
+    /// this session ended, as it always is with wheels.
     pub start_ns: i64,
     /// [`OdometryKind`] of `values`.
     pub kind: u8,
@@ -102,11 +103,19 @@ impl Odometry {
         known.then_some(()).ok_or(Reject::NoCovariance)
     }
 
-    /// Whether the kind is known, and what it has no use for is zero.
+    /// Whether the kind is known, what it has no use for is zero, and counts are counts.
     fn uses_what_its_kind_has(&self) -> bool {
         self.kind().is_ok_and(|kind| {
             let unused = self.values.get(kind.used()..);
-            unused.is_some_and(all_zero)
+            let counts = kind != OdometryKind::WheelCounts
+                || self.values.iter().all(|value| is_count(*value));
+            let begins = kind == OdometryKind::Twist || self.start_ns == 0;
+            unused.is_some_and(all_zero) && counts && begins
         })
     }
+}
+
+/// A whole number that a double holds exactly, with its neighbours.
+fn is_count(value: f64) -> bool {
+    value.fract() == 0.0 && value.abs() < 9_007_199_254_740_992.0
 }

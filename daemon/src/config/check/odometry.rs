@@ -1,13 +1,21 @@
-//! The wheels.
+//! The wheels, on buses or of a base.
 
-use coloc_drivers::encoder::{ConfigError, OdometryDecoder};
+use coloc_drivers::encoder::{BaseDecoder, ConfigError, OdometryDecoder};
 
 use super::super::Config;
 use super::super::finding::Finding;
 
 /// Whether the signals are in the DBC file and make sense together is the decoder's to say.
 pub(super) fn refusal(config: &Config) -> Option<Finding> {
-    let error = OdometryDecoder::new(config.odometry.as_ref()?).err()?;
+    let odometry = config.odometry.as_ref()?;
+    let on_can = odometry
+        .is_on_can()
+        .then(|| OdometryDecoder::new(odometry).err());
+    let base = odometry
+        .base
+        .is_some()
+        .then(|| BaseDecoder::new(odometry).err());
+    let error = on_can.flatten().or(base.flatten())?;
     let word = match &error {
         ConfigError::Setting { setting, problem } => {
             return Some(Finding::new(

@@ -8,7 +8,7 @@ pub(super) fn write(config: &Config, page: &mut Page) {
     let is_alone = config.peers().next().is_none();
     let unproven = odometry.as_ref().is_some_and(|odometry| {
         let is_own = odometry.dbc.is_none();
-        !is_own && odometry.messages.is_empty()
+        !is_own && odometry.is_on_can() && odometry.messages.is_empty()
     });
     let missing = [
         (odometry.is_none(), "[odometry]: no wheels are heard"),

@@ -1,7 +1,8 @@
-//! Buses, signals and the noise of what they say.
+//! Buses, signals, a base, and the noise of what they say.
 
 use coloc_drivers::encoder::{
-    Description, Expected, OdometryConfig, Rounded, SignalDescription, Time, describe,
+    BaseConfig, Description, Expected, Length, OdometryConfig, Rounded, SignalDescription, Time,
+    describe,
 };
 
 use super::super::{Config, Variance};
@@ -16,18 +17,56 @@ pub(super) fn write(config: &Config, page: &mut Page) {
         );
         return outage(config, page);
     };
-    // What cannot be described was refused with the configuration.
-    if let Ok(description) = describe(odometry) {
-        buses(odometry, &description, page);
-        for signal in &description.signals {
-            write_signal(signal, page);
-        }
-        page.line("geometry", &description.geometry);
+    if odometry.is_on_can() {
+        wheels(odometry, page);
+    }
+    if let Some(it) = &odometry.base {
+        base(config, it, page);
     }
     limits(odometry, page);
     noise(config, odometry, page);
     hold(config, page);
     outage(config, page);
+}
+
+fn wheels(odometry: &OdometryConfig, page: &mut Page) {
+    // What cannot be described was refused with the configuration.
+    let Ok(description) = describe(odometry) else {
+        return;
+    };
+    buses(odometry, &description, page);
+    for signal in &description.signals {
+        write_signal(signal, page);
+    }
+    page.line("geometry", &description.geometry);
+}
+
+fn base(config: &Config, base: &BaseConfig, page: &mut Page) {
+    let channel = format!("coloc/{}/odometry", config.robot.name);
+    let mut lines = vec![
+        format!("what its driver says on {channel}"),
+        "velocities".into(),
+    ];
+    if let Some(track_m) = base.track_m {
+        lines.push(format!(
+            "distances of two wheels, {} apart",
+            Length(track_m)
+        ));
+    }
+    if let (Some(_), Some([left, right])) = (base.track_m, base.metres_per_count) {
+        let [left, right] = [left, right].map(Length);
+        lines.push(format!(
+            "counts of two wheels, {left} each on the left, {right} on the right"
+        ));
+    }
+    page.lines("base", lines);
+    let [forward, sideways, turning] = base.floor;
+    page.line(
+        "",
+        format!(
+            "no σ below {forward} m/s forward, {sideways} m/s sideways, {turning} rad/s turning"
+        ),
+    );
 }
 
 fn buses(odometry: &OdometryConfig, description: &Description, page: &mut Page) {
@@ -70,7 +109,8 @@ fn write_signal(signal: &SignalDescription, page: &mut Page) {
 }
 
 fn limits(odometry: &OdometryConfig, page: &mut Page) {
-    let turn = odometry.body.as_ref().map(|_| {
+    let says_turns = odometry.body.is_some() || odometry.base.is_some();
+    let turn = says_turns.then(|| {
         let limit = odometry.max_turn_rate_radps;
         format!(" and {limit} rad/s ({}°/s)", Rounded(limit.to_degrees()))
     });
@@ -87,7 +127,8 @@ fn limits(odometry: &OdometryConfig, page: &mut Page) {
 /// As σ, at rest and at the highest speed.
 fn noise(config: &Config, odometry: &OdometryConfig, page: &mut Page) {
     let (motion, speed) = (&config.motion, odometry.max_speed_mps);
-    let is_holonomic = (odometry.body.as_ref()).is_some_and(|body| body.sideways.is_some());
+    let is_holonomic = (odometry.body.as_ref()).is_some_and(|body| body.sideways.is_some())
+        || (odometry.base.as_ref()).is_some_and(|base| base.sideways);
     let directions = [
         ("forward", motion.forward, "m/s"),
         ("sideways", motion.sideways, "m/s"),

@@ -2,15 +2,27 @@
 
 use coloc_drivers::encoder::describe;
 
-use super::super::Config;
 use super::super::finding::Finding;
+use super::super::{Config, Trigger};
 
 pub(super) fn findings(config: &Config) -> Vec<Finding> {
-    let Some(Ok(description)) = config.odometry.as_ref().map(describe) else {
+    let Some(odometry) = &config.odometry else {
+        return Vec::new();
+    };
+    if !odometry.is_on_can() {
+        return timer_alone(config).into_iter().collect();
+    }
+    let Ok(description) = describe(odometry) else {
         return Vec::new();
     };
     let finding = |warning: &String| finding(warning);
     description.warnings.iter().map(finding).collect()
+}
+
+/// A base's message ends no wait.
+fn timer_alone(config: &Config) -> Option<Finding> {
+    let problem = " = \"encoder\": no frame can start a tick where no bus is heard; the timer will";
+    (config.tick.trigger == Trigger::Encoder).then(|| Finding::new("tick.trigger", problem))
 }
 
 /// A warning begins with its setting, or with the message that it is about.

@@ -12,6 +12,8 @@ use crate::hearing::Reception;
 pub(super) struct Report<'a> {
     pub(super) silent: Duration,
     pub(super) buses: &'a [BusSpec],
+    /// The channel of a base, if there is one.
+    pub(super) base: Option<&'a str>,
     pub(super) states: Vec<BusState>,
     pub(super) expected: &'a [Expected],
     /// What was heard on each bus, if somebody listened.
@@ -26,11 +28,25 @@ impl fmt::Display for Report<'_> {
         for bus in 0..self.buses.len() {
             self.bus(bus, f)?;
         }
+        self.base(f)?;
         self.decoder(f)
     }
 }
 
 impl Report<'_> {
+    fn base(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(channel) = self.base else {
+            return Ok(());
+        };
+        match self.reception.base {
+            [0, _] => write!(f, "; nobody says anything on {channel}"),
+            [heard, refused] => write!(
+                f,
+                "; {channel} brings {heard} messages, of which {refused} are refused"
+            ),
+        }
+    }
+
     fn bus(&self, bus: usize, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let state = self.states.get(bus).copied().unwrap_or(BusState::Up);
         let Some(spec) = self.buses.get(bus) else {
@@ -202,6 +218,7 @@ mod tests {
         Report {
             silent: Duration::from_millis(1449),
             buses: &[spec.parse().unwrap()],
+            base: None,
             states: vec![state],
             expected,
             heard,
@@ -229,6 +246,31 @@ mod tests {
             ),
             "no odometry for 1.4 s; socketcan:can0 is up and brings no frame, wanted and not heard: 0x100 (WheelLeft), 0x101 \
              (WheelRight)"
+        );
+    }
+
+    #[test]
+    fn a_base_that_says_nothing_or_nothing_of_use() {
+        let said = |base| {
+            let mut reception = Hearing::new().reception();
+            reception.base = base;
+            let report = Report {
+                silent: Duration::from_secs(2),
+                buses: &[],
+                base: Some("coloc/a/odometry"),
+                states: Vec::new(),
+                expected: &[],
+                heard: &[],
+                reception,
+            };
+            report.to_string()
+        };
+        assert_eq!(
+            [said([0, 0]), said([7, 6])],
+            [
+                "no odometry for 2.0 s; nobody says anything on coloc/a/odometry",
+                "no odometry for 2.0 s; coloc/a/odometry brings 7 messages, of which 6 are refused"
+            ]
         );
     }
 

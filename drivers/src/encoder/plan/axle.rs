@@ -22,7 +22,7 @@ pub(super) fn plan<'a>(
     let track_m = positive("wheels.track_m", wheels.track_m)?;
     plan_wheel(planner, "wheels.left", &wheels.left)?;
     plan_wheel(planner, "wheels.right", &wheels.right)?;
-    reach::check(planner.config.max_speed_mps, &planner.counters)?;
+    reach::check(planner.config, &planner.counters)?;
     planner.description.geometry = format!(
         "two wheels of an axle, {} apart, that do not slip sideways",
         Length(track_m)
@@ -88,7 +88,12 @@ fn counter(
         period.s,
     ));
     Ok(Role {
-        measure: Measure::Counter(Counter::new(counts, metres_per_count, limit)),
+        measure: Measure::Counter(Counter::new(
+            counts,
+            metres_per_count,
+            limit,
+            &planner.config.tolerance,
+        )),
         meaning: meaning::of_counter(wheel, counts, metres_per_count),
         period,
     })

@@ -9,6 +9,8 @@ use super::super::channel::{Channel, Measure};
 use super::super::config::{MessageConfig, OdometryConfig};
 use super::super::description::{Description, Expected, SignalDescription};
 use super::super::message::Message;
+use super::super::said::Carried;
+use super::super::tolerance::nanos;
 use super::period::Period;
 use super::reach::Reach;
 use super::source::{Found, Source};
@@ -80,7 +82,11 @@ impl<'a> Planner<'a> {
             limit,
         ));
         Role {
-            measure: Measure::Rate { scale, limit },
+            measure: Measure::Rate {
+                scale,
+                limit,
+                longest_ns: nanos(self.config.tolerance.longest_rate_s),
+            },
             meaning: String::new(),
             period: Period::of(period_s, found.message),
         }
@@ -108,13 +114,16 @@ impl<'a> Planner<'a> {
             rhythm: role.period.describe(),
             proof: proof.description,
         });
-        let channel = self.channels.len();
-        self.channels
-            .push(Channel::new(found.decoder, role.measure));
+        let carried = Carried {
+            channel: self.channels.len(),
+            signal: found.decoder,
+            counts: matches!(role.measure, Measure::Counter(_)),
+        };
+        self.channels.push(Channel::new(role.measure));
         let (bus, id) = (source.bus, found.id);
         let known = |known: &&mut Message| known.bus == bus && known.id == id;
         if let Some(known) = self.messages.iter_mut().find(known) {
-            known.channels.push(channel);
+            known.signals.push(carried);
             return Ok(());
         }
         self.description.expected.push(Expected {
@@ -128,7 +137,7 @@ impl<'a> Planner<'a> {
             id,
             guard: proof.guard,
             period_us: role.period.us(),
-            channels: vec![channel],
+            signals: vec![carried],
             last_ns: None,
             heard: 0,
         });

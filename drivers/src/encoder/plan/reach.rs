@@ -2,6 +2,7 @@
 
 use crate::config_error::ConfigError;
 
+use super::super::config::OdometryConfig;
 use super::super::count::Counts;
 use super::super::counter::Counter;
 use super::super::words::{Length, Time};
@@ -18,50 +19,53 @@ pub(super) struct Reach {
 
 impl Reach {
     /// From this speed on forwards and backwards look alike \[m/s\].
-    fn limit_mps(&self) -> f64 {
-        Counter::limit_mps(self.counts, self.metres_per_count, self.period.s)
+    fn limit_mps(&self, late_s: f64) -> f64 {
+        Counter::limit_mps(self.counts, self.metres_per_count, self.period.s + late_s)
     }
 
     /// Below this speed no step of the counter is believed \[m/s\].
-    fn least_mps(&self) -> f64 {
-        Counter::least_mps(self.metres_per_count, self.period.s)
+    fn least_mps(&self, late_s: f64) -> f64 {
+        Counter::least_mps(self.metres_per_count, self.period.s + late_s)
     }
 }
 
 /// Refuses a highest speed that one of the counters cannot tell.
-pub(super) fn check(max_speed_mps: f64, counters: &[Reach]) -> Result<(), ConfigError> {
+pub(super) fn check(config: &OdometryConfig, counters: &[Reach]) -> Result<(), ConfigError> {
+    let (fastest, late_s) = (config.max_speed_mps, config.tolerance.late_stamp_s);
     let narrowest = counters
         .iter()
-        .min_by(|a, b| a.limit_mps().total_cmp(&b.limit_mps()));
-    if let Some(narrowest) = narrowest.filter(|it| max_speed_mps >= it.limit_mps()) {
-        return Err(too_fast(max_speed_mps, narrowest));
+        .min_by(|a, b| a.limit_mps(late_s).total_cmp(&b.limit_mps(late_s)));
+    if let Some(narrowest) = narrowest.filter(|it| fastest >= it.limit_mps(late_s)) {
+        return Err(too_fast(fastest, narrowest, late_s));
     }
-    let mut coarse = counters.iter().filter(|it| max_speed_mps < it.least_mps());
+    let mut coarse = counters.iter().filter(|it| fastest < it.least_mps(late_s));
     coarse
         .next()
-        .map_or(Ok(()), |coarse| Err(too_coarse(max_speed_mps, coarse)))
+        .map_or(Ok(()), |coarse| Err(too_coarse(fastest, coarse, late_s)))
 }
 
-fn too_fast(max_speed_mps: f64, it: &Reach) -> ConfigError {
+fn too_fast(max_speed_mps: f64, it: &Reach, late_s: f64) -> ConfigError {
     let problem = format!(
         "is {max_speed_mps}; {} has {} counts of {}, too few to tell forwards from backwards between frames {} apart and up to \
-         50 ms late: the largest speed that works is {}",
+         {} late: the largest speed that works is {}",
         it.setting,
         it.counts.number(),
         Length(it.metres_per_count.abs()),
         Time(it.period.s),
-        floor(it.limit_mps()),
+        Time(late_s),
+        floor(it.limit_mps(late_s)),
     );
     ConfigError::setting("max_speed_mps", problem)
 }
 
-fn too_coarse(max_speed_mps: f64, it: &Reach) -> ConfigError {
+fn too_coarse(max_speed_mps: f64, it: &Reach, late_s: f64) -> ConfigError {
     let problem = format!(
-        "is {max_speed_mps}; one count of {} is {}, farther than such a robot comes between frames {} apart and up to 50 ms late: \
+        "is {max_speed_mps}; one count of {} is {}, farther than such a robot comes between frames {} apart and up to {} late: \
          no step of the counter would be believed",
         it.setting,
         Length(it.metres_per_count.abs()),
         Time(it.period.s),
+        Time(late_s),
     );
     ConfigError::setting("max_speed_mps", problem)
 }

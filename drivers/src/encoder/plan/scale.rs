@@ -76,7 +76,7 @@ fn required(setting: &str, name: &str, value: Option<f64>) -> Result<f64, Config
 }
 
 /// `value`, if it is a positive number.
-pub(super) fn positive(setting: &str, value: f64) -> Result<f64, ConfigError> {
+pub(in super::super) fn positive(setting: &str, value: f64) -> Result<f64, ConfigError> {
     if value.is_finite() && value > 0.0 {
         return Ok(value);
     }

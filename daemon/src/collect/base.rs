@@ -1,0 +1,284 @@
+//! A base that says on the channel `odometry` how it moves: each of its senders decoded by itself.
+
+use std::sync::Arc;
+
+use coloc_drivers::encoder::{
+    BaseDecoder, BaseReading, FrameReject, OdometryCounters, WheelOdometry,
+};
+use coloc_estimator::{Covariance2, Covariance3, Motion, OdometrySample, Span, Stamp};
+use coloc_shm_types::{Input, Odometry, OdometryKind, Reject, Sessions, Space};
+
+use super::port::Port;
+use super::team::Team;
+use super::way::Way;
+use super::wheels::ToMotion;
+use crate::account::Account;
+use crate::clock::Moment;
+use crate::config::Config;
+use crate::event::Link;
+use crate::start::StartError;
+
+/// A tick takes in so many messages at most, as many as wait of one sender.
+const MESSAGES: usize = 256;
+
+/// As many sources as there may be, with as many sessions each as live at once.
+const LIVES: usize = 4 * Sessions::SENSORS;
+
+/// The subscriber, and what each sender has said before.
+#[derive(Debug)]
+pub(super) struct Base {
+    port: Port<Odometry>,
+    team: Team,
+    /// Where it says what it hears.
+    link: Arc<Link>,
+    lives: Vec<Life>,
+    /// Of a sender that has said nothing yet.
+    unheard: BaseDecoder,
+    noise: Noise,
+    counters: OdometryCounters,
+    /// Messages that came, and those of them that were refused.
+    heard: [u64; 2],
+    /// Of the last tick: what is newer is of use, however late it comes.
+    before: Stamp,
+}
+
+/// A session of a source.
+#[derive(Debug)]
+struct Life {
+    key: (u16, u64),
+    heard: Stamp,
+    decoder: BaseDecoder,
+}
+
+/// From velocities to motion.
+#[derive(Debug)]
+struct Noise {
+    configured: ToMotion,
+    /// Least variances of `[v_x, v_y, ω]`.
+    floor: [f64; 3],
+    reference: Span,
+}
+
+impl Base {
+    /// Subscribes, if there is an `[odometry.base]`.
+    ///
+    /// # Errors
+    /// If the port cannot be opened, or a setting is none.
+    pub(super) fn open(
+        config: &Config,
+        space: &Space,
+        link: Arc<Link>,
+    ) -> Result<Option<Self>, StartError> {
+        let Some((odometry, base)) = config
+            .odometry
+            .as_ref()
+            .and_then(|it| it.base.as_ref().map(|base| (it, base)))
+        else {
+            return Ok(None);
+        };
+        let budget = (Input::Odometry, Sessions::SENSORS, MESSAGES);
+        Ok(Some(Self {
+            port: Port::open(space, &config.robot.name, budget)?,
+            team: Team::new(config),
+            link,
+            lives: Vec::with_capacity(LIVES),
+            unheard: BaseDecoder::new(odometry)?,
+            noise: Noise {
+                configured: ToMotion::new(config),
+                floor: base.floor.map(|sigma| sigma * sigma),
+                reference: Span::from_nanos(crate::config::nanos(config.motion.reference_period_s)),
+            },
+            counters: OdometryCounters::default(),
+            heard: [0; 2],
+            before: Stamp::default(),
+        }))
+    }
+
+    /// [`Input::Odometry`], if its channel has no place for this robot.
+    pub(super) fn deaf(&self) -> Option<Input> {
+        self.port.deaf()
+    }
+
+    /// Says who speaks on the channel.
+    pub(super) fn tell_sessions(&self, now: Stamp, account: &mut Account) {
+        self.port.tell_sessions(now, account);
+    }
+
+    /// The tick at `now` is over: the next one takes in as many again.
+    pub(super) fn clear(&mut self, now: Stamp) {
+        self.before = now;
+        self.port.clear();
+    }
+
+    /// Tells telemetry what is heard; hands out what was counted of samples so far.
+    pub(super) fn note(&self) -> &OdometryCounters {
+        self.link
+            .hearing
+            .note_base(self.counters.samples, self.heard);
+        &self.counters
+    }
+
+    /// Takes in what has come until `moment`, as far as `way` has room; whether that is all.
+    pub(super) fn decode(&mut self, moment: &Moment, way: &mut Way, account: &mut Account) -> bool {
+        while way.has_room() {
+            let limits = self.team.limits_since(self.before, moment.stamp);
+            let check = |message: &Odometry| {
+                message.validate(&limits)?;
+                reading(message)
+            };
+            let Some((message, heard)) = self.port.next(moment, account, check) else {
+                return true;
+            };
+            self.heard[0] += 1;
+            let source = message.header.source;
+            match heard.and_then(|reading| self.sample(&message, reading)) {
+                Ok(Some(sample)) => way.push(sample, account),
+                // It says where counting starts, or a part of a longer way.
+                Ok(None) => {}
+                Err(reason) => {
+                    self.heard[1] += 1;
+                    self.port.refuse(source, reason, account);
+                }
+            }
+        }
+        false
+    }
+
+    fn sample(
+        &mut self,
+        message: &Odometry,
+        reading: BaseReading,
+    ) -> Result<Option<OdometrySample>, Reject> {
+        let Some(odometry) = self.velocity(message, reading)? else {
+            return Ok(None);
+        };
+        let span_s = Span::from_nanos(odometry.stamp_ns - odometry.start_ns).as_seconds();
+        Ok(Some(OdometrySample {
+            source: message.header.source,
+            start: Stamp::from_nanos(odometry.start_ns),
+            stamp: Stamp::from_nanos(odometry.stamp_ns),
+            motion: self.noise.motion(message, odometry.velocity, span_s)?,
+        }))
+    }
+
+    fn velocity(
+        &mut self,
+        message: &Odometry,
+        reading: BaseReading,
+    ) -> Result<Option<WheelOdometry>, Reject> {
+        let stamp_ns = message.header.stamp_ns;
+        let made = match (reading, message.start_ns) {
+            (BaseReading::Velocity(velocity), start_ns) if start_ns != 0 => {
+                let made = self.unheard.over(velocity, (start_ns, stamp_ns));
+                self.counters.samples += u64::from(made.is_ok());
+                Some(made.map(Some))
+            }
+            _ => {
+                let life = life(&mut self.lives, message, &self.unheard);
+                life.and_then(|it| it.decoder.push(reading, stamp_ns, &mut self.counters))
+            }
+        };
+        made.ok_or(Reject::NotConfigured)?.map_err(reason)
+    }
+}
+
+/// That of the sender; who was silent longest gives way.
+fn life<'a>(
+    lives: &'a mut Vec<Life>,
+    message: &Odometry,
+    unheard: &BaseDecoder,
+) -> Option<&'a mut Life> {
+    let (key, heard) = (
+        (message.header.source, message.header.session),
+        Stamp::from_nanos(message.header.stamp_ns),
+    );
+    let known = lives.iter().position(|it| it.key == key);
+    let new = Life {
+        key,
+        heard,
+        decoder: *unheard,
+    };
+    let place = match known {
+        Some(place) => place,
+        None if lives.len() < lives.capacity() => {
+            lives.push(new);
+            lives.len() - 1
+        }
+        None => {
+            let (place, oldest) = lives
+                .iter_mut()
+                .enumerate()
+                .min_by_key(|(_, it)| it.heard)?;
+            *oldest = new;
+            place
+        }
+    };
+    let life = lives.get_mut(place)?;
+    life.heard = life.heard.max(heard);
+    Some(life)
+}
+
+fn reading(message: &Odometry) -> Result<BaseReading, Reject> {
+    let [first, second, third, _] = message.values;
+    Ok(match message.kind()? {
+        OdometryKind::Twist => BaseReading::Velocity([first, second, third]),
+        OdometryKind::WheelDistances => BaseReading::Distances([first, second]),
+        OdometryKind::WheelCounts => BaseReading::Counts([first, second].map(count)),
+    })
+}
+
+/// Which it is was checked with the message.
+#[expect(clippy::cast_possible_truncation, reason = "whole, and below 2^53")]
+fn count(value: f64) -> i64 {
+    value as i64
+}
+
+fn reason(refused: FrameReject) -> Reject {
+    match refused {
+        FrameReject::Backward | FrameReject::OutOfOrder | FrameReject::Repeated => {
+            Reject::OutOfOrder
+        }
+        FrameReject::Implausible
+        | FrameReject::OutOfRange
+        | FrameReject::Remote
+        | FrameReject::Short
+        | FrameReject::Checksum => Reject::Implausible,
+    }
+}
+
+impl Noise {
+    /// A velocity that was the mean of `span_s` seconds.
+    ///
+    /// # Errors
+    /// Its covariance is none.
+    fn motion(
+        &self,
+        message: &Odometry,
+        velocity: [f64; 3],
+        span_s: f64,
+    ) -> Result<Motion, Reject> {
+        if message.has_configured_noise() {
+            return Ok(self.configured.of_base(velocity));
+        }
+        // The history takes noise as that of the reference period, and scales it back by the time that passed.
+        let factor = span_s / self.reference.as_seconds();
+        let [vx, vy, omega] = velocity;
+        let [xx, .., pp] = message.covariance;
+        let [_, _, xp, _, yy, _, px, ..] = message.covariance;
+        let [fx, _, fp] = self.floor;
+        if yy == 0.0 && vy == 0.0 {
+            let noise = Covariance2::from_row_major([xx, xp, px, pp])
+                .map_err(super::messages::not_a_covariance)?;
+            return Ok(Motion::Nonholonomic {
+                velocity: [vx, omega],
+                noise: noise.with_floor([fx, fp]).scaled(factor),
+            });
+        }
+        let noise = Covariance3::from_row_major(message.covariance)
+            .map_err(super::messages::not_a_covariance)?;
+        Ok(Motion::Holonomic {
+            velocity,
+            noise: noise.with_floor(self.floor).scaled(factor),
+        })
+    }
+}

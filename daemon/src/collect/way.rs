@@ -1,0 +1,122 @@
+//! Samples of odometry that wait for the estimator.
+
+use coloc_estimator::{Measurement, OdometrySample, Span, Stamp, TickInputs};
+use coloc_shm_types::Input;
+
+use super::list::List;
+use crate::account::Account;
+use crate::config::{self, Config};
+
+/// The estimator takes so many samples at once: 64 ticks' worth at the usual rate. If there are more, it takes the next
+/// ones in another step, before the tick's own.
+pub const SAMPLES: usize = 64;
+
+/// The way since the estimator's last step.
+#[derive(Debug)]
+pub struct Way {
+    samples: List<Measurement>,
+    /// They wait no longer, or the history might begin after them.
+    patience: Span,
+    /// There was one since the last tick.
+    had_samples: bool,
+    /// Stamps of the newest sample and of the one before \[ns\]; 0 if there was none.
+    newest_ns: [i64; 2],
+}
+
+impl Way {
+    /// None yet.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self {
+            samples: List::with_capacity(SAMPLES),
+            patience: Span::from_nanos(config::nanos(config.history.length_s) / 4),
+            had_samples: false,
+            newest_ns: [0; 2],
+        }
+    }
+
+    /// Whether another sample may be added before the estimator takes these.
+    #[must_use]
+    pub fn has_room(&self) -> bool {
+        !self.samples.is_full() && !self.spans_more_than(self.patience)
+    }
+
+    /// Whether all that waits can wait for the tick at `now`.
+    #[must_use]
+    pub fn can_wait(&self, now: Stamp) -> bool {
+        let oldest = self.samples.as_slice().first();
+        oldest.is_none_or(|oldest| now - oldest.stamp() <= self.patience)
+    }
+
+    /// One more.
+    pub fn push(&mut self, sample: OdometrySample, account: &mut Account) {
+        account.valid(Input::Odometry, sample.source, sample.stamp);
+        let [newest_ns, _] = self.newest_ns;
+        if sample.stamp.as_nanos() > newest_ns {
+            self.newest_ns = [sample.stamp.as_nanos(), newest_ns];
+        }
+        self.had_samples |= self.samples.push(sample.into());
+    }
+
+    /// Those that wait.
+    #[must_use]
+    pub fn samples(&self) -> &[Measurement] {
+        self.samples.as_slice()
+    }
+
+    /// Whether there was a sample since the last tick.
+    #[must_use]
+    pub fn had_samples(&self) -> bool {
+        self.had_samples
+    }
+
+    /// Those that wait, as inputs up to the newest of them; `None` if there are none.
+    #[must_use]
+    pub fn inputs(&self) -> Option<TickInputs<'_>> {
+        let measurements = self.samples.as_slice();
+        Some(TickInputs {
+            stamp: measurements.iter().map(Measurement::stamp).max()?,
+            measurements,
+        })
+    }
+
+    /// Puts them into a list that has room for [`SAMPLES`]; how many there are.
+    pub fn gather(&mut self, into: &mut List<Measurement>) -> usize {
+        let samples = self.samples.as_slice().len();
+        for sample in self.samples.as_slice() {
+            let _ = into.push(*sample);
+        }
+        self.taken();
+        samples
+    }
+
+    /// The estimator has taken them.
+    pub fn taken(&mut self) {
+        self.samples.clear();
+    }
+
+    /// The tick is over.
+    pub fn clear(&mut self) {
+        self.had_samples = false;
+    }
+
+    /// Stamp of the newest sample up to `stamp` \[ns\]; 0 if there was none. The very newest may have come after the
+    /// tick's stamp was read: it is the next tick's.
+    #[must_use]
+    pub fn newest_ns(&self, stamp: Stamp) -> i64 {
+        let [newest, before] = self.newest_ns;
+        if newest <= stamp.as_nanos() {
+            newest
+        } else {
+            before
+        }
+    }
+
+    /// From the first sample to the last.
+    fn spans_more_than(&self, limit: Span) -> bool {
+        match self.samples.as_slice() {
+            [first, .., last] => last.stamp() - first.stamp() > limit,
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! What the channels say, put together to samples of odometry.
+//!
+//! * What is said of each channel first only says where counting starts.
+//! * A sample is formed when every channel has news, and the news belong together: stamps no farther apart than half a
+//!   period. Where something was lost this waits for the channel that lags, so that a turn is not made of one wheel's
+//!   motion and the other's rest.
+//! * What counters count is never lost with a frame: the next sample covers the longer time.
+//! * What comes less than 1 ms apart (a backlog that came at once) goes into one sample.
+//! * No sample is faster than the robot can be. Where late frames come at once, their way is spread over what follows.
+
+use super::channel::{Channel, Continuity, Update};
+use super::counters::OdometryCounters;
+use super::kinematics::Kinematics;
+use super::reject::FrameReject;
+use super::said::Said;
+use super::tolerance::{SHORTEST_INTERVAL_NS, Tolerance};
+
+/// The mean velocity of the body over `(start_ns, stamp_ns]`.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct WheelOdometry {
+    /// Stamp of the sample before \[ns\].
+    pub start_ns: i64,
+    /// The latest of the stamps of what made it \[ns\]; later than `start_ns`.
+    pub stamp_ns: i64,
+    /// `[v_x, v_y, ω]` \[m/s, m/s, rad/s\]; finite.
+    pub velocity: [f64; 3],
+}
+
+/// The most channels that kinematics take.
+pub const MAX_CHANNELS: usize = 3;
+
+/// The channels of a robot, and the sample that they are about to make.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Merge {
+    channels: [Option<Channel>; MAX_CHANNELS],
+    kinematics: Kinematics,
+    tolerance: Tolerance,
+    start_ns: Option<i64>,
+    /// Times that something came while the channels' news did not belong together.
+    held: u32,
+    pub(super) counters: OdometryCounters,
+}
+
+/// What is new for each channel, checked but not applied yet.
+pub(super) type Updates = [Option<(usize, Update)>; MAX_CHANNELS];
+
+impl Merge {
+    /// Channels beyond [`MAX_CHANNELS`] are left out.
+    pub(super) fn new(
+        channels: impl IntoIterator<Item = Channel>,
+        kinematics: Kinematics,
+        tolerance: Tolerance,
+    ) -> Self {
+        let mut places = [None; MAX_CHANNELS];
+        for (place, channel) in places.iter_mut().zip(channels) {
+            *place = Some(channel);
+        }
+        Self {
+            channels: places,
+            kinematics,
+            tolerance,
+            start_ns: None,
+            held: 0,
+            counters: OdometryCounters::default(),
+        }
+    }
+
+    /// What was said of channels at one moment; if one refuses, it does not count for any.
+    pub(super) fn check(
+        &mut self,
+        said: impl Iterator<Item = (usize, Result<Said, FrameReject>)>,
+        stamp_ns: i64,
+    ) -> Result<Updates, FrameReject> {
+        let mut updates = [None; MAX_CHANNELS];
+        let mut refused = None;
+        for (place, (index, said)) in updates.iter_mut().zip(said) {
+            let Some(channel) = self.channel(index) else {
+                continue;
+            };
+            match said.and_then(|said| channel.check(said, stamp_ns)) {
+                Ok(update) => *place = Some((index, update)),
+                // The others look at it all the same: they too must recognise a restarted encoder.
+                Err(reason) => {
+                    refused.get_or_insert(reason);
+                }
+            }
+        }
+        refused.map_or(Ok(updates), Err)
+    }
+
+    /// Applies what [`Self::check`] found.
+    pub(super) fn apply(&mut self, updates: Updates, stamp_ns: i64) {
+        let mut continued = true;
+        for (index, update) in updates.into_iter().flatten() {
+            let Some(channel) = self.channel(index) else {
+                continue;
+            };
+            let continuity = channel.accept(update, stamp_ns);
+            continued &= continuity == Continuity::Continued;
+            self.counters.note(continuity);
+        }
+        if !continued {
+            self.begin_interval(stamp_ns, 1.0);
+        }
+    }
+
+    /// The sample that is complete now, if one is.
+    ///
+    /// # Errors
+    /// [`FrameReject::Implausible`]: the way is longer than late frames explain.
+    pub(super) fn form_sample(&mut self) -> Result<Option<WheelOdometry>, FrameReject> {
+        let Some((start_ns, stamp_ns)) = self.interval() else {
+            return Ok(None);
+        };
+        let dt_s = seconds(stamp_ns.saturating_sub(start_ns));
+        let least_s = self.channels().map(Channel::least_s).fold(0.0, f64::max);
+        // Rounding is no reason to wait.
+        let late = least_s > dt_s * (1.0 + 1e-9);
+        if late && least_s - dt_s > self.tolerance.latest_s {
+            self.counters.gaps += 1;
+            self.begin_interval(stamp_ns, 1.0);
+            return Err(FrameReject::Implausible);
+        }
+        if late && dt_s < self.tolerance.longest_wait_s {
+            return Ok(None);
+        }
+        let velocity = self.velocity(dt_s.max(least_s));
+        self.begin_interval(stamp_ns, if late { dt_s / least_s } else { 1.0 });
+        self.counters.samples += 1;
+        self.counters.late_ways += u64::from(late);
+        Ok(Some(WheelOdometry {
+            start_ns,
+            stamp_ns,
+            velocity,
+        }))
+    }
+
+    /// Time between two frames of a channel, as far as seen.
+    pub(super) fn period_ns(&self, index: usize) -> Option<i64> {
+        self.channels.get(index)?.as_ref()?.period_ns()
+    }
+
+    /// `said` is the part of the way that the interval before has accounted for.
+    fn begin_interval(&mut self, stamp_ns: i64, said: f64) {
+        (self.start_ns, self.held) = (Some(stamp_ns), 0);
+        for channel in self.channels.iter_mut().flatten() {
+            channel.begin_interval(said);
+        }
+    }
+
+    /// Start and end of a sample, if there is enough for one.
+    fn interval(&mut self) -> Option<(i64, i64)> {
+        let (start_ns, stamp_ns) = (self.start_ns?, self.latest_news_ns()?);
+        let dt_ns = stamp_ns.checked_sub(start_ns)?;
+        if dt_ns < SHORTEST_INTERVAL_NS {
+            return None;
+        }
+        if self.news_belong_together(stamp_ns) {
+            self.held = 0;
+        } else if self.held < self.tolerance.pair_frames {
+            self.held += 1;
+            return None;
+        }
+        Some((start_ns, stamp_ns))
+    }
+
+    /// The latest stamp, if every channel has news.
+    fn latest_news_ns(&self) -> Option<i64> {
+        let complete = self.channels().all(Channel::has_news);
+        let latest = self.channels().filter_map(Channel::last_ns).max();
+        latest.filter(|_| complete)
+    }
+
+    fn news_belong_together(&self, latest_ns: i64) -> bool {
+        let earliest_ns = self.channels().filter_map(Channel::last_ns).min();
+        let apart_ns = latest_ns.saturating_sub(earliest_ns.unwrap_or(latest_ns));
+        let period_ns = self.channels().filter_map(Channel::period_ns).min();
+        period_ns.is_none_or(|period_ns| apart_ns <= period_ns / 2)
+    }
+
+    fn velocity(&self, dt_s: f64) -> [f64; 3] {
+        let velocity = |channel: &Option<Channel>| channel.map_or(0.0, |it| it.velocity(dt_s));
+        self.kinematics
+            .velocity(self.channels.each_ref().map(velocity))
+    }
+
+    fn channels(&self) -> impl Iterator<Item = &Channel> {
+        self.channels.iter().flatten()
+    }
+
+    fn channel(&mut self, index: usize) -> Option<&mut Channel> {
+        self.channels.get_mut(index)?.as_mut()
+    }
+}
+
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "nanoseconds of days are within 2^53"
+)]
+fn seconds(ns: i64) -> f64 {
+    ns as f64 * 1e-9
+}
