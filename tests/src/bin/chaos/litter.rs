@@ -15,9 +15,16 @@ const USED: usize = 16;
 #[derive(Debug, Default)]
 pub(crate) struct Litter {
     kept: BTreeSet<Entry>,
-    /// Since how many rounds.
-    others: BTreeMap<Entry, u32>,
+    others: BTreeMap<Entry, Age>,
     most: usize,
+}
+
+/// How old a file is \[rounds\].
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+struct Age {
+    seen: u32,
+    /// Since somebody who lives let go of it: whoever comes next removes it.
+    unheld: u32,
 }
 
 impl Litter {
@@ -38,18 +45,19 @@ impl Litter {
         let others = files
             .into_iter()
             .filter(|entry| !self.kept.contains(entry) && !entry.is_of_a_name());
-        let age = |entry: &Entry| self.others.get(entry).map_or(0, |rounds| rounds + 1);
-        self.others = others.map(|entry| (entry.clone(), age(&entry))).collect();
-        let old: Vec<Entry> = self
-            .others
-            .iter()
-            .filter(|(_, rounds)| **rounds >= ROUNDS)
-            .map(|(entry, _)| entry.clone())
+        self.others = others
+            .map(|entry| {
+                let age = self.others.get(&entry).map(|age| age.next(&entry, held));
+                (entry, age.unwrap_or_default())
+            })
             .collect();
+        let of = |old: fn(&Age) -> bool| -> Vec<Entry> {
+            let old = self.others.iter().filter(|(_, age)| old(age));
+            old.map(|(entry, _)| entry.clone()).collect()
+        };
+        let left = of(|age| age.unheld >= ROUNDS);
         // The living let go of what they shared with the dead when somebody takes its place.
-        let (used, left): (Vec<Entry>, Vec<Entry>) = old
-            .into_iter()
-            .partition(|entry| held.contains(&entry.inode));
+        let used = of(|age| age.seen >= ROUNDS && age.unheld < ROUNDS);
         if left.is_empty() && used.len() <= USED {
             return Ok(());
         }
@@ -67,5 +75,34 @@ impl Litter {
             self.most,
             self.kept.len()
         )
+    }
+}
+
+impl Age {
+    fn next(self, entry: &Entry, held: &BTreeSet<u64>) -> Self {
+        let is_held = held.contains(&entry.inode);
+        Self {
+            seen: self.seen + 1,
+            unheld: if is_held { 0 } else { self.unheld + 1 },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_the_living_let_go_of_has_as_long_to_vanish_as_any_other() {
+        let entry = Entry {
+            path: "/dev/shm/one".into(),
+            inode: 7,
+        };
+        let (files, held) = (BTreeSet::from([entry]), BTreeSet::from([7]));
+        let mut litter = Litter::default();
+        let mut stays = |held: &BTreeSet<u64>| litter.look(files.clone(), held).is_ok();
+        assert!((0..9).all(|_| stays(&held)));
+        let let_go: Vec<bool> = (0..5).map(|_| stays(&BTreeSet::new())).collect();
+        assert_eq!(let_go, [true, true, true, false, false]);
     }
 }
