@@ -1,4 +1,4 @@
-//! A model of the daemon's edge: frames with true times, clocks that somebody sets, a process that is stopped.
+//! A model of the daemon's edge: frames and messages with true times, clocks that somebody sets, a process that is stopped.
 //!
 //! What it drives is the daemon's own code between the kernel and the estimator, without sockets, shared memory and threads: so
 //! fast that a million episodes can be played. What comes out of each is held against what really happened.
@@ -6,6 +6,7 @@
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation)] // Times of an episode are below 2^53 ns.
 
 mod encoders;
+mod speakers;
 mod truth;
 mod world;
 
@@ -16,6 +17,7 @@ use coloc_daemon::collect::frames::Frames;
 use coloc_drivers::can::{FRAMES_PER_CALL, StampClock};
 use coloc_drivers::encoder::OdometryDecoder;
 
+use speakers::Speakers;
 use truth::Truth;
 use world::World;
 
@@ -38,6 +40,8 @@ pub struct Tally {
     pub samples: u64,
     /// Times that the clock was set.
     pub steps: u64,
+    /// Messages that were heard, of three sources.
+    pub messages: u64,
 }
 
 /// What was not as it must be.
@@ -60,6 +64,7 @@ impl Tally {
             dropped: self.dropped + other.dropped,
             samples: self.samples + other.samples,
             steps: self.steps + other.steps,
+            messages: self.messages + other.messages,
         }
     }
 }
@@ -75,6 +80,8 @@ pub fn play(episode: u64, ticks: u32) -> Result<Tally, Fault> {
         OdometryDecoder::new(&encoders::config()).map_err(|problem| Fault(problem.to_string()))?;
     let mut frames = Frames::new(decoder, [StampClock::Realtime]);
     let mut truth = Truth::default();
+    let mut speakers = Speakers::new(episode, world.now_ns);
+    let mut messages = Tally::default();
     for _ in 0..ticks + world::LAST_TICKS {
         world.wait();
         for _ in 0..DRAINS {
@@ -86,14 +93,18 @@ pub fn play(episode: u64, ticks: u32) -> Result<Tally, Fault> {
                 }
             }
             if !more {
+                speakers.speak(&world);
+                speakers.hear(&moment, &world, &mut messages)?;
                 break;
             }
         }
     }
     truth.close(&world, frames.decoder().counters())?;
+    speakers.close(world.now_ns)?;
     Ok(Tally {
         ticks: u64::from(ticks),
         samples: truth.samples,
+        messages: messages.messages,
         ..world.tally()
     })
 }
@@ -111,4 +122,8 @@ fn drain(world: &mut World, frames: &mut Frames) -> bool {
     let more = taken == FRAMES_PER_CALL;
     frames.drained(0, more);
     more
+}
+
+fn demand(holds: bool, text: impl FnOnce() -> String) -> Result<(), Fault> {
+    if holds { Ok(()) } else { Err(Fault(text())) }
 }

@@ -4,7 +4,7 @@ use coloc_drivers::encoder::{OdometryCounters, WheelOdometry};
 
 use super::encoders::{MAX_SPEED_MPS, TRACK_M};
 use super::world::World;
-use super::{Fault, PERIOD_NS};
+use super::{Fault, PERIOD_NS, demand};
 
 /// What rounding may do to a wheel's way of some hundred metres \[m\].
 const ROUNDING_M: f64 = 1e-8;
@@ -79,8 +79,4 @@ fn check_stamp(stamp_ns: i64, world: &mut World) -> Result<(), Fault> {
     demand(late_ns <= PERIOD_NS / 20, || {
         format!("a sample at {stamp_ns} is {late_ns} ns ahead of its tick")
     })
-}
-
-fn demand(holds: bool, text: impl FnOnce() -> String) -> Result<(), Fault> {
-    if holds { Ok(()) } else { Err(Fault(text())) }
 }

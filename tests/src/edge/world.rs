@@ -20,7 +20,7 @@ pub(super) const LAST_TICKS: u32 = 100;
 const STANDING: u32 = 10;
 
 /// The clocks are not read at once; who takes longer reads again.
-const WIDEST_NS: i64 = 200_000;
+pub(super) const WIDEST_NS: i64 = 200_000;
 
 #[derive(Debug)]
 pub(super) struct World {
@@ -46,7 +46,7 @@ pub(super) struct World {
     pub(super) came_ns: VecDeque<i64>,
     pairs: u32,
     received: u64,
-    stopped_ns: i64,
+    pub(super) stopped_ns: i64,
     loss: f64,
     tally: Tally,
 }
@@ -173,7 +173,7 @@ impl World {
     }
 
     /// What the clock of the day says at a true time.
-    fn wall_ns(&self, at_ns: i64) -> i64 {
+    pub(super) fn wall_ns(&self, at_ns: i64) -> i64 {
         let set = self.steps.iter().filter(|step| step.0 <= at_ns);
         1_700_000_000 * SECOND + at_ns + set.map(|step| step.1).sum::<i64>()
     }
