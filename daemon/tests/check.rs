@@ -220,6 +220,28 @@ fn what_is_configured_otherwise_is_said_otherwise() {
 }
 
 #[test]
+fn a_base_is_said_with_what_it_may_say() {
+    let base = "[robot]\nname = \"a\"\nid = 1\n[odometry]\nmax_speed_mps = 2.0\n[odometry.base]\n";
+    let said = understood(base);
+    let page = of(&said, "base");
+    for expected in ["coloc/a/odometry", "velocities", "as certain as it says"] {
+        assert!(page.contains(expected), "{page}");
+    }
+    assert!(!page.contains("wheels"), "it cannot know them: {page}");
+    let said = understood(&format!(
+        "{base}track_m = 0.3\nmetres_per_count = [1e-4, 2e-4]\nfloor = [0.1, 0.2, 0.3]\n"
+    ));
+    let page = of(&said, "base");
+    for expected in [
+        "distances of two wheels, 0.3 m apart",
+        "0.1 mm each on the left, 0.2 mm on the right",
+        "0.3 rad/s turning",
+    ] {
+        assert!(page.contains(expected), "{page}");
+    }
+}
+
+#[test]
 fn nothing_is_opened_or_made() {
     let site = Site::new(&format!(
         "[robot]\nname = \"a\"\nid = 1\n[shm]\nroot = \"{{at}}/shm\"\n[telemetry]\nlog_file = \"log\"\nrecord = \"rec\"\n\

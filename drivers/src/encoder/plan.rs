@@ -70,6 +70,6 @@ fn check_buses(config: &OdometryConfig) -> Result<(), ConfigError> {
     }
     Err(ConfigError::setting(
         "buses",
-        "give at least one bus, for example [\"socketcan:can0\"]",
+        "give at least one bus, for example [\"socketcan:can0\"]; or [odometry.base], for a base that does not speak CAN",
     ))
 }

@@ -59,14 +59,15 @@ fn base(config: &Config, base: &BaseConfig, page: &mut Page) {
             "counts of two wheels, {left} each on the left, {right} on the right"
         ));
     }
-    page.lines("base", lines);
     let [forward, sideways, turning] = base.floor;
-    page.line(
-        "",
+    lines.push(if base.floor == [0.0; 3] {
+        "believed to be as certain as it says".into()
+    } else {
         format!(
             "no σ below {forward} m/s forward, {sideways} m/s sideways, {turning} rad/s turning"
-        ),
-    );
+        )
+    });
+    page.lines("base", lines);
 }
 
 fn buses(odometry: &OdometryConfig, description: &Description, page: &mut Page) {
