@@ -60,7 +60,7 @@ fn base(config: &Config, base: &BaseConfig, page: &mut Page) {
         ));
     }
     let [forward, sideways, turning] = base.floor;
-    lines.push(if base.floor == [0.0; 3] {
+    lines.push(if base.floor.iter().all(|sigma| *sigma == 0.0) {
         "believed to be as certain as it says".into()
     } else {
         format!(
