@@ -105,10 +105,10 @@ impl Collect {
         self.way.samples().len()
     }
 
-    /// The samples that wait, as inputs up to the newest of them; `None` if there are none.
+    /// The samples that wait, as inputs up to the newest of them, but no further than `now`; `None` if there are none.
     #[must_use]
-    pub fn way(&self) -> Option<TickInputs<'_>> {
-        self.way.inputs()
+    pub fn way(&self, now: Stamp) -> Option<TickInputs<'_>> {
+        self.way.inputs(now)
     }
 
     /// The estimator has taken the samples.

@@ -186,7 +186,7 @@ impl Robot {
     }
 
     fn go_ahead(&mut self, moment: &Moment) {
-        let Some(inputs) = self.collect.way() else {
+        let Some(inputs) = self.collect.way(moment.stamp) else {
             return;
         };
         let outputs = self.estimate.step(&inputs);

@@ -3,12 +3,13 @@
 
 mod by_hand;
 
-use by_hand::{PERIOD, Subject, World, diagonal};
+use by_hand::{PERIOD, SECOND, Subject, World, diagonal};
 use coloc_daemon::event::Event;
 use coloc_shm_types::{
-    Estimate, Header, Health, Input, Odometry, OdometryKind, Publisher, Reject, SourceHealth,
-    Status,
+    Clock, Estimate, Header, Health, Input, Odometry, OdometryKind, Publisher, Reject,
+    SourceHealth, Status,
 };
+use proptest::{collection, prelude::*};
 
 const TRACK_M: f64 = 0.5;
 const METRES_PER_COUNT: f64 = 1e-5;
@@ -309,4 +310,80 @@ fn a_velocity_may_say_where_its_interval_begins_and_how_uncertain_it_is() {
         (added - expected).abs() < 0.1 * expected,
         "{added}, not {expected}"
     );
+}
+
+/// The longer the interval, the less is said of any part of it.
+#[test]
+fn a_velocity_of_ages_is_no_certainty() {
+    let world = World::new();
+    let mut robot = world.robot("a", 1, &settings());
+    let port = world.publisher::<Odometry>("a");
+    let start = robot.tick();
+    let message = Odometry {
+        header: world.header(0),
+        start_ns: i64::MIN,
+        covariance: diagonal([1e-6, 0.0, 1e-6]),
+        ..Odometry::default()
+    };
+    port.send(message).unwrap();
+    robot.tick();
+    let end = robot.tick();
+    assert_eq!(counted(&robot).accepted_of(Input::Odometry), 1);
+    assert!(end.total()[0] > 2.0 * start.total()[0], "{end:?}");
+}
+
+/// Any bytes that have the form of a message.
+fn anything() -> impl Strategy<Value = Odometry> {
+    let odd = prop_oneof![
+        Just(0.0),
+        Just(f64::NAN),
+        Just(f64::INFINITY),
+        Just(1e-308),
+        Just(-1e308),
+        -3.0..3.0,
+    ];
+    let stamp = prop_oneof![Just(0), Just(i64::MIN), Just(i64::MAX), -SECOND..SECOND];
+    let odds = |number| collection::vec(odd.clone(), number);
+    let numbers = (odds(4), odds(3));
+    (numbers, (stamp.clone(), stamp), 0..4_u8, 0..5_u16, 0..5_u64).prop_map(
+        |((values, variances), (offset_ns, start_ns), kind, source, session)| Odometry {
+            header: Header {
+                stamp_ns: offset_ns,
+                source,
+                session,
+                clock: Clock::Realtime as u8,
+                ..Header::default()
+            },
+            start_ns,
+            kind,
+            values: values.try_into().unwrap(),
+            covariance: diagonal(variances.try_into().unwrap()),
+            ..Odometry::default()
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
+    #[test]
+    fn whatever_it_says_the_estimate_stays_one(messages in collection::vec(anything(), 1..40)) {
+        let world = World::new();
+        let mut robot = world.robot("a", 1, &settings());
+        let port = world.publisher::<Odometry>("a");
+        let start = robot.tick();
+        for (sequence, mut message) in (0..).zip(messages) {
+            let now_ns = world.header(0).stamp_ns;
+            message.header.sequence = sequence;
+            message.header.stamp_ns = now_ns.saturating_add(message.header.stamp_ns);
+            if message.start_ns != 0 {
+                message.start_ns = now_ns.saturating_add(message.start_ns);
+            }
+            port.send(message).unwrap();
+            let estimate = robot.tick();
+            let total = estimate.total();
+            prop_assert!(estimate.pose.iter().chain(&total).all(|it| it.is_finite()), "{estimate:?}");
+            prop_assert!([0, 4, 8].iter().all(|&it| total[it] >= start.total()[it] * 0.5), "{estimate:?}");
+        }
+    }
 }

@@ -152,7 +152,8 @@ impl Base {
         let Some(odometry) = self.velocity(message, reading)? else {
             return Ok(None);
         };
-        let span_s = Span::from_nanos(odometry.stamp_ns - odometry.start_ns).as_seconds();
+        let span_s =
+            Span::from_nanos(odometry.stamp_ns.saturating_sub(odometry.start_ns)).as_seconds();
         Ok(Some(OdometrySample {
             source: message.header.source,
             start: Stamp::from_nanos(odometry.start_ns),

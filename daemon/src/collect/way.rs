@@ -70,12 +70,14 @@ impl Way {
         self.had_samples
     }
 
-    /// Those that wait, as inputs up to the newest of them; `None` if there are none.
+    /// Those that wait, as inputs up to the newest of them, but no further than `now`: a base may be ahead of the clock a little.
+    /// `None` if there are none.
     #[must_use]
-    pub fn inputs(&self) -> Option<TickInputs<'_>> {
+    pub fn inputs(&self, now: Stamp) -> Option<TickInputs<'_>> {
         let measurements = self.samples.as_slice();
+        let newest = measurements.iter().map(Measurement::stamp).max()?;
         Some(TickInputs {
-            stamp: measurements.iter().map(Measurement::stamp).max()?,
+            stamp: newest.min(now),
             measurements,
         })
     }
@@ -118,5 +120,43 @@ impl Way {
             [first, .., last] => last.stamp() - first.stamp() > limit,
             _ => false,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use coloc_estimator::Motion;
+    use coloc_shm_types::{Clock, Sender};
+
+    use super::*;
+    use crate::event::Link;
+
+    #[test]
+    fn a_step_ahead_of_the_tick_is_never_ahead_of_the_clock() {
+        let text = "[robot]\nname = \"a\"\nid = 1\n";
+        let config = Config::parse(text, Path::new("a.toml")).unwrap();
+        let sender = Sender::start(1, Clock::Boottime).unwrap();
+        let mut account = Account::new(&config, Arc::new(Link::new()), &sender);
+        let mut way = Way::new(&config);
+        let at = |millis| Stamp::default() + Span::from_millis(millis);
+        assert!(way.inputs(at(100)).is_none());
+        for (start, stamp) in [(0, 20), (40, 60), (20, 40)] {
+            let sample = OdometrySample {
+                source: 0,
+                start: at(start),
+                stamp: at(stamp),
+                motion: Motion::standstill([1.0; 3]),
+            };
+            way.push(sample, &mut account);
+        }
+        let until = |now| way.inputs(at(now)).map(|it| it.stamp);
+        assert_eq!([until(50), until(70)], [Some(at(50)), Some(at(60))]);
+        assert_eq!(
+            [way.newest_ns(at(60)), way.newest_ns(at(50))],
+            [60, 20].map(|it| at(it).as_nanos())
+        );
     }
 }
