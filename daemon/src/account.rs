@@ -1,9 +1,11 @@
 //! Step 5 of the tick: what it took, what was turned away, and what telemetry should know.
 
+mod driven;
+
 use std::sync::Arc;
 
 use coloc_estimator::{
-    Belief, Estimate, Kind, OdometryState, Report, Source, Stamp, TickOutputs, Verdict,
+    Belief, Estimate, Kind, Measurement, OdometryState, Report, Source, Stamp, TickOutputs, Verdict,
 };
 use coloc_shm_types::{
     BeliefState, BusState, CanCounters, Health, Input, Reject, Sender, SourceState, Status, Timing,
@@ -16,6 +18,7 @@ use crate::ledger::Ledger;
 use crate::record::Record;
 use crate::sources::Sources;
 use crate::wait::Wake;
+use driven::driven;
 
 /// Counts, on the real-time thread.
 #[derive(Debug)]
@@ -177,19 +180,15 @@ impl Account {
         });
     }
 
-    /// What the estimator made of a tick's inputs, `samples` of odometry among them.
-    pub fn outputs(&mut self, outputs: &TickOutputs<'_>, samples: usize) {
+    /// What the estimator made of the measurements that it was `given`.
+    pub fn outputs(&mut self, outputs: &TickOutputs<'_>, given: &[Measurement]) {
         outputs
             .reports
             .iter()
             .for_each(|report| self.verdict(report));
-        let refused = outputs
-            .reports
-            .iter()
-            .filter(|report| report.source.kind == Kind::Odometry)
-            .count();
-        let driven = samples.saturating_sub(refused);
-        self.accepted(Source::new(Kind::Odometry, 0), driven, None);
+        for (source, samples) in driven(given, outputs.reports) {
+            self.accepted(Source::new(Kind::Odometry, source), samples, None);
+        }
         for told in outputs.outgoing {
             self.accepted(Source::new(Kind::Sighting, told.by), 1, None);
         }
@@ -240,8 +239,8 @@ impl Account {
         }
     }
 
-    fn accepted(&mut self, source: Source, count: usize, d2: Option<f64>) {
-        let (input, count) = (input(source.kind), count as u64);
+    fn accepted(&mut self, source: Source, count: u64, d2: Option<f64>) {
+        let input = input(source.kind);
         if let Some(total) = self.status.accepted.get_mut(input as usize) {
             *total += count;
         }
@@ -304,13 +303,14 @@ impl Account {
         (health, standing)
     }
 
-    /// How the wheels' buses are doing.
-    pub fn buses(&mut self, worst: BusState) {
+    /// How the wheels' buses are doing; whether odometry comes over them `alone`, so that without them there is none.
+    pub fn buses(&mut self, worst: BusState, alone: bool) {
         let from = BusState::from_byte(std::mem::replace(&mut self.status.bus, worst as u8));
         if from != worst {
             self.tell(Event::Bus { from, to: worst });
         }
-        self.watch.broken(Input::Odometry, worst >= BusState::Off);
+        self.watch
+            .broken(Input::Odometry, alone && worst >= BusState::Off);
     }
 
     /// What was counted of odometry since the start.
@@ -419,6 +419,17 @@ mod tests {
         account.health(&Belief::default());
         assert_eq!(link.waiting(), 1);
         assert_eq!(account.status.health_of(Input::Position), Health::Ok);
+    }
+
+    #[test]
+    fn a_bus_that_is_off_is_a_fault_only_where_odometry_comes_over_nothing_else() {
+        let (mut account, _link) = account();
+        account.valid(Input::Odometry, 3, Stamp::default());
+        for (alone, expected) in [(false, Health::Ok), (true, Health::Faulty)] {
+            account.buses(BusState::Off, alone);
+            account.health(&Belief::default());
+            assert_eq!(account.status.health_of(Input::Odometry), expected);
+        }
     }
 
     #[test]

@@ -46,7 +46,7 @@ impl Collect {
     /// What could not be opened.
     pub fn open(config: &Config, space: &Space, link: Arc<Link>) -> Result<Self, StartError> {
         Ok(Self {
-            base: Base::open(config, space, Arc::clone(&link))?,
+            base: Base::open(config, space)?,
             wheels: Wheels::open(config, link)?,
             way: Way::new(config),
             messages: Messages::open(config, space)?,
@@ -89,20 +89,13 @@ impl Collect {
 
     /// Looks after the buses.
     pub fn supervise(&mut self, moment: &Moment, account: &mut Account) {
-        let counted = self.base.as_ref().map(Base::note);
-        self.wheels.supervise(moment, counted, account);
+        self.wheels.supervise(moment, self.base.as_ref(), account);
     }
 
     /// Whether a whole odometry sample has come since the last tick.
     #[must_use]
     pub fn has_odometry(&self) -> bool {
         self.way.had_samples()
-    }
-
-    /// How many odometry samples wait for the estimator.
-    #[must_use]
-    pub fn samples(&self) -> usize {
-        self.way.samples().len()
     }
 
     /// The samples that wait, as inputs up to the newest of them, but no further than `now`; `None` if there are none.
@@ -122,9 +115,9 @@ impl Collect {
             .receive(moment, &mut self.measurements, account);
     }
 
-    /// Puts the samples that wait to the messages; how many there are.
-    pub fn gather(&mut self) -> usize {
-        self.way.gather(&mut self.measurements)
+    /// Puts the samples that wait to the messages.
+    pub fn gather(&mut self) {
+        self.way.gather(&mut self.measurements);
     }
 
     /// All that was collected, for the tick at `moment`.

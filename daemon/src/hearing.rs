@@ -6,7 +6,7 @@
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use coloc_drivers::can::{Bus, BusState};
-use coloc_drivers::encoder::{FrameReject, MAX_CHANNELS, OdometryDecoder};
+use coloc_drivers::encoder::{FrameReject, MAX_CHANNELS, OdometryCounters, OdometryDecoder};
 
 const REASONS: usize = FrameReject::ALL.len();
 
@@ -20,7 +20,6 @@ pub struct Hearing {
     heard: [AtomicU64; MAX_CHANNELS],
     refused: [AtomicU64; REASONS],
     unsure: AtomicU64,
-    base_samples: AtomicU64,
     base: [AtomicU64; 2],
     states: [AtomicU8; BUSES],
 }
@@ -50,21 +49,23 @@ impl Hearing {
             heard: std::array::from_fn(counter),
             refused: std::array::from_fn(counter),
             unsure: AtomicU64::new(0),
-            base_samples: AtomicU64::new(0),
             base: [AtomicU64::new(0), AtomicU64::new(0)],
             states: std::array::from_fn(|_| AtomicU8::new(BusState::Up as u8)),
         }
     }
 
-    /// As it is at this tick; from the real-time thread alone.
-    pub fn note(&self, buses: &[Bus], decoder: &OdometryDecoder) {
-        let counters = decoder.counters();
+    /// What was counted of odometry, wherever it came from, as it is at this tick; from the real-time thread alone, like the others.
+    pub fn note(&self, counters: &OdometryCounters) {
         store(&self.samples, counters.samples);
         store(&self.unsure, counters.ambiguous + counters.gaps);
+    }
+
+    /// The buses, and the frames that came over them.
+    pub fn note_buses(&self, buses: &[Bus], decoder: &OdometryDecoder) {
         for (place, count) in self.heard.iter().zip(decoder.heard()) {
             store(place, count);
         }
-        for (place, count) in self.refused.iter().zip(counters.rejected) {
+        for (place, count) in self.refused.iter().zip(decoder.counters().rejected) {
             store(place, count);
         }
         for (place, bus) in self.states.iter().zip(buses) {
@@ -72,9 +73,8 @@ impl Hearing {
         }
     }
 
-    /// The same of a base on the channel `odometry`: its samples, its messages and those that were refused.
-    pub fn note_base(&self, samples: u64, messages: [u64; 2]) {
-        store(&self.base_samples, samples);
+    /// Messages of a base on the channel `odometry`, and those of them that were refused.
+    pub fn note_base(&self, messages: [u64; 2]) {
         for (place, count) in self.base.iter().zip(messages) {
             store(place, count);
         }
@@ -84,7 +84,7 @@ impl Hearing {
     #[must_use]
     pub fn reception(&self) -> Reception {
         Reception {
-            samples: load(&self.samples) + load(&self.base_samples),
+            samples: load(&self.samples),
             heard: self.heard.each_ref().map(load),
             refused: self.refused.each_ref().map(load),
             unsure: load(&self.unsure),
@@ -118,7 +118,13 @@ impl Reception {
         let mut since = self.clone();
         since.samples = difference((&self.samples, &before.samples));
         since.unsure = difference((&self.unsure, &before.unsure));
-        since.base = std::array::from_fn(|it| self.base[it].saturating_sub(before.base[it]));
+        for (to, pair) in since
+            .base
+            .iter_mut()
+            .zip(self.base.iter().zip(&before.base))
+        {
+            *to = difference(pair);
+        }
         for (to, pair) in since
             .heard
             .iter_mut()
@@ -175,7 +181,8 @@ mod tests {
         let config = OdometryConfig::differential("local:/x".parse().unwrap(), 0.3, 1e-4, 2.0);
         let mut decoder = OdometryDecoder::new(&config).unwrap();
         let hearing = Hearing::new();
-        hearing.note(std::slice::from_ref(&here), &decoder);
+        hearing.note(decoder.counters());
+        hearing.note_buses(std::slice::from_ref(&here), &decoder);
         let before = hearing.reception();
         let mut wheels = WheelFrames::new(1e-4);
         for turn in 0..3_i32 {
@@ -187,7 +194,8 @@ mod tests {
         }
         let garbled = Frame::data_frame(StandardId::new(0x101).unwrap(), &[0; 6]).unwrap();
         decoder.push(&received(garbled, 60)).unwrap_err();
-        hearing.note(&[here], &decoder);
+        hearing.note(decoder.counters());
+        hearing.note_buses(&[here], &decoder);
         let since = hearing.reception().since(&before);
         assert_eq!(
             (since.samples, since.heard, since.unsure),

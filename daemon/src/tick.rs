@@ -194,7 +194,7 @@ impl Robot {
         let lines = record::of_inputs(self.account.status.tick, Step::Ahead, &inputs);
         self.account.record(lines);
         self.account.record([Record::from(&outputs.estimate)]);
-        self.account.outputs(&outputs, self.collect.samples());
+        self.account.outputs(&outputs, inputs.measurements);
         self.collect.taken();
     }
 
@@ -214,7 +214,7 @@ impl Robot {
         } else {
             self.collect.messages(moment, &mut self.account);
         }
-        let samples = self.collect.gather();
+        self.collect.gather();
         let inputs = self.collect.inputs(moment);
         let mut stages = Stages {
             collect_ns: watch.lap(&*self.time),
@@ -249,7 +249,7 @@ impl Robot {
         let lines = record::of_inputs(self.account.status.tick, step, &recorded);
         self.account.record(lines);
         self.account.record([Record::from(&outputs.estimate)]);
-        self.account.outputs(&outputs, samples);
+        self.account.outputs(&outputs, recorded.measurements);
         self.collect.clear(moment.stamp, behind);
         self.close_books(moment, since_tick_ns);
         stages.account_ns = watch.lap(&*self.time);

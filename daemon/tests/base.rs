@@ -191,6 +191,19 @@ fn a_robot_that_was_stopped_believes_what_its_twin_does() {
     }
 }
 
+/// Whatever its number: it used to be counted for source 0.
+#[test]
+fn what_it_says_counts_for_its_own_source() {
+    let world = World::new();
+    let mut robot = world.robot("a", 1, &settings());
+    let mut driver = Driver::new(&world, OdometryKind::Twist, 7);
+    driver.header.source = 3;
+    drive(&world, &mut robot, &mut driver, 60);
+    let row = row(&world, &mut robot, &mut driver);
+    assert_eq!((row.source, row.health()), (3, Health::Ok));
+    assert!(row.accepted > 60, "{row:?}");
+}
+
 /// What pushes itself out of the queue is counted as lost, and the wheels' way is not: it is in the next sum.
 #[test]
 fn lost_messages_of_wheels_lose_no_way() {

@@ -242,6 +242,18 @@ fn a_base_is_said_with_what_it_may_say() {
 }
 
 #[test]
+fn a_base_in_unlikely_units_is_warned_of() {
+    let base = "[robot]\nname = \"a\"\nid = 1\n[odometry]\nmax_speed_mps = 900.0\nmax_turn_rate_radps = 570.0\n\
+                [odometry.base]\ntrack_m = 28.7\n";
+    let said = understood(base);
+    let found = warnings(&said);
+    for expected in ["max_speed_mps", "max_turn_rate_radps", "base.track_m"] {
+        let own = |warning: &&str| warning.contains(&format!("odometry.{expected}: "));
+        assert!(found.iter().any(own), "{expected}: {said}");
+    }
+}
+
+#[test]
 fn nothing_is_opened_or_made() {
     let site = Site::new(&format!(
         "[robot]\nname = \"a\"\nid = 1\n[shm]\nroot = \"{{at}}/shm\"\n[telemetry]\nlog_file = \"log\"\nrecord = \"rec\"\n\

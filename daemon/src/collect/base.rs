@@ -1,21 +1,19 @@
 //! A base that says on the channel `odometry` how it moves: each of its senders decoded by itself.
 
-use std::sync::Arc;
-
 use coloc_drivers::encoder::{
     BaseDecoder, BaseReading, FrameReject, OdometryCounters, WheelOdometry,
 };
 use coloc_estimator::{Covariance2, Covariance3, Motion, OdometrySample, Span, Stamp};
 use coloc_shm_types::{Input, Odometry, OdometryKind, Reject, Sessions, Space};
 
+use super::messages::not_a_covariance;
 use super::port::Port;
 use super::team::Team;
 use super::way::Way;
 use super::wheels::ToMotion;
 use crate::account::Account;
 use crate::clock::Moment;
-use crate::config::Config;
-use crate::event::Link;
+use crate::config::{Config, nanos};
 use crate::start::StartError;
 
 /// A tick takes in so many messages at most, as many as wait of one sender.
@@ -29,8 +27,6 @@ const LIVES: usize = 4 * Sessions::SENSORS;
 pub(super) struct Base {
     port: Port<Odometry>,
     team: Team,
-    /// Where it says what it hears.
-    link: Arc<Link>,
     lives: Vec<Life>,
     /// Of a sender that has said nothing yet.
     unheard: BaseDecoder,
@@ -46,7 +42,6 @@ pub(super) struct Base {
 #[derive(Debug)]
 struct Life {
     key: (u16, u64),
-    heard: Stamp,
     decoder: BaseDecoder,
 }
 
@@ -64,11 +59,7 @@ impl Base {
     ///
     /// # Errors
     /// If the port cannot be opened, or a setting is none.
-    pub(super) fn open(
-        config: &Config,
-        space: &Space,
-        link: Arc<Link>,
-    ) -> Result<Option<Self>, StartError> {
+    pub(super) fn open(config: &Config, space: &Space) -> Result<Option<Self>, StartError> {
         let Some((odometry, base)) = config
             .odometry
             .as_ref()
@@ -80,13 +71,12 @@ impl Base {
         Ok(Some(Self {
             port: Port::open(space, &config.robot.name, budget)?,
             team: Team::new(config),
-            link,
             lives: Vec::with_capacity(LIVES),
             unheard: BaseDecoder::new(odometry)?,
             noise: Noise {
                 configured: ToMotion::new(config),
                 floor: base.floor.map(|sigma| sigma * sigma),
-                reference: Span::from_nanos(crate::config::nanos(config.motion.reference_period_s)),
+                reference: Span::from_nanos(nanos(config.motion.reference_period_s)),
             },
             counters: OdometryCounters::default(),
             heard: [0; 2],
@@ -110,12 +100,14 @@ impl Base {
         self.port.clear();
     }
 
-    /// Tells telemetry what is heard; hands out what was counted of samples so far.
-    pub(super) fn note(&self) -> &OdometryCounters {
-        self.link
-            .hearing
-            .note_base(self.counters.samples, self.heard);
+    /// What was counted of samples so far.
+    pub(super) fn counters(&self) -> &OdometryCounters {
         &self.counters
+    }
+
+    /// Messages that came, and those of them that were refused.
+    pub(super) fn heard(&self) -> [u64; 2] {
+        self.heard
     }
 
     /// Takes in what has come until `moment`, as far as `way` has room; whether that is all.
@@ -189,34 +181,20 @@ fn life<'a>(
     message: &Odometry,
     unheard: &BaseDecoder,
 ) -> Option<&'a mut Life> {
-    let (key, heard) = (
-        (message.header.source, message.header.session),
-        Stamp::from_nanos(message.header.stamp_ns),
-    );
-    let known = lives.iter().position(|it| it.key == key);
-    let new = Life {
+    let key = (message.header.source, message.header.session);
+    if let Some(known) = lives.iter().position(|it| it.key == key) {
+        return lives.get_mut(known);
+    }
+    if lives.len() == lives.capacity() {
+        let last_ns = |(_, life): &(usize, &Life)| life.decoder.last_ns();
+        let (oldest, _) = lives.iter().enumerate().min_by_key(last_ns)?;
+        lives.swap_remove(oldest);
+    }
+    lives.push(Life {
         key,
-        heard,
         decoder: *unheard,
-    };
-    let place = match known {
-        Some(place) => place,
-        None if lives.len() < lives.capacity() => {
-            lives.push(new);
-            lives.len() - 1
-        }
-        None => {
-            let (place, oldest) = lives
-                .iter_mut()
-                .enumerate()
-                .min_by_key(|(_, it)| it.heard)?;
-            *oldest = new;
-            place
-        }
-    };
-    let life = lives.get_mut(place)?;
-    life.heard = life.heard.max(heard);
-    Some(life)
+    });
+    lives.last_mut()
 }
 
 fn reading(message: &Odometry) -> Result<BaseReading, Reject> {
@@ -268,15 +246,13 @@ impl Noise {
         let [_, _, xp, _, yy, _, px, ..] = message.covariance;
         let [fx, _, fp] = self.floor;
         if yy == 0.0 && vy == 0.0 {
-            let noise = Covariance2::from_row_major([xx, xp, px, pp])
-                .map_err(super::messages::not_a_covariance)?;
+            let noise = Covariance2::from_row_major([xx, xp, px, pp]).map_err(not_a_covariance)?;
             return Ok(Motion::Nonholonomic {
                 velocity: [vx, omega],
                 noise: noise.with_floor([fx, fp]).scaled(factor),
             });
         }
-        let noise = Covariance3::from_row_major(message.covariance)
-            .map_err(super::messages::not_a_covariance)?;
+        let noise = Covariance3::from_row_major(message.covariance).map_err(not_a_covariance)?;
         Ok(Motion::Holonomic {
             velocity,
             noise: noise.with_floor(self.floor).scaled(factor),

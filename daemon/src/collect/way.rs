@@ -58,12 +58,6 @@ impl Way {
         self.had_samples |= self.samples.push(sample.into());
     }
 
-    /// Those that wait.
-    #[must_use]
-    pub fn samples(&self) -> &[Measurement] {
-        self.samples.as_slice()
-    }
-
     /// Whether there was a sample since the last tick.
     #[must_use]
     pub fn had_samples(&self) -> bool {
@@ -82,14 +76,12 @@ impl Way {
         })
     }
 
-    /// Puts them into a list that has room for [`SAMPLES`]; how many there are.
-    pub fn gather(&mut self, into: &mut List<Measurement>) -> usize {
-        let samples = self.samples.as_slice().len();
+    /// Puts them into a list that has room for [`SAMPLES`].
+    pub fn gather(&mut self, into: &mut List<Measurement>) {
         for sample in self.samples.as_slice() {
             let _ = into.push(*sample);
         }
         self.taken();
-        samples
     }
 
     /// The estimator has taken them.

@@ -10,6 +10,7 @@ use coloc_shm_types::{BusState, CanCounters, Input};
 use tracing::warn;
 
 use super::backlog;
+use super::base::Base;
 use super::frames::Frames;
 use super::way::Way;
 use crate::account::Account;
@@ -117,25 +118,32 @@ impl Wheels {
         false
     }
 
-    /// Looks after the buses; `counted` is what was counted of odometry that did not come over them.
-    pub fn supervise(
+    /// Looks after the buses, and tells what is heard of them and of a `base` beside them.
+    pub(super) fn supervise(
         &mut self,
         moment: &Moment,
-        counted: Option<&OdometryCounters>,
+        base: Option<&Base>,
         account: &mut Account,
     ) {
         for bus in &mut self.buses {
             bus.supervise(moment.stamp.as_nanos());
         }
-        let Some(frames) = &self.frames else {
-            account.odometry(counters(&[], counted.copied().unwrap_or_default()));
+        let decoder = self.frames.as_ref().map(Frames::decoder);
+        let own = decoder.map(OdometryDecoder::counters);
+        let Some(counted) = sum(own, base.map(Base::counters)) else {
             return;
         };
-        self.link.hearing.note(&self.buses, frames.decoder());
-        let own = frames.decoder().counters();
-        let counted = counted.map_or(*own, |counted| own.plus(counted));
-        account.odometry(counters(&self.buses, counted));
-        account.buses(worst(&self.buses));
+        let hearing = &self.link.hearing;
+        hearing.note(&counted);
+        if let Some(base) = base {
+            hearing.note_base(base.heard());
+        }
+        if let Some(decoder) = decoder {
+            hearing.note_buses(&self.buses, decoder);
+            let alone = base.is_none_or(|base| base.deaf().is_some());
+            account.buses(worst(&self.buses), alone);
+        }
+        account.odometry(counters(&self.buses, &counted));
     }
 
     /// The buses, to be waited on.
@@ -204,6 +212,17 @@ fn is_wrong(reason: FrameReject) -> bool {
     }
 }
 
+/// What was counted of frames and of a base.
+fn sum(
+    one: Option<&OdometryCounters>,
+    other: Option<&OdometryCounters>,
+) -> Option<OdometryCounters> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.plus(other)),
+        (one, other) => one.or(other).copied(),
+    }
+}
+
 fn worst(buses: &[Bus]) -> BusState {
     buses
         .iter()
@@ -225,7 +244,7 @@ fn state(state: can::BusState) -> BusState {
     }
 }
 
-fn counters(buses: &[Bus], decoded: OdometryCounters) -> CanCounters {
+fn counters(buses: &[Bus], decoded: &OdometryCounters) -> CanCounters {
     let sum = |count: fn(&can::BusCounters) -> u64| {
         buses
             .iter()

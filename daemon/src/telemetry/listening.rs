@@ -1,5 +1,5 @@
-//! Why there is no odometry: within two seconds a line that says what is heard on the buses and of the base, what was expected, and what was
-//! refused and why; again every five seconds, while it lasts.
+//! Why there is no odometry: within two seconds a line that says what is heard on the buses and of the base, what was expected,
+//! and what was refused and why; again every five seconds, while it lasts.
 //!
 //! The kernel hands the daemon's own sockets the wanted frames alone. So a thread of its own listens in through others, for
 //! a fifth of a second and only when the wanted ones do not come: what it hears costs the tick nothing.

@@ -12,7 +12,6 @@ use super::merge::{MAX_CHANNELS, Merge, WheelOdometry};
 use super::plan::positive;
 use super::reject::FrameReject;
 use super::said::Said;
-use super::tolerance::nanos;
 
 /// What a base says at one moment.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -34,8 +33,6 @@ pub struct BaseDecoder {
     counts: Option<Merge>,
     /// Of the newest reading of any of these.
     last_ns: Option<i64>,
-    /// Largest `|v_x|`, `|v_y|`, `|ω|`.
-    limits: [f64; 3],
 }
 
 /// A distance is counted in these \[m\]: as finely as a double says it, up to nine million kilometres.
@@ -62,13 +59,16 @@ impl BaseDecoder {
         let [left, right] = [0, 1].map(|wheel| base.metres_per_count.map(|it| it[wheel]));
         let left = checked(left, "base.metres_per_count")?;
         let counts = left.zip(checked(right, "base.metres_per_count")?);
+        if counts.is_some() && track_m.is_none() {
+            let problem = "is needed for counts of wheels, which base.metres_per_count is for";
+            return Err(ConfigError::setting("base.track_m", problem));
+        }
         let wheels = |metres| track_m.map(|track_m| axle(config, track_m, metres));
         Ok(Self {
             velocity: body(config, [speed, turn, speed]),
             distances: wheels([NANOMETRE; 2]),
             counts: counts.and_then(|(left, right)| wheels([left, right])),
             last_ns: None,
-            limits: [speed, speed, turn],
         })
     }
 
@@ -85,10 +85,7 @@ impl BaseDecoder {
         counters: &mut OdometryCounters,
     ) -> Option<Result<Option<WheelOdometry>, FrameReject>> {
         let (merge, said) = match reading {
-            BaseReading::Velocity([vx, vy, omega]) => (
-                Some(&mut self.velocity),
-                [vx, omega, vy].map(|it| Some(Said::Rate(it))),
-            ),
+            BaseReading::Velocity(velocity) => (Some(&mut self.velocity), rates(velocity)),
             BaseReading::Distances(metres) => {
                 let [left, right] = metres.map(|it| Some(nanometres(it)));
                 (self.distances.as_mut(), [left, right, None])
@@ -115,19 +112,22 @@ impl BaseDecoder {
     /// # Errors
     /// [`FrameReject::Implausible`]: the robot is never that fast.
     pub fn over(
-        &self,
+        &mut self,
         velocity: [f64; 3],
         (start_ns, stamp_ns): (i64, i64),
     ) -> Result<WheelOdometry, FrameReject> {
-        let mut speeds = velocity.iter().zip(&self.limits);
-        if !speeds.all(|(speed, limit)| speed.abs() <= *limit) {
-            return Err(FrameReject::Implausible);
-        }
+        self.velocity.check(each(rates(velocity)), stamp_ns)?;
         Ok(WheelOdometry {
             start_ns,
             stamp_ns,
             velocity,
         })
+    }
+
+    /// Stamp of the newest reading that counted.
+    #[must_use]
+    pub fn last_ns(&self) -> Option<i64> {
+        self.last_ns
     }
 }
 
@@ -139,7 +139,7 @@ fn body(config: &OdometryConfig, limits: [f64; 3]) -> Merge {
     let rate = |limit| Measure::Rate {
         scale: 1.0,
         limit,
-        longest_ns: nanos(config.tolerance.longest_rate_s),
+        longest_s: config.tolerance.longest_rate_s,
     };
     let channels = limits.map(|limit| Channel::new(rate(limit)));
     Merge::new(channels, Kinematics::Body, config.tolerance)
@@ -158,13 +158,23 @@ fn nanometres(metres: f64) -> Said {
     Said::Count(((metres / NANOMETRE).round() as i64).cast_unsigned())
 }
 
+/// In the order of [`Kinematics::Body`].
+fn rates([vx, vy, omega]: [f64; 3]) -> [Option<Said>; MAX_CHANNELS] {
+    [vx, omega, vy].map(|it| Some(Said::Rate(it)))
+}
+
+fn each(
+    said: [Option<Said>; MAX_CHANNELS],
+) -> impl Iterator<Item = (usize, Result<Said, FrameReject>)> {
+    said.into_iter().flatten().map(Ok).enumerate()
+}
+
 fn take(
     merge: &mut Merge,
     said: [Option<Said>; MAX_CHANNELS],
     stamp_ns: i64,
 ) -> Result<Option<WheelOdometry>, FrameReject> {
-    let said = said.into_iter().flatten().map(Ok).enumerate();
-    let updates = merge.check(said, stamp_ns)?;
+    let updates = merge.check(each(said), stamp_ns)?;
     merge.apply(updates, stamp_ns);
     merge.form_sample()
 }
@@ -176,13 +186,22 @@ mod tests {
 
     const MS: i64 = 1_000_000;
 
+    /// That base alone.
+    fn of(base: BaseConfig) -> Result<BaseDecoder, ConfigError> {
+        let config = toml::from_str::<OdometryConfig>("max_speed_mps = 2.0").unwrap();
+        BaseDecoder::new(&OdometryConfig {
+            base: Some(base),
+            ..config
+        })
+    }
+
     fn decoder() -> BaseDecoder {
         let base = BaseConfig {
             track_m: Some(0.5),
             metres_per_count: Some([1e-3, 2e-3]),
             ..BaseConfig::default()
         };
-        BaseDecoder::new(&OdometryConfig::of_base(base, 2.0)).unwrap()
+        of(base).unwrap()
     }
 
     fn push(decoder: &mut BaseDecoder, reading: BaseReading, ms: i64) -> Option<[f64; 3]> {
@@ -277,8 +296,7 @@ mod tests {
 
     #[test]
     fn without_its_measures_wheels_say_nothing() {
-        let config = OdometryConfig::of_base(BaseConfig::default(), 2.0);
-        let mut decoder = BaseDecoder::new(&config).unwrap();
+        let mut decoder = of(BaseConfig::default()).unwrap();
         assert_eq!(
             decoder.push(
                 BaseReading::Distances([0.0; 2]),
@@ -304,5 +322,15 @@ mod tests {
                 )
                 .is_some()
         );
+    }
+
+    #[test]
+    fn counts_without_a_track_are_refused() {
+        let base = BaseConfig {
+            metres_per_count: Some([1e-3; 2]),
+            ..BaseConfig::default()
+        };
+        let refusal = of(base).unwrap_err().to_string();
+        assert!(refusal.contains("base.track_m"), "{refusal}");
     }
 }

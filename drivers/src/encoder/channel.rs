@@ -4,7 +4,7 @@ use super::count::Count;
 use super::counter::{Cause, Counter, Reading};
 use super::reject::FrameReject;
 use super::said::Said;
-use super::tolerance::SHORTEST_INTERVAL_NS;
+use super::tolerance::{SHORTEST_INTERVAL_NS, seconds};
 
 /// A sensor that tells a part of the robot's motion.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub(super) enum Measure {
         /// The most that is plausible, in SI.
         limit: f64,
         /// It says nothing about a time longer than this before it.
-        longest_ns: i64,
+        longest_s: f64,
     },
 }
 
@@ -124,9 +124,9 @@ impl Channel {
                     Reading::Resynchronised(cause) => return Continuity::Resynchronised(cause),
                 }
             }
-            (Update::Rate(rate), Measure::Rate { longest_ns, .. }) => {
+            (Update::Rate(rate), Measure::Rate { longest_s, .. }) => {
                 self.value = rate;
-                if interval_ns.is_some_and(|ns| ns > *longest_ns) {
+                if interval_ns.is_some_and(|ns| seconds(ns) > *longest_s) {
                     return Continuity::Gap;
                 }
             }

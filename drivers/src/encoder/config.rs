@@ -265,22 +265,6 @@ impl OdometryConfig {
         }
     }
 
-    /// A base that says how it moves on the channel `odometry`, and no bus.
-    #[must_use]
-    pub fn of_base(base: BaseConfig, max_speed_mps: f64) -> Self {
-        Self {
-            buses: Vec::new(),
-            dbc: None,
-            max_speed_mps,
-            max_turn_rate_radps: default_max_turn_rate_radps(),
-            wheels: None,
-            body: None,
-            messages: Vec::new(),
-            base: Some(base),
-            tolerance: Tolerance::default(),
-        }
-    }
-
     /// Whether anything of it comes over CAN. What has no base has to.
     #[must_use]
     pub fn is_on_can(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use super::count::{Count, Counts};
 use super::reject::FrameReject;
-use super::tolerance::Tolerance;
+use super::tolerance::{Tolerance, seconds};
 use super::wrap::WrapWatch;
 
 /// What a count says about the way since the last one.
@@ -153,12 +153,8 @@ impl Counter {
     }
 
     /// The farthest that the wheel can have come between two stamps \[m\].
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "nanoseconds of a century are within 2^53 microseconds"
-    )]
     fn reach_m(&self, from: Count, to: Count) -> f64 {
-        let elapsed_s = to.stamp_ns.saturating_sub(from.stamp_ns).max(0) as f64 * 1e-9;
+        let elapsed_s = seconds(to.stamp_ns.saturating_sub(from.stamp_ns).max(0));
         self.max_speed_mps * (elapsed_s + self.late_stamp_s)
     }
 

@@ -13,7 +13,7 @@ use super::counters::OdometryCounters;
 use super::kinematics::Kinematics;
 use super::reject::FrameReject;
 use super::said::Said;
-use super::tolerance::{SHORTEST_INTERVAL_NS, Tolerance};
+use super::tolerance::{SHORTEST_INTERVAL_NS, Tolerance, seconds};
 
 /// The mean velocity of the body over `(start_ns, stamp_ns]`.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -191,12 +191,4 @@ impl Merge {
     fn channel(&mut self, index: usize) -> Option<&mut Channel> {
         self.channels.get_mut(index)?.as_mut()
     }
-}
-
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "nanoseconds of days are within 2^53"
-)]
-fn seconds(ns: i64) -> f64 {
-    ns as f64 * 1e-9
 }

@@ -30,7 +30,7 @@ pub use self::counters::OdometryCounters;
 pub use self::decoder::OdometryDecoder;
 pub use self::description::{Description, Expected, SignalDescription};
 pub use self::merge::{MAX_CHANNELS, WheelOdometry};
-pub use self::plan::describe;
+pub use self::plan::{describe, warnings};
 pub use self::reject::FrameReject;
 pub use self::tolerance::Tolerance;
 pub use self::wheel_frames::{LEFT_ID, RIGHT_ID, WheelFrames, encoder_frame};

@@ -38,6 +38,18 @@ pub fn describe(config: &OdometryConfig) -> Result<Description, ConfigError> {
     plan(config).map(|plan| plan.description)
 }
 
+/// What is possible and unlikely in this configuration; each begins with its setting, or with the message that it is about.
+///
+/// # Errors
+/// [`ConfigError`], as [`describe`].
+pub fn warnings(config: &OdometryConfig) -> Result<Vec<String>, ConfigError> {
+    if config.is_on_can() {
+        describe(config).map(|description| description.warnings)
+    } else {
+        Ok(unlikely::of_robot(config))
+    }
+}
+
 /// Compiles the configuration.
 pub(super) fn plan(config: &OdometryConfig) -> Result<Plan, ConfigError> {
     check_buses(config)?;
@@ -51,8 +63,8 @@ pub(super) fn plan(config: &OdometryConfig) -> Result<Plan, ConfigError> {
         _ => {
             return Err(ConfigError::setting(
                 "wheels",
-                "give either [odometry.wheels] or [odometry.body], one of the two; or [odometry.base] alone, for a base that \
-                 does not speak CAN",
+                "give either [odometry.wheels] or [odometry.body], one of the two; where [odometry.base] alone is heard, leave \
+                 out buses",
             ));
         }
     };

@@ -59,8 +59,11 @@ pub(super) const CONVINCING_WRAPS: u32 = 8;
 /// Fewer counts than this may be missing before a wrap by accident.
 pub(super) const FEWEST_MISSING_COUNTS: f64 = 4.0;
 
-/// Seconds of a setting, as stamps are compared.
-#[expect(clippy::cast_possible_truncation, reason = "saturates")]
-pub(super) fn nanos(seconds: f64) -> i64 {
-    (seconds * 1e9).round() as i64
+/// An interval between stamps, as settings say it.
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "nanoseconds of days are within 2^53"
+)]
+pub(super) fn seconds(ns: i64) -> f64 {
+    ns as f64 * 1e-9
 }

@@ -1,6 +1,6 @@
 //! What the decoder finds unlikely about the wheels.
 
-use coloc_drivers::encoder::describe;
+use coloc_drivers::encoder::warnings;
 
 use super::super::finding::Finding;
 use super::super::{Config, Trigger};
@@ -9,14 +9,10 @@ pub(super) fn findings(config: &Config) -> Vec<Finding> {
     let Some(odometry) = &config.odometry else {
         return Vec::new();
     };
-    if !odometry.is_on_can() {
-        return timer_alone(config).into_iter().collect();
-    }
-    let Ok(description) = describe(odometry) else {
-        return Vec::new();
-    };
-    let finding = |warning: &String| finding(warning);
-    description.warnings.iter().map(finding).collect()
+    let timer = (!odometry.is_on_can()).then(|| timer_alone(config));
+    let warnings = warnings(odometry).unwrap_or_default();
+    let wheels = warnings.iter().map(|warning| finding(warning));
+    wheels.chain(timer.flatten()).collect()
 }
 
 /// A base's message ends no wait.

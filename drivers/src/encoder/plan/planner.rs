@@ -10,7 +10,6 @@ use super::super::config::{MessageConfig, OdometryConfig};
 use super::super::description::{Description, Expected, SignalDescription};
 use super::super::message::Message;
 use super::super::said::Carried;
-use super::super::tolerance::nanos;
 use super::period::Period;
 use super::reach::Reach;
 use super::source::{Found, Source};
@@ -85,7 +84,7 @@ impl<'a> Planner<'a> {
             measure: Measure::Rate {
                 scale,
                 limit,
-                longest_ns: nanos(self.config.tolerance.longest_rate_s),
+                longest_s: self.config.tolerance.longest_rate_s,
             },
             meaning: String::new(),
             period: Period::of(period_s, found.message),

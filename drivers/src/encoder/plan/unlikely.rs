@@ -31,24 +31,28 @@ pub(super) fn of_robot(config: &OdometryConfig) -> Vec<String> {
         )
     });
     let turn = config.max_turn_rate_radps;
-    let spin = (config.body.is_some() && turn > FAST_RADPS).then(|| {
+    let says_turns = config.body.is_some() || config.base.is_some();
+    let spin = (says_turns && turn > FAST_RADPS).then(|| {
         format!(
             "max_turn_rate_radps: {turn} rad/s are {} turns a second: are these degrees?",
             Rounded(turn / std::f64::consts::TAU)
         )
     });
     let axle = config.wheels.as_ref().map(of_axle).unwrap_or_default();
-    fast.into_iter().chain(spin).chain(axle).collect()
+    let track_m = config.base.as_ref().and_then(|base| base.track_m);
+    let base = track_m.and_then(|track_m| of_track("base.track_m", track_m));
+    let robot = fast.into_iter().chain(spin);
+    robot.chain(axle).chain(base).collect()
+}
+
+fn of_track(setting: &str, track_m: f64) -> Option<String> {
+    let apart = Length(track_m);
+    (!TRACKS_M.contains(&track_m))
+        .then(|| format!("{setting}: the wheels are {apart} apart: is that the unit?"))
 }
 
 fn of_axle(wheels: &WheelsConfig) -> Vec<String> {
-    let track = wheels.track_m;
-    let odd = (!TRACKS_M.contains(&track)).then(|| {
-        format!(
-            "wheels.track_m: the wheels are {} apart: is that the unit?",
-            Length(track)
-        )
-    });
+    let odd = of_track("wheels.track_m", wheels.track_m);
     let sides = [("left", &wheels.left), ("right", &wheels.right)];
     let each = sides
         .into_iter()
