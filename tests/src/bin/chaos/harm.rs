@@ -7,6 +7,9 @@ use std::path::Path;
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use rustix::fs::{CWD, RenameFlags, renameat_with};
+use rustix::io::Errno;
+use tempfile::NamedTempFile;
 
 /// As much of a file as is overwritten \[bytes\].
 const MOST: u64 = 1 << 20;
@@ -33,13 +36,21 @@ pub(crate) fn spoil(path: &Path, chance: &mut ChaCha8Rng) -> bool {
 }
 
 /// Makes it as it was when it was being made: empty, or of its length but without content.
-pub(crate) fn unmake(path: &Path, chance: &mut ChaCha8Rng) {
-    let length = fs::metadata(path).map_or(0, |metadata| metadata.len());
-    let emptied = open(path).and_then(|file| {
-        file.set_len(0)?;
-        file.set_len(if chance.random() { length } else { 0 })
-    });
-    let _ = emptied; // It may have gone meanwhile.
+///
+/// Another file takes its place: one of the living may just have opened it, and whoever cuts off what another has mapped
+/// ends it, which no power cut does. `aside` is a directory of the same file system that nobody looks into.
+pub(crate) fn unmake(path: &Path, aside: &Path, chance: &mut ChaCha8Rng) {
+    let Ok(was) = fs::metadata(path) else {
+        return; // It has gone meanwhile.
+    };
+    let length = if chance.random() { was.len() } else { 0 };
+    let unmade = NamedTempFile::new_in(aside).unwrap();
+    unmade.as_file().set_len(length).unwrap();
+    unmade.as_file().set_permissions(was.permissions()).unwrap();
+    match renameat_with(CWD, unmade.path(), CWD, path, RenameFlags::EXCHANGE) {
+        Ok(()) | Err(Errno::NOENT) => {}
+        Err(error) => panic!("cannot take the place of {}: {error}", path.display()),
+    }
 }
 
 fn overwrite(path: &Path, bytes: &[u8]) -> Result<()> {
@@ -48,4 +59,34 @@ fn overwrite(path: &Path, bytes: &[u8]) -> Result<()> {
 
 fn open(path: &Path) -> Result<File> {
     OpenOptions::new().write(true).open(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::rand_core::SeedableRng;
+
+    use super::*;
+
+    #[test]
+    fn what_the_living_have_opened_stays_whole_when_its_name_is_of_something_half_made() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("of_the_dead");
+        fs::write(&path, [7; 100]).unwrap();
+        let opened = File::open(&path).unwrap();
+        unmake(&path, directory.path(), &mut ChaCha8Rng::seed_from_u64(1));
+
+        let mut held = [0; 100];
+        opened.read_exact_at(&mut held, 0).unwrap();
+        assert_eq!(held, [7; 100]);
+        assert!(fs::read(&path).unwrap().iter().all(|byte| *byte == 0));
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_has_gone_stays_away() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("gone");
+        unmake(&path, directory.path(), &mut ChaCha8Rng::seed_from_u64(1));
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
+    }
 }

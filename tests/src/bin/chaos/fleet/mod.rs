@@ -8,7 +8,7 @@ mod start;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 
 use crate::fault::{Outcome, fault};
-use crate::files::{self, Entry, list};
+use crate::files::{self, Entry, SHARED_MEMORY, list};
 use crate::litter::Litter;
 use crate::program::{Program, part, then_part};
 use crate::stage::Stage;
@@ -130,6 +130,16 @@ impl Fleet {
     /// All files of the space.
     pub(crate) fn files(&self) -> BTreeSet<Entry> {
         files::of(&self.root(), &self.full_prefix)
+    }
+
+    /// A directory of the file system in which an entry is, where nobody looks for files of this space.
+    pub(crate) fn aside(&self, entry: &Entry) -> &Path {
+        let shared_memory = Path::new(SHARED_MEMORY);
+        if entry.path.starts_with(shared_memory) {
+            shared_memory
+        } else {
+            self.directory.path()
+        }
     }
 
     /// What a power cut can spoil.

@@ -87,7 +87,7 @@ fn half_a_power_cut(fleet: &mut Fleet, round: &mut Round<'_>) -> Outcome {
     let one = files.choose(&mut round.chance);
     let about = one.map_or_else(String::new, |entry| entry.path.display().to_string());
     if let Some(entry) = one {
-        unmake(&entry.path, &mut round.chance);
+        unmake(&entry.path, fleet.aside(entry), &mut round.chance);
     }
     fleet
         .recovers(Who::Daemon, Duration::from_millis(50), round)
