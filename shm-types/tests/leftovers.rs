@@ -290,6 +290,51 @@ fn whatever_was_cut_off_the_next_start_works_and_the_last_one_leaves_nothing() {
     }
 }
 
+/// What has places in a service, and what each of them says of itself below `nodes`.
+const ENDINGS: [&str; 6] = [
+    ".node_monitor_context",
+    ".node_monitor",
+    ".node_monitor_owner_lock",
+    "node.details",
+    ".service_tag",
+    ".port_tag",
+];
+
+#[test]
+fn whatever_of_a_dead_node_was_emptied_its_places_are_free_again() {
+    for ending in ENDINGS {
+        let root = tempfile::tempdir().unwrap();
+        let space = open(root.path());
+        let _subscriber = space
+            .subscriber::<Estimate>(&robot("r1"))
+            .expect("it keeps the service");
+        let before = all_files(root.path(), space.full_prefix());
+        // Four publishers have a place at once.
+        for round in 0..6 {
+            kill(start_ready("daemon", root.path()));
+            let mut theirs = all_files(root.path(), space.full_prefix());
+            theirs.retain(|path| path.to_string_lossy().ends_with(ending));
+            theirs.retain(|path| !before.contains(path));
+            assert!(!theirs.is_empty(), "{ending}, round {round}");
+            for path in theirs {
+                let mode = path.metadata().expect("there").permissions();
+                std::fs::set_permissions(&path, PermissionsExt::from_mode(0o600)).expect("ours");
+                std::fs::write(&path, []).expect("ours");
+                std::fs::set_permissions(&path, mode).expect("ours");
+            }
+        }
+        // iceoryx2 keeps one configuration a process, and takes it where that of the node cannot be read: here it is that of
+        // the first space.
+        kill(start_ready("daemon", root.path()));
+        let gone = arrives(|| {
+            space.tidy();
+            all_files(root.path(), space.full_prefix()) == before
+        });
+        let now = all_files(root.path(), space.full_prefix());
+        assert!(gone, "{ending}: {now:#?}, once {before:#?}");
+    }
+}
+
 /// A second name outside the space, so that the file stays when its own is removed.
 fn second_name(path: &Path) -> PathBuf {
     let name = path.file_name().expect("a file").to_string_lossy();

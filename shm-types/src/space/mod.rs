@@ -172,9 +172,7 @@ impl Space {
 
     /// For whoever has passed the gate.
     fn remove_leftovers(&self, turn: Turn) -> usize {
-        let place = self.place();
-        Node::try_cleanup_dead_nodes(place.config());
-        leftovers::remove(place, turn)
+        leftovers::remove(self.place(), turn)
     }
 
     /// How many connections of this process to others wait for memory or descriptors to be made.

@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::{AtFlags, CWD, Mode};
 
+use super::Node;
 use super::config::Place;
 pub(super) use broom::{Broom, Turn};
 use lease::Lease;
@@ -30,12 +31,13 @@ struct Found {
     length: u64,
 }
 
-/// Removes it while others live, and says how many files it was.
+/// Removes it while others live, and what iceoryx2 does clean up with it; says how many files it was, iceoryx2's not counted.
 pub(crate) fn remove(place: &Place, turn: Turn) -> usize {
+    // First what keeps iceoryx2 from its part.
+    let nodes = nodes::remove(place.root(), place.prefix(), turn);
+    Node::try_cleanup_dead_nodes(place.config());
     let segments = segments::list(place);
-    services::remove(place, &segments, turn)
-        + segments::remove(&segments, turn)
-        + nodes::remove(place.root(), place.prefix(), turn)
+    nodes + services::remove(place, &segments, turn) + segments::remove(&segments, turn)
 }
 
 impl Found {
