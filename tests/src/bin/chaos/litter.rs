@@ -8,8 +8,8 @@ use crate::files::{Entry, list};
 /// Rounds after which whatever is still there was left by somebody who has died: all but the kept have ended by then.
 const ROUNDS: u32 = 4;
 
-/// So many may still be in use by the living: places of readers that nobody has taken since.
-const USED: usize = 16;
+/// So many may still be in use by the living: connections of which they have not yet heard that they are over.
+const USED: usize = 4;
 
 /// What is in a space beyond that of those who live throughout.
 #[derive(Debug, Default)]
