@@ -35,6 +35,7 @@ mod payload;
 pub mod places;
 pub mod private;
 mod reject;
+mod rhythm;
 mod robot_name;
 mod sender;
 mod sessions;
@@ -51,6 +52,7 @@ pub use payload::{
     RelativePose, SourceHealth, Status, Timing,
 };
 pub use reject::Reject;
+pub use rhythm::Rhythm;
 pub use robot_name::{NotARobotName, RobotName};
 pub use sender::Sender;
 pub use sessions::{Sessions, SourceState};

@@ -15,8 +15,8 @@ use source::Source;
 ///
 /// * Of a session, the last 128 numbers are told apart: each passes once. A message too far behind or ahead of that (2²⁰) is
 ///   of another count under the same number, which lives beside the first one.
-/// * A session ends when it was silent for five of its own intervals, at least for a second. A source has up to four that
-///   live; another one takes the place of that which was silent for longest, in its own intervals.
+/// * A session ends when it was silent for five of its own intervals, at least for a second and at most for five minutes. A
+///   source has up to four that live; another one takes the place of that which was silent for longest, in its own intervals.
 /// * What came twice all the same, because its session had been forgotten, is a duplicate to the estimator's history.
 ///
 /// All times are of one clock that never steps (ns). Nothing is allocated after [`Self::new`].
@@ -73,7 +73,7 @@ impl Sessions {
         Ok(())
     }
 
-    /// How the source with that number is doing, if it was ever heard.
+    /// How the source with that number is doing. Who was never heard has none, nor who ended and gave way to another source.
     #[must_use]
     pub fn state(&self, number: u16, now_ns: i64) -> Option<SourceState> {
         let place = self.place(number)?;

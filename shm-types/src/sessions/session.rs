@@ -1,14 +1,11 @@
 //! One start of one sender.
 use super::window::{Place, Window};
-use crate::Header;
+use crate::{Header, Rhythm};
 
 /// A session is over after so many of its own intervals of silence …
 const INTERVALS: i64 = 5;
 /// … and not before that \[ns\].
 const LEAST_PATIENCE_NS: i64 = 1_000_000_000;
-
-/// Of the newest interval, so much goes into the mean.
-const NEWEST: i64 = 4;
 
 /// What was heard of it.
 #[derive(Copy, Clone, Debug)]
@@ -16,8 +13,8 @@ pub(super) struct Session {
     number: u64,
     window: Window,
     heard_ns: i64,
-    /// Between messages that came one after the other, in the mean; 0 while there was one alone.
-    interval_ns: i64,
+    /// Of the messages as they came.
+    rhythm: Rhythm,
 }
 
 impl Session {
@@ -26,7 +23,7 @@ impl Session {
             number: header.session,
             window: Window::beginning(header.sequence),
             heard_ns: now_ns,
-            interval_ns: 0,
+            rhythm: Rhythm::default(),
         }
     }
 
@@ -52,15 +49,12 @@ impl Session {
             return;
         }
         self.heard_ns = now_ns;
-        self.interval_ns = match self.interval_ns {
-            0 => interval_ns,
-            mean_ns => mean_ns + (interval_ns - mean_ns) / NEWEST,
-        };
+        self.rhythm.note(interval_ns);
     }
 
     /// So long may it be silent before it counts as over \[ns\].
     pub(super) fn patience_ns(&self) -> i64 {
-        let own_ns = self.interval_ns.saturating_mul(INTERVALS);
+        let own_ns = self.rhythm.interval_ns() * INTERVALS;
         own_ns.max(LEAST_PATIENCE_NS)
     }
 

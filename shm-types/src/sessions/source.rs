@@ -99,25 +99,27 @@ impl Source {
     }
 
     fn goes_on(&self, contest: &Contest, now_ns: i64) -> bool {
-        let patience_ns = self.heard().map(Session::patience_ns).max();
+        let patience_ns = self.alive(now_ns).map(Session::patience_ns).max();
         now_ns.saturating_sub(contest.last_ns) <= patience_ns.unwrap_or(0)
     }
 
+    /// It takes two: who is left alone contests nothing.
     fn is_contested(&self, now_ns: i64) -> bool {
-        self.contest.is_some_and(|contest| {
-            contest.last_ns.saturating_sub(contest.since_ns) >= RESTART_NS
-                && self.goes_on(&contest, now_ns)
-        })
+        let lasted = |contest: &Contest| contest.last_ns.saturating_sub(contest.since_ns);
+        let contest = self.contest.filter(|it| lasted(it) >= RESTART_NS);
+        self.live(now_ns) > 1 && contest.is_some_and(|it| self.goes_on(&it, now_ns))
     }
 
     fn heard(&self) -> impl Iterator<Item = &Session> {
         self.sessions.iter().flatten()
     }
 
+    fn alive(&self, now_ns: i64) -> impl Iterator<Item = &Session> {
+        self.heard().filter(move |session| session.is_live(now_ns))
+    }
+
     pub(super) fn live(&self, now_ns: i64) -> usize {
-        self.heard()
-            .filter(|session| session.is_live(now_ns))
-            .count()
+        self.alive(now_ns).count()
     }
 
     /// When it was heard last \[ns\].

@@ -19,6 +19,13 @@ fn sensors() -> Sessions {
     Sessions::new(Sessions::SENSORS)
 }
 
+/// Of the sources up to 40.
+fn states(sessions: &Sessions, now_ns: i64) -> Vec<SourceState> {
+    (0..=40)
+        .filter_map(|number| sessions.state(number, now_ns))
+        .collect()
+}
+
 #[test]
 fn a_message_passes_once() {
     let mut sessions = sensors();
@@ -82,8 +89,9 @@ fn two_receivers_are_two_sources_and_both_are_heard() {
             assert_eq!(sessions.accept(&message(source, 5, sequence), 0), Ok(()));
         }
     }
-    assert_eq!(sessions.states(0).count(), 2);
-    assert!(sessions.states(0).all(|it| it.live == 1 && it.lost == 0));
+    let states = states(&sessions, 0);
+    assert_eq!(states.len(), 2);
+    assert!(states.iter().all(|it| it.live == 1 && it.lost == 0));
 }
 
 #[test]
@@ -161,6 +169,47 @@ fn two_senders_that_claim_one_source_are_contested_until_one_of_them_ends() {
     }
 }
 
+/// A contest used to last for as long as the slower of the two is waited for.
+#[test]
+fn a_contest_is_over_when_one_of_two_has_ended_however_slow_the_other_is() {
+    let mut sessions = sensors();
+    for tenth in 0..1000_u64 {
+        let now_ns = SECOND / 10 * tenth.cast_signed();
+        sessions.accept(&message(0, 1, tenth), now_ns).unwrap();
+        if tenth % 100 == 0 {
+            let slow = message(0, 2, tenth / 100);
+            sessions.accept(&slow, now_ns).unwrap();
+        }
+    }
+    let state = |seconds| sessions.state(0, seconds * SECOND).unwrap();
+    assert_eq!((state(100).contested, state(100).live), (true, 2));
+    assert_eq!((state(102).contested, state(102).live), (false, 1));
+}
+
+/// One that comes back after an hour used to be waited for as if it spoke once in an hour.
+#[test]
+fn a_contest_is_over_soon_also_with_one_that_was_away_for_long() {
+    let (mut sessions, hour) = (sensors(), 3600);
+    for sequence in 0..50 {
+        let now_ns = SECOND / 10 * sequence;
+        let old = message(0, 1, sequence.cast_unsigned());
+        sessions.accept(&old, now_ns).unwrap();
+    }
+    for second in 0..15 {
+        let now_ns = (hour + second) * SECOND;
+        let sequence = second.cast_unsigned();
+        sessions.accept(&message(0, 2, sequence), now_ns).unwrap();
+        if second < 5 {
+            let old = message(0, 1, 50 + sequence);
+            sessions.accept(&old, now_ns + 1).unwrap();
+        }
+    }
+    let state = |seconds| sessions.state(0, seconds * SECOND).unwrap();
+    assert!(state(hour + 4).contested);
+    let later = state(hour + 14);
+    assert_eq!((later.contested, later.live), (false, 1));
+}
+
 #[test]
 fn a_source_too_many_is_refused_until_one_has_ended() {
     let mut sessions = sensors();
@@ -175,7 +224,7 @@ fn a_source_too_many_is_refused_until_one_has_ended() {
     sessions.accept(&message(0, 1, 1), SECOND + 1).unwrap();
     assert_eq!(sessions.accept(&seventeenth, SECOND + 1), Ok(()));
     assert!(sessions.state(0, SECOND + 1).is_some());
-    assert_eq!(sessions.states(0).count(), 16);
+    assert_eq!(states(&sessions, 0).len(), 16);
 }
 
 /// The simplest thing that does the same, for one source and few sessions: everything that ever passed.
@@ -250,8 +299,9 @@ proptest! {
         let mut sessions = sensors();
         for (source, session, sequence, now_ns) in headers {
             let _ = sessions.accept(&message(source, session, sequence), now_ns);
-            prop_assert!(sessions.states(now_ns).count() <= Sessions::SENSORS);
-            prop_assert!(sessions.states(now_ns).all(|it| it.live <= 4));
+            let states = states(&sessions, now_ns);
+            prop_assert!(states.len() <= Sessions::SENSORS);
+            prop_assert!(states.iter().all(|it| it.live <= 4));
         }
     }
 }
