@@ -13,9 +13,9 @@ use coloc_shm_types::{BeliefState, BusState, Health, Input, Reject, SourceState,
 use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 
+use crate::account::Ledger;
 use crate::clock::ClockStep;
 use crate::hearing::Hearing;
-use crate::ledger::Ledger;
 use crate::record::Record;
 
 /// Something that happened on the real-time thread.

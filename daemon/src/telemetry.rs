@@ -20,9 +20,9 @@ use coloc_estimator::Belief;
 use coloc_shm_types::{Lost, Space, Status, Timing};
 use tracing::error;
 
+use crate::account::Ledger;
 use crate::config::Config;
 use crate::event::{Event, Link};
-use crate::ledger::Ledger;
 use crate::record::Recorder;
 use crate::retry::Retry;
 use crate::saved::{Saved, Saver};

@@ -191,7 +191,7 @@ impl Robot {
         };
         let outputs = self.estimate.step(&inputs);
         self.publish.neighbours(outputs.outgoing, moment);
-        let lines = record::of_inputs(self.account.status.tick, Step::Ahead, &inputs);
+        let lines = record::of_inputs(self.account.tick(), Step::Ahead, &inputs);
         self.account.record(lines);
         self.account.record([Record::from(&outputs.estimate)]);
         self.account.outputs(&outputs, inputs.measurements);
@@ -232,7 +232,7 @@ impl Robot {
         // publish
         let (health, standing) = self.account.health(&outputs.estimate.belief);
         let circumstances = Circumstances {
-            tick: self.account.status.tick,
+            tick: self.account.tick(),
             health,
             standing,
         };
@@ -242,14 +242,14 @@ impl Robot {
         self.publish.neighbours(outputs.outgoing, moment);
         stages.publish_ns = watch.lap(&*self.time);
         // account
-        let recorded = TickInputs {
+        let given = TickInputs {
             measurements: if behind { &[] } else { inputs.measurements },
             ..inputs
         };
-        let lines = record::of_inputs(self.account.status.tick, step, &recorded);
+        let lines = record::of_inputs(self.account.tick(), step, &given);
         self.account.record(lines);
         self.account.record([Record::from(&outputs.estimate)]);
-        self.account.outputs(&outputs, recorded.measurements);
+        self.account.outputs(&outputs, given.measurements);
         self.collect.clear(moment.stamp, behind);
         self.close_books(moment, since_tick_ns);
         stages.account_ns = watch.lap(&*self.time);

@@ -111,7 +111,7 @@ fn ticks_allocate_nothing() {
     }
     done.store(true, Ordering::Relaxed);
     telemetry.join().unwrap();
-    let status = robot.robot.account().status;
+    let status = robot.robot.account().status();
     assert_eq!(counted, Calls::NONE);
     for input in Input::ALL {
         assert!(

@@ -80,8 +80,8 @@ impl Driver {
 }
 
 /// Counters as of the last tick.
-fn counted(robot: &Subject) -> &Status {
-    &robot.robot.account().status
+fn counted(robot: &Subject) -> Status {
+    robot.robot.account().status()
 }
 
 fn rejected(robot: &Subject, reason: Reject) -> u64 {

@@ -86,7 +86,11 @@ fn a_driving_robot_drives_on_through_a_clock_step() {
                 assert!(tick == 0 || estimate.health_of(Input::Odometry) == Health::Ok);
             }
             assert_eq!(
-                robot.robot.account().status.rejected_total(Input::Odometry),
+                robot
+                    .robot
+                    .account()
+                    .status()
+                    .rejected_total(Input::Odometry),
                 0
             );
         }

@@ -75,9 +75,12 @@ fn a_sighting_helps_the_robot_that_was_seen() {
     );
     assert!(after.total()[0] < before.1.total()[0] / 2.0);
     let account = seen.robot.account();
-    assert_eq!(account.status.accepted_of(Input::Neighbour), 1);
+    assert_eq!(account.status().accepted_of(Input::Neighbour), 1);
     assert_eq!(
-        seer.robot.account().status.accepted_of(Input::RelativePose),
+        seer.robot
+            .account()
+            .status()
+            .accepted_of(Input::RelativePose),
         1
     );
 }
@@ -177,7 +180,7 @@ fn what_is_rejected_changes_no_bit() {
                 )
             })
             .collect();
-        let status = robot.robot.account().status;
+        let status = robot.robot.account().status();
         let rejected = [Input::Position, Input::RelativePose, Input::Neighbour]
             .map(|input| status.rejected_total(input));
         assert_eq!(rejected, expected.unwrap_or_default());
@@ -203,7 +206,7 @@ fn an_outlier_is_gated() {
         })
         .unwrap();
     assert_eq!(robot.tick().pose.map(f64::to_bits), [0; 3]);
-    let status = robot.robot.account().status;
+    let status = robot.robot.account().status();
     assert_eq!(
         (
             status.rejected_of(Input::Position, Reject::Gated),
@@ -231,7 +234,7 @@ fn a_flood_of_rejects_is_counted_to_the_last() {
         }
         robot.tick();
     }
-    let status = robot.robot.account().status;
+    let status = robot.robot.account().status();
     assert_eq!(
         status.rejected_of(Input::Position, Reject::BadQuality),
         3200
@@ -254,7 +257,7 @@ fn half_a_sample_is_no_tick() {
         world.time.run(PERIOD / 2);
         sender.send(&frame).unwrap();
         let outcome = robot.robot.wake(Wake::Frame);
-        (outcome, robot.robot.account().status.can.frames)
+        (outcome, robot.robot.account().status().can.frames)
     };
     let [left, right] = frames.encode(0.0, 0.0);
     assert_eq!(
@@ -267,7 +270,10 @@ fn half_a_sample_is_no_tick() {
         [wake(left), wake(right)],
         [(Outcome::Incomplete, 3), (Outcome::Ticked, 4)]
     );
-    assert_eq!(robot.robot.account().status.accepted_of(Input::Odometry), 1);
+    assert_eq!(
+        robot.robot.account().status().accepted_of(Input::Odometry),
+        1
+    );
 }
 
 /// The kernel's clocks, and frames that come right after they were read.

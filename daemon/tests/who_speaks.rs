@@ -77,7 +77,7 @@ fn row(status: &Status, input: Input, source: u16) -> SourceHealth {
 }
 
 fn accepted(robot: &Subject, input: Input) -> u64 {
-    robot.robot.account().status.accepted_of(input)
+    robot.robot.account().status().accepted_of(input)
 }
 
 /// Two receivers on one channel: each is a source, also where stamp and count are the same. One of them used to be muted.
@@ -129,7 +129,11 @@ fn a_driver_that_is_restarted_after_the_clock_was_set_back_is_heard_at_once() {
         }
         assert_eq!(accepted(&robot, Input::Position), 5);
         assert_eq!(
-            robot.robot.account().status.rejected_total(Input::Position),
+            robot
+                .robot
+                .account()
+                .status()
+                .rejected_total(Input::Position),
             0
         );
     }
@@ -190,6 +194,43 @@ fn two_senders_that_claim_one_source_are_heard_shown_and_said_once() {
     let found = row(&telemetry.status, Input::Position, 0);
     assert!(!found.is_contested(), "one of them has ended: {found:?}");
     assert_eq!(found.live_sessions, 1);
+}
+
+/// The row used to say for ever that two claim a source, if that was forgotten for another one before its end was seen.
+#[test]
+fn a_contest_ends_also_when_its_source_gives_way_to_another_one() {
+    let world = World::new();
+    let mut robot = world.robot("a", 1, "");
+    let fixes = world.publisher::<Position>("a");
+    let mut telemetry = Telemetry::default();
+    let mut contested = Vec::new();
+    for tick in 0..=300_u64 {
+        if tick <= 225 {
+            let header = Header {
+                session: 3 + tick % 2,
+                ..world.header(tick / 2)
+            };
+            fixes.send(fix(header)).unwrap();
+        }
+        // After a second the two have ended; there is room for fifteen beside them.
+        for source in (1..=16).filter(|_| tick == 280) {
+            let header = Header {
+                source,
+                ..world.header(0)
+            };
+            fixes.send(fix(header)).unwrap();
+        }
+        telemetry.tick(&mut robot);
+        if tick % 50 == 0 && tick >= 250 {
+            let found = row(&telemetry.status, Input::Position, 0);
+            contested.push((found.is_contested(), found.live_sessions));
+        }
+    }
+    let too_many = telemetry
+        .status
+        .rejected_of(Input::Position, Reject::TooManySources);
+    assert_eq!(too_many, 0, "it gave way");
+    assert_eq!(contested, [(true, 2), (false, 0)]);
 }
 
 /// What a channel had no room for used to be lost without a word.
@@ -262,7 +303,7 @@ fn refused_messages_count_against_the_limit_of_a_tick() {
         fixes.send(bad).unwrap();
     }
     let refused = |robot: &Subject| {
-        let status = &robot.robot.account().status;
+        let status = &robot.robot.account().status();
         status.rejected_of(Input::Position, Reject::NotFinite)
     };
     for expected in [32, 64, 64] {
@@ -295,7 +336,7 @@ fn a_clock_that_cannot_be_asked_is_refused_and_every_other_is_read() {
         fixes.send(fix(header)).unwrap();
     }
     robot.tick();
-    let status = &robot.robot.account().status;
+    let status = &robot.robot.account().status();
     let refused = |reason| status.rejected_of(Input::Position, reason);
     assert_eq!(status.accepted_of(Input::Position), 3);
     assert_eq!(

@@ -80,11 +80,6 @@ impl Sessions {
         Some(self.sources.get(place)?.state(now_ns))
     }
 
-    /// How those are doing that were heard.
-    pub fn states(&self, now_ns: i64) -> impl Iterator<Item = SourceState> {
-        self.sources.iter().map(move |source| source.state(now_ns))
-    }
-
     fn place(&self, number: u16) -> Option<usize> {
         self.sources.iter().position(|it| it.number() == number)
     }

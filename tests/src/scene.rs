@@ -102,6 +102,6 @@ impl Scene {
     /// Whether everybody is connected.
     #[must_use]
     pub fn is_warm(&self) -> bool {
-        self.robot.account().status.tick > WARM_UP
+        self.robot.account().tick() > WARM_UP
     }
 }

@@ -42,7 +42,7 @@ fn ticks_without_allocation(trigger: Trigger, ticks: u64) {
     });
 
     assert_eq!(calls, Calls::NONE, "over {counted} ticks");
-    let status = scene.robot.account().status;
+    let status = scene.robot.account().status();
     for input in Input::ALL {
         // Of frames that a late tick brought close together the wheels make one sample.
         let at_least = if input == Input::Odometry {
@@ -77,7 +77,7 @@ fn no_tick_faults_on_a_page() {
         return;
     }
     let mut faults = 0;
-    while scene.robot.account().status.tick < 2000 {
+    while scene.robot.account().tick() < 2000 {
         scene.surroundings.send();
         let before = faults_of_this_thread();
         scene.turn();

@@ -113,7 +113,8 @@ impl<M: Message> Port<M> {
 
     /// Says who speaks on this channel.
     pub(super) fn tell_sessions(&self, now: Stamp, account: &mut Account) {
-        account.sessions(self.input, self.sessions.states(now.as_nanos()));
+        let state = |source| self.sessions.state(source, now.as_nanos());
+        account.sessions(self.input, state);
     }
 }
 

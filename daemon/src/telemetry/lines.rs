@@ -50,7 +50,7 @@ pub(super) fn write((count, event): Sum) {
         Event::Contested { input, state } => {
             info!(
                 count,
-                "{input}: only one sender says that it is source {}", state.number
+                "{input}: no more than one sender says that it is source {}", state.number
             );
         }
         Event::Missed {

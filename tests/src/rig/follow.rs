@@ -27,7 +27,7 @@ pub fn follow(bus: &BusSpec, pairs: usize, start: impl FnOnce()) -> Vec<Estimate
     let mut robot = Robot::open(&config, &space, Box::new(clock), link).unwrap();
     start();
     let mut estimates = Vec::new();
-    while robot.account().status.can.frames < 2 * pairs as u64 {
+    while robot.account().status().can.frames < 2 * pairs as u64 {
         wait(&robot);
         if robot.wake(Wake::Frame) == Outcome::Ticked {
             estimates.push(published.receive().unwrap().expect("a tick publishes"));

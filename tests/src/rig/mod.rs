@@ -117,7 +117,7 @@ impl Rig {
     /// The robot's books.
     #[must_use]
     pub fn status(&self) -> Status {
-        self.robot.account().status
+        self.robot.account().status()
     }
 
     /// Switches the interface.

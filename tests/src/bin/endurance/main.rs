@@ -152,7 +152,7 @@ impl Life {
     fn look(&mut self, scene: &Scene) {
         let _ = Footprint::now(&scene.config.shm.root); // What looking takes is taken now.
         let now = Footprint::now(&scene.config.shm.root);
-        let status = scene.robot.account().status;
+        let status = scene.robot.account().status();
         print_line(&format!(
             "{:>10} {:>7.2} {:>7.1} {:>10} {:>11} {:>5} {:>10} {:>8.4} {:>8.4}",
             self.ticks,
@@ -181,7 +181,7 @@ impl Life {
 
     /// Everything that was sent was taken in, and everything that follows from it was said.
     fn check_books(&self, scene: &Scene) {
-        let status = scene.robot.account().status;
+        let status = scene.robot.account().status();
         let messages = self.ticks.div_ceil(TICKS_PER_MESSAGE);
         // The first frames only say where counting starts.
         for (input, sent) in [

@@ -1,0 +1,105 @@
+//! How inputs, belief and buses were at the last tick: a change is told, and only then.
+
+use coloc_shm_types::{BusState, Health, Input, Status};
+
+use super::losses::Teller;
+use crate::event::Event;
+use crate::health::Standing;
+
+/// At the last tick.
+#[derive(Debug, Default)]
+pub(super) struct Changes {
+    health: [Health; Input::COUNT],
+    standing: Standing,
+    bus: BusState,
+}
+
+impl Changes {
+    /// At `tick`.
+    pub(super) fn health(
+        &mut self,
+        health: [Health; Input::COUNT],
+        tick: u64,
+        teller: &mut Teller,
+    ) {
+        if self.health == health {
+            return;
+        }
+        let before = std::mem::replace(&mut self.health, health);
+        for (input, (from, to)) in Input::ALL.into_iter().zip(before.into_iter().zip(health)) {
+            if from != to {
+                teller.tell(Event::Health {
+                    input,
+                    from,
+                    to,
+                    tick,
+                });
+            }
+        }
+    }
+
+    /// At `tick`.
+    pub(super) fn standing(&mut self, standing: Standing, tick: u64, teller: &mut Teller) {
+        let from = std::mem::replace(&mut self.standing, standing).state;
+        let to = standing.state;
+        if from != to {
+            teller.tell(Event::State { from, to, tick });
+        }
+    }
+
+    pub(super) fn buses(&mut self, worst: BusState, teller: &mut Teller) {
+        let from = std::mem::replace(&mut self.bus, worst);
+        if from != worst {
+            teller.tell(Event::Bus { from, to: worst });
+        }
+    }
+
+    pub(super) fn write_to(&self, status: &mut Status) {
+        for (byte, health) in status.health.iter_mut().zip(self.health) {
+            *byte = health as u8;
+        }
+        status.state = self.standing.state as u8;
+        status.fit = u8::from(self.standing.fit);
+        status.bus = self.bus as u8;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use coloc_shm_types::BeliefState;
+
+    use super::*;
+    use crate::event::Link;
+
+    #[test]
+    fn what_changes_is_told_once() {
+        let link = Arc::new(Link::new());
+        let mut teller = Teller::new(Arc::clone(&link));
+        let mut changes = Changes::default();
+        let mut health = [Health::NeverSeen; Input::COUNT];
+        let mut tell = |health, state, bus| {
+            let before = link.waiting();
+            let standing = Standing { state, fit: false };
+            changes.health(health, 7, &mut teller);
+            changes.standing(standing, 7, &mut teller);
+            changes.buses(bus, &mut teller);
+            link.waiting() - before
+        };
+        let (finding, active) = (BeliefState::default(), BusState::Active);
+        assert_eq!(tell(health, finding, active), 0);
+        health[Input::Position as usize] = Health::Ok;
+        assert_eq!(tell(health, finding, active), 1);
+        assert_eq!(tell(health, BeliefState::Ok, BusState::Off), 2);
+        assert_eq!(tell(health, BeliefState::Ok, BusState::Off), 0);
+        let mut status = Status::default();
+        changes.write_to(&mut status);
+        assert_eq!(status.health_of(Input::Position), Health::Ok);
+        assert_eq!(status.health_of(Input::Neighbour), Health::NeverSeen);
+        assert_eq!(
+            (status.state(), status.bus_state()),
+            (BeliefState::Ok, BusState::Off)
+        );
+    }
+}

@@ -1,0 +1,44 @@
+//! The estimator's verdicts in the words of what is counted.
+
+use coloc_estimator::{Kind, Verdict};
+use coloc_shm_types::{Input, Reject};
+
+use crate::health::Fact;
+
+/// What input measurements of that kind are.
+pub(super) fn input(kind: Kind) -> Input {
+    match kind {
+        Kind::Odometry => Input::Odometry,
+        Kind::Sighting => Input::RelativePose,
+        Kind::Neighbour => Input::Neighbour,
+        Kind::Fix => Input::Position,
+    }
+}
+
+/// What it says of the measurement's source.
+pub(super) fn fact(verdict: Verdict) -> Fact {
+    match verdict {
+        Verdict::Accepted { d2 } => Fact::Passed {
+            count: 1,
+            d2: Some(d2),
+        },
+        Verdict::Gated { d2 } => Fact::Refused { d2: Some(d2) },
+        Verdict::Duplicate => Fact::Repeated,
+        _ => Fact::Refused { d2: None },
+    }
+}
+
+/// Why the estimator turned a measurement away; `None` if it did not.
+pub(super) fn reason(verdict: Verdict) -> Option<Reject> {
+    match verdict {
+        Verdict::Accepted { .. } => None,
+        Verdict::Gated { .. } => Some(Reject::Gated),
+        Verdict::TooOld => Some(Reject::TooOld),
+        Verdict::FromFuture => Some(Reject::FromFuture),
+        Verdict::Duplicate => Some(Reject::Replayed),
+        Verdict::EmptyInterval => Some(Reject::EmptyInterval),
+        Verdict::NoRoom => Some(Reject::HistoryFull),
+        Verdict::NotFinite => Some(Reject::NotFinite),
+        Verdict::NoNoise => Some(Reject::NoCovariance),
+    }
+}

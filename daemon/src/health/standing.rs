@@ -1,0 +1,150 @@
+//! What a robot may say of its belief.
+
+use coloc_estimator::Belief;
+use coloc_shm_types::{BeliefState, Health, Input};
+
+use crate::config;
+
+/// Of the belief of a tick.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Standing {
+    /// Whether it knows where it is.
+    pub state: BeliefState,
+    /// Whether it knows well enough to drive.
+    pub fit: bool,
+}
+
+/// The largest σ to drive with.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Limits {
+    position_m: f64,
+    heading_rad: f64,
+}
+
+impl Limits {
+    pub(super) fn new(config: &config::Health) -> Self {
+        Self {
+            position_m: asked(config.fit_position_m),
+            heading_rad: asked(config.fit_heading_rad),
+        }
+    }
+
+    /// By each input's health, and whether it was the gate that refused it.
+    pub(super) fn standing(
+        self,
+        health: [Health; Input::COUNT],
+        gated: [bool; Input::COUNT],
+        belief: &Belief,
+    ) -> Standing {
+        let state = state(health, gated);
+        Standing {
+            state,
+            fit: state == BeliefState::Ok && self.allow(belief),
+        }
+    }
+
+    fn allow(self, belief: &Belief) -> bool {
+        let [position_m, heading_rad] = sigmas(belief);
+        position_m <= self.position_m && heading_rad <= self.heading_rad
+    }
+}
+
+/// A limit of zero asks for nothing.
+fn asked(limit: f64) -> f64 {
+    if limit > 0.0 { limit } else { f64::INFINITY }
+}
+
+/// Without wheels a robot does not know where it is, and not if every fix is beyond the gate, or, where there are no fixes, every
+/// neighbour's word.
+#[allow(clippy::indexing_slicing)] // One place for each of the inputs' numbers.
+fn state(health: [Health; Input::COUNT], gated: [bool; Input::COUNT]) -> BeliefState {
+    let of = |input: Input| health[input as usize];
+    let contradicts = |input: Input| of(input) == Health::Refused && gated[input as usize];
+    let word_alone = of(Input::Position) != Health::Ok;
+    match of(Input::Odometry) {
+        Health::Ok if contradicts(Input::Position) => BeliefState::Contradicted,
+        Health::Ok if contradicts(Input::Neighbour) && word_alone => BeliefState::Contradicted,
+        Health::Ok => BeliefState::Ok,
+        _ => BeliefState::Finding,
+    }
+}
+
+/// σ of the position in its worst direction, and of the heading \[m, rad\].
+fn sigmas(belief: &Belief) -> [f64; 2] {
+    let p = belief.total.to_row_major();
+    let half = f64::midpoint(p[0], p[4]);
+    let worst = half + f64::hypot((p[0] - p[4]) / 2.0, p[1]);
+    [worst, p[8]].map(f64::sqrt)
+}
+
+#[cfg(test)]
+mod tests {
+    use coloc_estimator::{Covariance3, Pose};
+
+    use super::*;
+
+    fn standing(
+        refused: &[Input],
+        gated: bool,
+        belief: &Belief,
+        config: &config::Health,
+    ) -> Standing {
+        let health = Input::ALL.map(|input| {
+            if refused.contains(&input) {
+                Health::Refused
+            } else {
+                Health::Ok
+            }
+        });
+        Limits::new(config).standing(health, [gated; Input::COUNT], belief)
+    }
+
+    #[test]
+    fn a_belief_that_everything_contradicts_says_so() {
+        let state = |refused: &[Input], gated| {
+            let config = config::Health::default();
+            standing(refused, gated, &Belief::default(), &config).state
+        };
+        assert_eq!(state(&[], true), BeliefState::Ok);
+        assert_eq!(state(&[Input::Position], true), BeliefState::Contradicted);
+        let neighbours = state(&[Input::Neighbour], true);
+        assert_eq!(neighbours, BeliefState::Ok, "fixes pass");
+        let both = [Input::Position, Input::Neighbour];
+        assert_eq!(state(&both, true), BeliefState::Contradicted);
+        let late = state(&both, false);
+        assert_eq!(late, BeliefState::Ok, "late is no contradiction");
+        assert_eq!(state(&[Input::Odometry], false), BeliefState::Finding);
+    }
+
+    #[test]
+    fn where_there_are_no_fixes_neighbours_alone_contradict() {
+        let mut health = [Health::Ok; Input::COUNT];
+        health[Input::Neighbour as usize] = Health::Refused;
+        for silent in [Health::NeverSeen, Health::Stale, Health::Faulty] {
+            health[Input::Position as usize] = silent;
+            let said = state(health, [true; Input::COUNT]);
+            assert_eq!(said, BeliefState::Contradicted);
+        }
+    }
+
+    #[test]
+    fn fit_is_who_knows_as_well_as_was_asked_for() {
+        let config = config::Health {
+            fit_position_m: 0.5,
+            fit_heading_rad: 0.1,
+            ..config::Health::default()
+        };
+        let fit = |xy: f64, correlation: f64, phi: f64, refused: &[Input]| {
+            let (x, xy) = (xy * xy, correlation * xy * xy);
+            let total = [x, xy, 0.0, xy, x, 0.0, 0.0, 0.0, phi * phi];
+            let covariance = Covariance3::from_row_major(total).unwrap();
+            let belief = Belief::independent(Pose::default(), covariance);
+            standing(refused, true, &belief, &config).fit
+        };
+        assert!(fit(0.49, 0.0, 0.09, &[]));
+        assert!(!fit(0.49, 0.9, 0.09, &[]), "worst in a diagonal direction");
+        assert!(!fit(0.51, 0.0, 0.09, &[]));
+        assert!(!fit(0.49, 0.0, 0.11, &[]));
+        assert!(!fit(0.49, 0.0, 0.09, &[Input::Position]), "contradicted");
+    }
+}
