@@ -22,7 +22,7 @@ use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use coloc_estimator::{Belief, Covariance3, Motion, Pose, propagate};
-use coloc_shm_types::{OpenError, check_split};
+use coloc_shm_types::{OpenError, all_finite, check_split};
 use serde::{Deserialize, Serialize};
 
 use crate::collect::wheels::ToMotion;
@@ -127,9 +127,12 @@ impl Saved {
 
     fn belief(&self) -> Result<Belief, String> {
         let [x, y, phi] = self.pose;
-        let numbers = self.pose.iter().chain(self.velocity.iter().flatten());
-        if !numbers.into_iter().all(|number| number.is_finite()) {
+        let velocity = self.velocity.unwrap_or_default();
+        if !all_finite(&self.pose) || !all_finite(&velocity) {
             return Err("the pose or the velocity is not finite".into());
+        }
+        if velocity.iter().any(|number| number.abs() > FASTEST) {
+            return Err("no robot is as fast as its velocity".into());
         }
         if let Err(reason) = check_split(&self.total, &self.independent) {
             return Err(format!("its covariances cannot be: {reason}"));
@@ -142,6 +145,9 @@ impl Saved {
         })
     }
 }
+
+/// As fast as `odometry.max_speed_mps` and `odometry.max_turn_rate_radps` may be \[m/s, rad/s\].
+const FASTEST: f64 = 1000.0;
 
 /// Far more than a belief takes (bytes).
 const LIMIT: u64 = 64 << 10;
@@ -308,6 +314,10 @@ mod tests {
         };
         refused(|saved| saved.robot = 4, "robot 4's");
         refused(|saved| saved.pose[0] = f64::NAN, "not finite");
+        refused(
+            |saved| saved.velocity = Some([1.0, 0.0, 1001.0]),
+            "no robot is as fast",
+        );
         refused(
             |saved| saved.velocity = Some([f64::INFINITY; 3]),
             "not finite",

@@ -51,10 +51,15 @@ pub enum SignalError {
     /// Present in some frames only.
     #[error("it is multiplexed, which is not supported")]
     Multiplexed,
-    /// Its factor is zero, or factor or offset are not finite.
-    #[error("its factor must be finite and not zero, its offset finite")]
+    /// Its factor is zero, or with its offset makes a number of 64 bits infinite.
+    #[error(
+        "its factor must not be zero, and factor and offset so small that every number is finite"
+    )]
     Scale,
 }
+
+/// 2⁶⁴: more than any number of 64 bits.
+const WORD: f64 = 18_446_744_073_709_551_616.0;
 
 impl SignalDecoder {
     /// Compiles the description of a signal in a message of `message_bytes` bytes.
@@ -72,7 +77,8 @@ impl SignalDecoder {
         ) {
             return Err(SignalError::Multiplexed);
         }
-        if !signal.factor.is_finite() || signal.factor == 0.0 || !signal.offset.is_finite() {
+        let most = signal.factor.abs() * WORD + signal.offset.abs();
+        if !most.is_finite() || signal.factor == 0.0 {
             return Err(SignalError::Scale);
         }
         let number = number(signal, extended)?;
@@ -364,6 +370,7 @@ mod tests {
         );
         assert_eq!(compile("S : 0|0@1+ (1,0)"), Err(SignalError::Size(0)));
         assert_eq!(compile("S : 0|8@1+ (0,0)"), Err(SignalError::Scale));
+        assert_eq!(compile("S : 0|8@1+ (1e308,0)"), Err(SignalError::Scale));
         assert_eq!(
             compile("S m1 : 0|8@1+ (1,0)"),
             Err(SignalError::Multiplexed)

@@ -47,6 +47,7 @@ pub use channel::{Age, Audience, Channel, Matters, Message, Quality, Speaker, To
 pub use clock::{Clock, Present, boot};
 pub use health::{BusState, Health};
 pub use input::Input;
+pub use matrix::all_finite;
 pub use payload::{
     CanCounters, Estimate, Header, Latency, Losses, Neighbour, Odometry, OdometryKind, Position,
     RelativePose, SourceHealth, Status, Timing,

@@ -151,7 +151,8 @@ fn earliest(one: Result<(), Reject>, other: Result<(), Reject>) -> Result<(), Re
 }
 
 /// Whether no number is NaN, infinite, or so large that it soon would be.
-pub(crate) fn all_finite(numbers: &[f64]) -> bool {
+#[must_use]
+pub fn all_finite(numbers: &[f64]) -> bool {
     numbers.iter().all(|number| number.abs() <= LARGEST)
 }
 
