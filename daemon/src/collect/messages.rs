@@ -5,7 +5,7 @@ use coloc_estimator::{
     RobotId, Sighting, Stamp,
 };
 use coloc_shm_types::{
-    Input, Message, Neighbour, PortError, Position, Reject, RelativePose, Sessions, Space,
+    Input, Limits, Message, Neighbour, PortError, Position, Reject, RelativePose, Sessions, Space,
 };
 
 use super::list::List;
@@ -73,18 +73,12 @@ impl Messages {
         account: &mut Account,
     ) {
         let limits = self.team.limits(moment.stamp);
-        self.sightings.drain(moment, into, account, |message| {
-            message.validate(&limits)?;
-            Ok(sighting(message)?.into())
-        });
-        self.fixes.drain(moment, into, account, |message| {
-            message.validate(&limits)?;
-            Ok(fix(message)?.into())
-        });
-        self.neighbours.drain(moment, into, account, |message| {
-            message.validate(&limits)?;
-            Ok(neighbour(message)?.into())
-        });
+        self.sightings
+            .drain(moment, into, account, |it| sighting(it, &limits));
+        self.fixes
+            .drain(moment, into, account, |it| fix(it, &limits));
+        self.neighbours
+            .drain(moment, into, account, |it| neighbour(it, &limits));
     }
 
     /// The tick is over: the next one takes in as many again.
@@ -109,35 +103,50 @@ fn origin(message: &impl Message) -> Origin {
     }
 }
 
-fn sighting(message: &RelativePose) -> Result<Sighting, Reject> {
-    Ok(Sighting {
+/// A sighting as the estimator takes it, whatever the message holds.
+///
+/// # Errors
+/// Why it is none.
+pub fn sighting(message: &RelativePose, limits: &Limits<'_>) -> Result<Measurement, Reject> {
+    message.validate(limits)?;
+    Ok(Measurement::Sighting(Sighting {
         stamp: stamp(message),
         origin: origin(message),
         observed: RobotId(message.observed),
         relative: pose(message.pose),
         covariance: covariance(message.covariance)?,
-    })
+    }))
 }
 
-fn fix(message: &Position) -> Result<PositionFix, Reject> {
-    Ok(PositionFix {
+/// A fix as the estimator takes it, whatever the message holds.
+///
+/// # Errors
+/// Why it is none.
+pub fn fix(message: &Position, limits: &Limits<'_>) -> Result<Measurement, Reject> {
+    message.validate(limits)?;
+    Ok(Measurement::Fix(PositionFix {
         stamp: stamp(message),
         origin: origin(message),
         position: message.position,
         covariance: Covariance2::from_row_major(message.covariance).map_err(not_a_covariance)?,
-    })
+    }))
 }
 
-fn neighbour(message: &Neighbour) -> Result<NeighbourPose, Reject> {
+/// A neighbour's pose as the estimator takes it, whatever the message holds.
+///
+/// # Errors
+/// Why it is none.
+pub fn neighbour(message: &Neighbour, limits: &Limits<'_>) -> Result<Measurement, Reject> {
+    message.validate(limits)?;
     let parts = Parts::from_row_major(message.independent, message.dependent);
     let parts = parts.map_err(not_a_covariance)?;
-    Ok(NeighbourPose {
+    Ok(Measurement::Neighbour(NeighbourPose {
         stamp: stamp(message),
         origin: origin(message),
         pose: pose(message.pose),
         total: parts.total(),
         independent: parts.independent,
-    })
+    }))
 }
 
 fn pose([x, y, phi]: [f64; 3]) -> Pose {

@@ -1,0 +1,232 @@
+//! Messages of shared memory, whatever they hold: refused, or through the estimator to a belief that can be.
+
+use coloc_daemon::collect::messages::{fix, neighbour, sighting};
+use coloc_estimator::{
+    Belief, Covariance3, Estimator, Measurement, Motion, OdometrySample, Pose, Settings, Slot,
+    Stamp, TickInputs, TickOutputs, step,
+};
+use coloc_shm_types::{
+    Clock, Estimate, Header, Limits, Neighbour, Odometry, Position, Present, RelativePose, Status,
+};
+
+use super::Target;
+use super::bytes::Bytes;
+
+pub(super) const TARGET: Target = Target {
+    name: "payloads",
+    run,
+    samples,
+};
+
+const PERIOD_NS: i64 = 20_000_000;
+const HISTORY_NS: i64 = 1_000_000_000;
+const TOLERANCE_NS: i64 = 100_000_000;
+const BOOT: u64 = 7;
+const ROBOTS: [u16; 3] = [1, 2, 3];
+/// Few, so that they overflow.
+const SLOTS: usize = 24;
+/// Ticks of an execution.
+const TICKS: i64 = 8;
+
+fn run(bytes: &[u8]) {
+    let mut bytes = Bytes(bytes);
+    let initial = Belief {
+        pose: Pose::new(1.0, 2.0, 0.5),
+        total: Covariance3::diagonal([0.04, 0.04, 0.01]).unwrap(),
+        independent: Covariance3::diagonal([0.02, 0.02, 0.01]).unwrap(),
+    };
+    let mut now_ns = 10 * HISTORY_NS;
+    let slots = vec![Slot::default(); SLOTS].into_boxed_slice();
+    let mut robot = Estimator::new(
+        Settings::default(),
+        Stamp::from_nanos(now_ns),
+        initial,
+        slots,
+    );
+    for _ in 0..TICKS {
+        if bytes.is_empty() {
+            return;
+        }
+        now_ns += PERIOD_NS;
+        let count = bytes.byte() % 8;
+        let measurements: Vec<_> = (0..count)
+            .filter_map(|_| measurement(&mut bytes, now_ns))
+            .collect();
+        let inputs = TickInputs {
+            stamp: Stamp::from_nanos(now_ns),
+            measurements: &measurements,
+        };
+        check(&step(&mut robot, &inputs), &measurements);
+    }
+}
+
+fn check(outputs: &TickOutputs<'_>, given: &[Measurement]) {
+    let estimate = &outputs.estimate;
+    let Pose { x, y, phi } = estimate.belief.pose;
+    let finite = [x, y, phi].into_iter().chain(estimate.velocity);
+    assert!(
+        finite.into_iter().all(f64::is_finite),
+        "{estimate:?} of {given:?}"
+    );
+    let (total, independent) = (estimate.belief.total, estimate.belief.independent);
+    for covariance in [total, independent, estimate.velocity_covariance] {
+        let rows = covariance.to_row_major();
+        assert_eq!(
+            Covariance3::from_row_major(rows).err(),
+            None,
+            "{covariance:?} of {given:?}"
+        );
+    }
+    assert!(total.contains(&independent), "{estimate:?} of {given:?}");
+}
+
+/// What comes of the next message, if it is valid.
+fn measurement(bytes: &mut Bytes<'_>, now_ns: i64) -> Option<Measurement> {
+    let limits = Limits {
+        now: Present::only(Clock::Boottime, now_ns),
+        boot: BOOT,
+        history_ns: HISTORY_NS,
+        future_tolerance_ns: TOLERANCE_NS,
+        own: ROBOTS[0],
+        robots: &ROBOTS,
+    };
+    let kind = bytes.byte();
+    let header = header(bytes, now_ns);
+    match kind % 6 {
+        0 => sighting(&seen(header, bytes), &limits).ok(),
+        1 => fix(&placed(header, bytes), &limits).ok(),
+        2 => neighbour(&told(header, bytes), &limits).ok(),
+        3 => moved(header, bytes, &limits),
+        4 => {
+            let _ = published(header, bytes).validate(&limits);
+            None
+        }
+        _ => {
+            let status = Status {
+                header,
+                bus: bytes.byte(),
+                ..Status::default()
+            };
+            let _ = status.validate(&limits);
+            None
+        }
+    }
+}
+
+fn header(bytes: &mut Bytes<'_>, now_ns: i64) -> Header {
+    let how = bytes.byte();
+    Header {
+        stamp_ns: match how % 8 {
+            0 => bytes.long(),
+            _ => now_ns.saturating_sub(i64::from(bytes.short()) * 10_000),
+        },
+        session: u64::from(how >> 4 & 1),
+        sequence: u64::from(bytes.byte()),
+        boot: BOOT + u64::from(how == 0xFF),
+        source: u16::from(bytes.byte() % 5),
+        clock: if how >> 5 == 7 {
+            bytes.byte()
+        } else {
+            Clock::Boottime as u8
+        },
+        ..Header::default()
+    }
+}
+
+fn seen(header: Header, bytes: &mut Bytes<'_>) -> RelativePose {
+    RelativePose {
+        header,
+        observed: u16::from(bytes.byte() % 5),
+        pose: bytes.numbers(),
+        covariance: bytes.covariance(),
+        ..RelativePose::default()
+    }
+}
+
+fn placed(header: Header, bytes: &mut Bytes<'_>) -> Position {
+    Position {
+        header,
+        quality: bytes.byte() % 8,
+        position: bytes.numbers(),
+        covariance: bytes.covariance(),
+        ..Position::default()
+    }
+}
+
+fn told(header: Header, bytes: &mut Bytes<'_>) -> Neighbour {
+    Neighbour {
+        header,
+        pose: bytes.numbers(),
+        independent: bytes.covariance(),
+        dependent: bytes.covariance(),
+    }
+}
+
+/// A velocity with its interval and covariance, as the daemon takes it; other kinds need a base's decoder.
+fn moved(header: Header, bytes: &mut Bytes<'_>, limits: &Limits<'_>) -> Option<Measurement> {
+    let message = Odometry {
+        header,
+        start_ns: header
+            .stamp_ns
+            .saturating_sub(i64::from(bytes.short()) * 10_000),
+        kind: bytes.byte() % 4,
+        values: bytes.numbers(),
+        covariance: bytes.covariance(),
+        ..Odometry::default()
+    };
+    message.validate(limits).ok()?;
+    let noise = Covariance3::from_row_major(message.covariance).ok()?;
+    let [x, y, turn, _] = message.values;
+    let (start, stamp) = (message.start_ns, header.stamp_ns);
+    let sample = OdometrySample {
+        source: header.source,
+        start: Stamp::from_nanos(start),
+        stamp: Stamp::from_nanos(stamp),
+        motion: Motion::Holonomic {
+            velocity: [x, y, turn],
+            noise,
+        },
+    };
+    (start < stamp && [x, y, turn].iter().all(|it| it.abs() <= 1000.0)).then(|| sample.into())
+}
+
+fn published(header: Header, bytes: &mut Bytes<'_>) -> Estimate {
+    Estimate {
+        header,
+        pose: bytes.numbers(),
+        velocity: bytes.numbers(),
+        independent: bytes.covariance(),
+        dependent: bytes.covariance(),
+        velocity_covariance: bytes.covariance(),
+        state: bytes.byte(),
+        fit: bytes.byte(),
+        ..Estimate::default()
+    }
+}
+
+fn samples() -> Vec<Vec<u8>> {
+    let number = |value: i16| [&[0][..], &value.to_le_bytes()].concat();
+    let unit = |n: usize| {
+        let entries = (0..n * n).map(|k| number(if k % (n + 1) == 0 { 300 } else { 0 }));
+        [vec![1], entries.flatten().collect()].concat()
+    };
+    // Kind, how, stamp, sequence, source.
+    let head = |kind: u8, source: u8| vec![kind, 1, 10, 0, kind + source, source];
+    let numbers = |values: &[i16]| values.iter().copied().flat_map(number).collect::<Vec<u8>>();
+    let fix = [head(1, 0), vec![2], numbers(&[1024, 2048]), unit(2)].concat();
+    let sighting = [head(0, 0), vec![2], numbers(&[2048, 100, 30]), unit(3)].concat();
+    let told = [head(2, 2), numbers(&[1100, 2000, 500]), unit(3), unit(3)].concat();
+    let moved = [
+        head(3, 0),
+        vec![100, 0, 0],
+        numbers(&[900, 0, 100, 0]),
+        unit(3),
+    ]
+    .concat();
+    let tick = [vec![4], fix.clone(), sighting, told, moved].concat();
+    vec![
+        tick.clone(),
+        [vec![1], fix].concat(),
+        [tick.clone(), tick].concat(),
+    ]
+}
