@@ -230,3 +230,31 @@ fn samples() -> Vec<Vec<u8>> {
         [tick.clone(), tick].concat(),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How many measurements of an input are valid.
+    fn valid(input: &[u8]) -> usize {
+        let (mut bytes, mut valid) = (Bytes(input), 0);
+        while !bytes.is_empty() {
+            let count = bytes.byte() % 8;
+            valid += (0..count)
+                .filter_map(|_| measurement(&mut bytes, 10 * HISTORY_NS))
+                .count();
+        }
+        valid
+    }
+
+    #[test]
+    fn inputs_come_through_to_the_estimator() {
+        assert_eq!(
+            samples().iter().map(|it| valid(it)).collect::<Vec<_>>(),
+            [4, 1, 8]
+        );
+        let inputs = TARGET.inputs(1, 1000);
+        let come_through = inputs.filter(|input| valid(input) > 0).count();
+        assert!(come_through > 300, "{come_through} of 1000");
+    }
+}
