@@ -162,6 +162,9 @@ fn told(header: Header, bytes: &mut Bytes<'_>) -> Neighbour {
     }
 }
 
+/// The noise of a velocity that says none.
+const USUAL: [f64; 9] = [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 0.01];
+
 /// A velocity with its interval and covariance, as the daemon takes it; other kinds need a base's decoder.
 fn moved(header: Header, bytes: &mut Bytes<'_>, limits: &Limits<'_>) -> Option<Measurement> {
     let message = Odometry {
@@ -175,7 +178,9 @@ fn moved(header: Header, bytes: &mut Bytes<'_>, limits: &Limits<'_>) -> Option<M
         ..Odometry::default()
     };
     message.validate(limits).ok()?;
-    let noise = Covariance3::from_row_major(message.covariance).ok()?;
+    let unsaid = message.covariance == [0.0; 9];
+    let noise =
+        Covariance3::from_row_major(if unsaid { USUAL } else { message.covariance }).ok()?;
     let [x, y, turn, _] = message.values;
     let (start, stamp) = (message.start_ns, header.stamp_ns);
     let sample = OdometrySample {
