@@ -178,7 +178,7 @@ fn moved(header: Header, bytes: &mut Bytes<'_>, limits: &Limits<'_>) -> Option<M
         ..Odometry::default()
     };
     message.validate(limits).ok()?;
-    let unsaid = message.covariance == [0.0; 9];
+    let unsaid = message.covariance.iter().all(|it| *it == 0.0);
     let noise =
         Covariance3::from_row_major(if unsaid { USUAL } else { message.covariance }).ok()?;
     let [x, y, turn, _] = message.values;
