@@ -13,7 +13,7 @@ use coloc_tests::output::{end, print_line};
 /// Bytes that are nearly good: does any of them do harm?
 #[derive(Parser)]
 struct Args {
-    /// One door alone: candump, dbc, configuration, encoder, payloads, recording or belief
+    /// One door alone; a wrong name says which there are
     #[arg(long, value_parser = target)]
     target: Option<Target>,
     /// Inputs for each door
