@@ -115,6 +115,8 @@ impl Node {
     /// Says anew whose node it is: nobody's.
     fn name(&self) -> Result<()> {
         let made = self.directory.join("context");
+        // Of somebody who died before it had its name.
+        let _ = std::fs::remove_file(&made);
         let mut file = File::options()
             .write(true)
             .create_new(true)
