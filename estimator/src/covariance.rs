@@ -321,10 +321,18 @@ fn is_semidefinite_beside(s: &Symmetric3, scale: &Symmetric3) -> bool {
     xx > 0.0 && d2 > 0.0 && pp - l31 * s.xp - rest / d2 * rest > 0.0
 }
 
-/// A coordinate without variance is correlated with nothing.
+/// A coordinate without variance is correlated with nothing, to what a number can hold.
 fn varies_without_variance(s: &Symmetric3) -> bool {
-    let of = |variance: f64, one: f64, other: f64| variance == 0.0 && (one != 0.0 || other != 0.0);
-    of(s.xx, s.xy, s.xp) || of(s.yy, s.xy, s.yp) || of(s.pp, s.xp, s.yp)
+    let of = |one: f64, covariance: f64, other: f64| {
+        one.min(other) == 0.0
+            && covariance.abs() > largest_deviation(one) * largest_deviation(other)
+    };
+    of(s.xx, s.xy, s.yy) || of(s.xx, s.xp, s.pp) || of(s.yy, s.yp, s.pp)
+}
+
+/// A variance that is zero may have been too small for a number: its deviation, and a covariance with it, need not be.
+fn largest_deviation(variance: f64) -> f64 {
+    libm::sqrt(variance.max(ROUNDING * f64::MIN_POSITIVE))
 }
 
 /// Next to nothing where there is no variance: a pivot is to be divided by.
@@ -403,6 +411,29 @@ mod tests {
         let certain = [0.0, 0.1, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, 1.0];
         assert_eq!(
             Covariance3::from_row_major(certain),
+            Err(NotACovariance::NotPositiveSemidefinite)
+        );
+    }
+
+    #[test]
+    fn a_variance_too_small_for_a_number_may_leave_a_covariance() {
+        let (sin, cos) = libm::sincos(-1e-308);
+        let along_a_beam = [
+            cos * cos,
+            sin * cos,
+            0.0,
+            sin * cos,
+            sin * sin,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ];
+        assert_eq!((along_a_beam[1], along_a_beam[4]), (-1e-308, 0.0));
+        assert!(Covariance3::from_row_major(along_a_beam).is_ok());
+        let beyond = along_a_beam.map(|entry| if entry == -1e-308 { -1e-158 } else { entry });
+        assert_eq!(
+            Covariance3::from_row_major(beyond),
             Err(NotACovariance::NotPositiveSemidefinite)
         );
     }

@@ -106,15 +106,17 @@ impl<const N: usize> Matrix<N> {
     /// rounding.
     ///
     /// That is whether the Cholesky factorization of A + ε diag(`variances`) goes through: scaling changes no pivot's sign.
-    /// A coordinate without variance must not vary at all, and takes no part.
+    /// A coordinate without variance must not vary beyond what a number can hold, and takes no part.
     fn is_semidefinite(&self, variances: &[f64; N]) -> bool {
         self.is_zero_where_certain(variances) && self.rounded_up(variances).is_definite()
     }
 
     fn is_zero_where_certain(&self, variances: &[f64; N]) -> bool {
+        let deviations = variances.map(largest_deviation);
+        let varies = |i: usize, j: usize| self.0[i][j].abs() > deviations[i] * deviations[j];
         (0..N)
             .filter(|i| variances[*i] == 0.0)
-            .all(|i| (0..N).all(|j| self.0[i][j] == 0.0 && self.0[j][i] == 0.0))
+            .all(|i| (0..N).all(|j| !varies(i, j) && !varies(j, i)))
     }
 
     fn rounded_up(&self, variances: &[f64; N]) -> Self {
@@ -140,6 +142,11 @@ impl<const N: usize> Matrix<N> {
             pivot > 0.0
         })
     }
+}
+
+/// A variance that is zero may have been too small for a number: its deviation, and a covariance with it, need not be.
+fn largest_deviation(variance: f64) -> f64 {
+    variance.max(ROUNDING * f64::MIN_POSITIVE).sqrt()
 }
 
 /// The earliest reason of the two, whichever has it.

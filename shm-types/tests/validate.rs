@@ -171,6 +171,21 @@ fn covariances_must_be_covariances() {
     assert_eq!([near, own], [Reject::DependentNotPositiveSemidefinite; 2]);
 }
 
+/// A beam along x that is turned by 1e-308 rad: its variance across is too small for a number, its covariance is not.
+#[test]
+fn a_variance_too_small_for_a_number_may_leave_a_covariance() {
+    let mut estimate = estimate();
+    estimate.independent = [1.0, -1e-308, 0.0, -1e-308, 0.0, 0.0, 0.0, 0.0, 0.0];
+    assert_eq!(estimate.validate(&LIMITS), Ok(()));
+    for place in [1, 3] {
+        estimate.independent[place] = -1e-158;
+    }
+    assert_eq!(
+        estimate.validate(&LIMITS),
+        Err(Reject::NotPositiveSemidefinite)
+    );
+}
+
 #[test]
 fn a_negative_variance_is_not_positive_semidefinite() {
     for place in [0, 4] {
