@@ -188,8 +188,8 @@ impl Sink {
 
     /// Where that fails, the lines go to standard error: nobody looks for them in the old file.
     fn reopen(&mut self) {
-        self.file = None;
-        if self.open() {
+        let was_open = self.file.take().is_some();
+        if self.open() && was_open {
             info!("the log was opened again");
         }
     }
@@ -197,14 +197,18 @@ impl Sink {
     fn open(&mut self) -> bool {
         match OwnFile::named(&self.path).and_then(|file| file.append()) {
             Ok(file) => {
-                self.retry.worked();
+                if self.retry.worked() {
+                    info!("the log was opened again: before, lines went to standard error");
+                }
                 self.file = Some(Output::new(file));
                 true
             }
             Err(problem) => {
-                self.retry.failed();
+                let pause_s = self.retry.failed().as_secs();
                 let path = &self.path;
-                error!("telemetry.log_file = {path:?}: {problem}");
+                error!(
+                    "telemetry.log_file = {path:?}: {problem}; lines go to standard error, and it is tried again in {pause_s} s"
+                );
                 false
             }
         }

@@ -94,10 +94,10 @@ fn prefault_stack(kib: usize) {
 
 #[allow(unsafe_code)] // No safe wrapper of sched_setscheduler is among the dependencies.
 fn schedule(wanted: &Realtime) -> Result<(), Refused> {
-    let policy = match wanted.scheduler {
+    let (policy, name) = match wanted.scheduler {
         Scheduler::Other => return Ok(()),
-        Scheduler::Fifo => libc::SCHED_FIFO,
-        Scheduler::Rr => libc::SCHED_RR,
+        Scheduler::Fifo => (libc::SCHED_FIFO, "fifo"),
+        Scheduler::Rr => (libc::SCHED_RR, "rr"),
     };
     let param = libc::sched_param {
         sched_priority: wanted.priority.into(),
@@ -109,8 +109,8 @@ fn schedule(wanted: &Realtime) -> Result<(), Refused> {
     }
     Err(Refused {
         what: format!(
-            "realtime.scheduler = {:?} {}",
-            wanted.scheduler, wanted.priority
+            "realtime.scheduler = \"{name}\" with realtime.priority = {}",
+            wanted.priority
         ),
         why: io::Error::last_os_error(),
         remedy: "allow it: `rtprio 99` in /etc/security/limits.conf, LimitRTPRIO=99 in the unit, or CAP_SYS_NICE",

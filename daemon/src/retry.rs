@@ -27,9 +27,9 @@ impl Retry {
         pause
     }
 
-    /// It works again.
-    pub(crate) fn worked(&mut self) {
-        self.after = None;
+    /// It works; whether it had failed before.
+    pub(crate) fn worked(&mut self) -> bool {
+        self.after.take().is_some()
     }
 }
 
@@ -44,7 +44,7 @@ mod tests {
         let pauses: Vec<u64> = (0..8).map(|_| retry.failed().as_secs()).collect();
         assert_eq!(pauses, [1, 2, 4, 8, 16, 32, 60, 60]);
         assert!(!retry.is_due());
-        retry.worked();
-        assert!(retry.is_due());
+        assert!(retry.worked() && retry.is_due());
+        assert!(!retry.worked());
     }
 }

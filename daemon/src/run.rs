@@ -145,7 +145,7 @@ fn start(
     (space.remarks().iter()).for_each(|remark| warn!("{remark}"));
     let claim = space.claim_robot(&config.robot.name, config.robot.id)?;
     let robot = Robot::open(config, &space, Box::new(KernelTime), link)?;
-    report(config, &robot);
+    report_beginning(&robot);
     let refused = realtime::set_up(&config.realtime);
     match refused.first() {
         Some(first) if config.realtime.required => {
@@ -153,6 +153,7 @@ fn start(
         }
         _ => refused.iter().for_each(|refused| warn!("{refused}")),
     }
+    report_running(config);
     let wait = Wait::new(
         config.tick.trigger,
         config.period_ns(),
@@ -168,7 +169,7 @@ fn start(
     Ok((robot, wait, claim))
 }
 
-fn report(config: &Config, robot: &Robot) {
+fn report_beginning(robot: &Robot) {
     match robot.resumed() {
         Some(Ok(age_s)) => info!(age_s, "going on from the saved belief"),
         Some(Err(Unusable::Missing)) => info!("starting from [initial]: no belief was saved yet"),
@@ -177,6 +178,9 @@ fn report(config: &Config, robot: &Robot) {
         }
         None => {}
     }
+}
+
+fn report_running(config: &Config) {
     let trigger = match config.tick.trigger {
         Trigger::Timer => "timer",
         Trigger::Encoder => "encoder",

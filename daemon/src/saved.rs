@@ -79,9 +79,14 @@ impl fmt::Display for Unusable {
                 write!(f, "{} is not a saved belief: {problem}", path.display())
             }
             Self::OtherRobot(id) => write!(f, "it is robot {id}'s"),
+            Self::Age(age_s) if *age_s < 0.0 => write!(
+                f,
+                "it was saved {:.1} s in the future: this computer's clock was set back, or is not set yet",
+                -age_s
+            ),
             Self::Age(age_s) => write!(
                 f,
-                "it is {age_s:.1} s old, more than initial.resume_max_age_s or from the future"
+                "it is {age_s:.1} s old, more than initial.resume_max_age_s"
             ),
         }
     }
@@ -325,9 +330,8 @@ mod tests {
         refused(|saved| saved.total = [-1.0; 9], "covariances");
         refused(|saved| saved.total[1] = 0.5, "covariances");
         refused(|saved| saved.independent[0] = 0.02, "covariances");
-        for now_s in [99.0, 161.0] {
-            assert!(refusal(|_| (), now_s).contains("s old"));
-        }
+        assert!(refusal(|_| (), 99.0).contains("1.0 s in the future"));
+        assert!(refusal(|_| (), 161.0).contains("61.0 s old"));
     }
 
     #[test]

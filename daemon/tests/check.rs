@@ -403,6 +403,11 @@ const UNLIKELY: &[(&str, &str, &str)] = &[
         "robot.toml:14: telemetry.record = \"",
     ),
     (
+        "",
+        "[telemetry]\nlog_file = \"/usr\"",
+        "robot.toml:14: telemetry.log_file = \"/usr\": that is a directory: name a file in it",
+    ),
+    (
         "socketcan:can0",
         "candump:nowhere.log",
         "robot.toml:7: odometry.buses.0 = \"candump:",

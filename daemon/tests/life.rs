@@ -178,6 +178,27 @@ fn a_log_that_was_rotated_away_is_opened_again_on_sighup() {
 }
 
 #[test]
+fn a_log_whose_directory_comes_late_is_opened_then_and_says_so() {
+    let section = "[telemetry]\nlog_file = \"{at}/late/log\"\n";
+    let site = Site::new("robot1", section);
+    let mut daemon = Daemon::spawn(site.run_command().stderr(Stdio::piped()));
+    let mut said = BufReader::new(daemon.standard_error()).lines();
+    let refused = said.find(|line| line.as_ref().unwrap().contains("ERROR"));
+    let refused = refused.unwrap().unwrap();
+    assert!(
+        refused.contains("lines go to standard error, and it is tried again in 1 s"),
+        "{refused}"
+    );
+    std::fs::create_dir(site.path("late")).unwrap();
+    daemon.signal(Signal::HUP);
+    wait_for_line(
+        &site.path("late/log"),
+        "the log was opened again: before, lines went to standard error",
+    );
+    assert_lives(&site, &mut daemon);
+}
+
+#[test]
 fn a_log_file_that_cannot_be_made_is_no_reason_not_to_start() {
     let site = Site::new(
         "robot1",

@@ -165,7 +165,7 @@ fn a_log_without_what_is_wanted_is_refused_with_what_it_holds() {
     let (code, said) = site.try_run();
     assert_eq!(code, Some(1));
     assert!(
-        said.contains("/run.log holds no frame that is wanted; it holds 0x200 × 2"),
+        said.contains("/run.log holds no frame that is wanted (0x100, 0x101); it holds 0x200 × 2"),
         "{said}"
     );
 }

@@ -43,9 +43,11 @@ fn watch(robot: &str, place: Option<(&str, &str)>) -> Result<(), Box<dyn Error>>
         None => Space::open_default("watch_estimates")?,
     };
     let estimates = space.subscriber::<Estimate>(&RobotName::new(robot)?)?;
-    loop {
+    let mut heard = false;
+    for second in 0_u64.. {
         for _ in 0..100 {
             while let Some(estimate) = estimates.receive()? {
+                heard = true;
                 if !say(&line(&estimate))? {
                     return Ok(());
                 }
@@ -53,7 +55,13 @@ fn watch(robot: &str, place: Option<(&str, &str)>) -> Result<(), Box<dyn Error>>
             sleep(Duration::from_millis(10));
         }
         space.check()?;
+        if second == 1 && !heard {
+            let said =
+                format!("watch_estimates: {robot} is silent so far: does its colocd run here?\n");
+            let _ = stderr().write_all(said.as_bytes());
+        }
     }
+    Ok(())
 }
 
 fn line(estimate: &Estimate) -> String {

@@ -2,14 +2,16 @@
 #![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
 
 use std::ffi::OsStr;
+use std::io::{BufRead, BufReader};
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use coloc_shm_types::{Estimate, Position, RobotName, Space};
+use coloc_shm_types::{Estimate, Message, Odometry, OdometryKind, Position, RobotName, Space};
 
+const ALL: [&str; 3] = ["watch_estimates", "feed_fixes", "drive_base"];
 const ROBOT: &str = "robot1";
 const PREFIX: &str = "examples";
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -80,16 +82,20 @@ fn what_goes_wrong_is_a_sentence() {
         let words = format!("`{metres}` is no number of metres");
         assert_misunderstood("feed_fixes", &[ROBOT, metres, "2", root, PREFIX], &words);
     }
-    assert_refused(
-        "feed_fixes",
-        &[ROBOT, "1", "2", "relative", PREFIX],
-        "absolute path",
-    );
+    let words = "`fast` is no number";
+    assert_misunderstood("drive_base", &[ROBOT, "fast", "0", root, PREFIX], words);
+    for name in ["feed_fixes", "drive_base"] {
+        assert_refused(
+            name,
+            &[ROBOT, "1", "2", "relative", PREFIX],
+            "absolute path",
+        );
+    }
 }
 
 #[test]
 fn help_is_an_answer() {
-    for name in ["watch_estimates", "feed_fixes"] {
+    for name in ALL {
         for option in ["-h", "--help"] {
             let output = run(name, &[option]);
             let said = String::from_utf8(output.stdout).unwrap();
@@ -115,7 +121,7 @@ fn help_is_an_answer() {
 
 #[test]
 fn what_is_not_utf_8_is_not_understood() {
-    for name in ["watch_estimates", "feed_fixes"] {
+    for name in ALL {
         let mut command = Command::new(example(name));
         let output = command
             .arg(OsStr::from_bytes(b"robot\xff"))
@@ -148,18 +154,43 @@ fn who_listens_where_nobody_will_speak_any_more_ends() {
 
 #[test]
 fn who_speaks_where_nobody_will_listen_any_more_ends() {
+    let is_fix = |fix: Position| matches!(fix.position, [1.0, 2.0]);
+    assert_speaks_until_taken_away("feed_fixes", is_fix);
+    let is_way = |way: Odometry| {
+        way.kind() == Ok(OdometryKind::Twist) && matches!(way.values, [1.0, 0.0, 2.0, 0.0])
+    };
+    assert_speaks_until_taken_away("drive_base", is_way);
+}
+
+fn assert_speaks_until_taken_away<M: Message>(name: &str, is_said: impl Fn(M) -> bool) {
     let home = tempfile::tempdir().unwrap();
     let space = Space::open(home.path(), PREFIX, "robot").unwrap();
     let robot = RobotName::new(ROBOT).unwrap();
-    let fixes = space.subscriber::<Position>(&robot).unwrap();
-    let feeding = Command::new(example("feed_fixes"))
+    let heard = space.subscriber::<M>(&robot).unwrap();
+    let speaking = Command::new(example(name))
         .args([ROBOT, "1", "2", home.path().to_str().unwrap(), PREFIX])
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    wait_for(|| fixes.receive().unwrap().is_some());
+    wait_for(|| heard.receive().unwrap().is_some_and(&is_said));
     take_away(home.path());
-    assert_ends(1, "feed_fixes", &end(feeding), TAKEN_AWAY);
+    assert_ends(1, name, &end(speaking), TAKEN_AWAY);
+}
+
+#[test]
+fn who_listens_to_nobody_says_so() {
+    let home = tempfile::tempdir().unwrap();
+    let mut watching = Command::new(example("watch_estimates"))
+        .args([ROBOT, home.path().to_str().unwrap(), PREFIX])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut said = String::new();
+    let mut stderr = BufReader::new(watching.stderr.take().unwrap());
+    stderr.read_line(&mut said).unwrap();
+    watching.kill().unwrap();
+    watching.wait().unwrap();
+    assert!(said.contains("robot1 is silent so far"), "{said}");
 }
 
 const TAKEN_AWAY: &str = "was deleted or exchanged";
@@ -229,7 +260,7 @@ fn who_watches_ends_when_nobody_reads_and_says_so_when_nothing_fits() {
 #[test]
 fn a_limit_on_the_size_of_files_is_like_a_full_disk() {
     let script = "ulimit -f 0 && exec \"$0\" --help";
-    for name in ["watch_estimates", "feed_fixes"] {
+    for name in ALL {
         let mut command = Command::new("sh");
         command.args(["-c", script]).arg(example(name));
         let file = tempfile::tempfile().unwrap();

@@ -230,7 +230,7 @@ impl Show {
         if stalls.is_empty() || spare {
             return stalls;
         }
-        console.say("the robots themselves keep this machine busy");
+        console.say("this machine stood still now and then, and the robots took half of it or more: no excuse for them");
         Vec::new()
     }
 

@@ -95,7 +95,11 @@ fn measure_passes(
         if takes_no_more() && args.json.is_none() && args.plot.is_none() {
             break;
         }
-        complain(&format!("measuring: {}", mode.describe()));
+        complain(&format!(
+            "measuring for {:.0} s: {}",
+            2.0 * args.seconds,
+            mode.describe()
+        ));
         let pass = pass::run(setting, mode)?;
         show::pass(&pass);
         report.passes.push(pass);

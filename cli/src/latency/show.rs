@@ -47,7 +47,7 @@ fn to_the_floors(pass: &Pass) -> String {
     }
     let ratio = |percentile| known(pass.ratio(percentile).map(|ratio| format!("{ratio:.2}")));
     let (p50, p99) = (ratio(|p| p.p50_ns), ratio(|p| p.p99_ns));
-    format!("kernel → read, to the floors' sum   p50 {p50}   p99 {p99}")
+    format!("kernel → read, in multiples of the floors' sum   p50 {p50}   p99 {p99}")
 }
 
 /// Where every frame is, and every one that the floors were measured with.

@@ -56,7 +56,12 @@ pub(super) fn write((count, event): Sum) {
         Event::Missed {
             deadlines,
             lateness_ns,
-        } => warn!(count, deadlines, lateness_ns, "deadline missed"),
+        } => warn!(
+            count,
+            deadlines,
+            lateness_ms = lateness_ns / 1_000_000,
+            "deadline missed"
+        ),
         Event::ClockStepped(ClockStep { clock, by_ns }) => warn!(
             count,
             by_ns, "somebody set the clock {clock:?}; the pose goes on, stamps are converted anew"

@@ -9,7 +9,7 @@ use flate2::read::MultiGzDecoder;
 use super::candump_line::{self, Line, LineFault, LineFrame};
 use super::filter::Filter;
 use super::frame::Frame;
-use super::heard::Heard;
+use super::heard::{Heard, identifier};
 use super::log_report::LogReport;
 use super::timeline::Timeline;
 
@@ -56,10 +56,12 @@ pub enum LogError {
         fault: LineFault,
     },
     /// Nothing to play.
-    #[error("{path} holds no frame that is wanted{}; it holds {heard}", interface.as_ref().map(|name| format!(" of interface {name}")).unwrap_or_default())]
+    #[error("{path} holds no frame that is wanted{}{}; it holds {heard}", interface.as_ref().map(|name| format!(" of interface {name}")).unwrap_or_default(), listed(wanted))]
     Empty {
         /// The log.
         path: PathBuf,
+        /// What was asked for.
+        wanted: Filter,
         /// The interface that was asked for.
         interface: Option<String>,
         /// What there is of that interface instead.
@@ -228,10 +230,22 @@ impl<'a> LogReader<'a> {
             Some((line, fault)) => LogError::Line { path, line, fault },
             None => LogError::Empty {
                 path,
+                wanted: self.filter.clone(),
                 interface: self.interface.map(str::to_owned),
                 heard: self.heard.into(),
             },
         })
+    }
+}
+
+/// In brackets, if not everything is wanted.
+fn listed(wanted: &Filter) -> String {
+    match wanted {
+        Filter::All => String::new(),
+        Filter::Ids(ids) => {
+            let ids: Vec<_> = ids.iter().map(|&id| identifier(id)).collect();
+            format!(" ({})", ids.join(", "))
+        }
     }
 }
 
@@ -293,13 +307,14 @@ mod tests {
         assert!(error.starts_with("x.log, line 2: its stamp"), "{error}");
         let error = parse(EVERY_KIND.as_bytes(), Some("can7")).unwrap_err();
         assert!(matches!(error, LogError::Empty { .. }), "{error}");
-        let nothing = Filter::Ids(Vec::new());
-        let mut reader = LogReader::new(Some("can0"), &nothing);
+        let other =
+            Filter::ids([0x7A, 0x123].map(|id| socketcan::StandardId::new(id).unwrap().into()));
+        let mut reader = LogReader::new(Some("can0"), &other);
         reader.read(EVERY_KIND.as_bytes()).unwrap();
         let error = reader.finish("x.log".as_ref()).unwrap_err().to_string();
         assert_eq!(
             error,
-            "x.log holds no frame that is wanted of interface can0; it holds 0x110 × 1, 0x00000120 (extended) × 1"
+            "x.log holds no frame that is wanted of interface can0 (0x07A, 0x123); it holds 0x110 × 1, 0x00000120 (extended) × 1"
         );
     }
 

@@ -158,6 +158,15 @@ fn holders(processes: &[u32]) -> String {
     format!("process {}", numbers.join(", "))
 }
 
+/// What was removed besides.
+fn beside(files: usize) -> String {
+    match files {
+        0 => String::new(),
+        1 => ", and a file in /dev/shm".into(),
+        _ => format!(", and {files} files in /dev/shm"),
+    }
+}
+
 fn process(pid: Option<u32>) -> String {
     pid.map_or_else(|| "another process".into(), |pid| format!("process {pid}"))
 }
@@ -192,10 +201,7 @@ pub enum Remark {
         mode: u32,
     },
     /// Processes that could not clean up had left something.
-    #[error(
-        "removed {files} files in /dev/shm, and what was in {}: processes that were killed or had lost their root had left it",
-        .root.display()
-    )]
+    #[error("removed what processes that were killed or had lost their root had left in {}{}", .root.display(), beside(*.files))]
     Swept {
         /// The root directory.
         root: PathBuf,

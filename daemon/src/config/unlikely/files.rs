@@ -14,10 +14,19 @@ pub(super) fn findings(config: &Config) -> Vec<Finding> {
         ("telemetry.state_file", files.state_file.as_path()),
         ("telemetry.record", files.record.as_path()),
     ];
-    let homeless = written
+    let unwritable = written
         .into_iter()
-        .filter_map(|(key, path)| homeless(key, path));
-    homeless.chain(logs(config)).collect()
+        .filter(|(_, path)| !path.as_os_str().is_empty())
+        .filter_map(|(key, path)| homeless(key, path).or_else(|| directory(key, path)));
+    unwritable.chain(logs(config)).collect()
+}
+
+fn directory(key: &str, path: &Path) -> Option<Finding> {
+    let problem = format!(
+        " = \"{}\": that is a directory: name a file in it",
+        path.display()
+    );
+    path.is_dir().then(|| Finding::new(key, problem))
 }
 
 fn homeless(key: &str, path: &Path) -> Option<Finding> {
@@ -27,7 +36,7 @@ fn homeless(key: &str, path: &Path) -> Option<Finding> {
         path.display(),
         directory.display()
     );
-    (!path.as_os_str().is_empty() && !directory.is_dir()).then(|| Finding::new(key, problem))
+    (!directory.is_dir()).then(|| Finding::new(key, problem))
 }
 
 /// Recorded logs that cannot be played.
