@@ -94,7 +94,8 @@ impl Belief {
     pub(crate) fn is_finite(&self) -> bool {
         let ([a, b, c], [d, e, f]) = (self.total.variances(), self.independent.variances());
         let Pose { x, y, phi } = self.pose;
-        ((a + b + c) + (d + e + f) + (x + y + phi)).is_finite()
+        let all = [a, b, c, d, e, f, x, y, phi];
+        all.iter().sum::<f64>().is_finite()
     }
 
     /// Everything that was known is now shared: `P_i := 0` (Algorithm 4, line 19).

@@ -404,6 +404,47 @@ mod tests {
         assert!(Covariance2::from_row_major([1.0, 1.0 + 1e-12, 1.0 + 1e-12, 1.0]).is_ok());
     }
 
+    /// Of two entries across the diagonal, by the deviations of their own coordinates and no other's.
+    #[test]
+    fn rounding_is_what_is_small_beside_both_deviations() {
+        let off_by = |(i, j): (usize, usize), deviations: [f64; 3], by: f64| {
+            let mut m = Matrix3::from_diagonal(&deviations.map(|it| it * it).into());
+            m[(i, j)] += by;
+            Covariance3::new(m)
+        };
+        for (i, j) in [(0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1)] {
+            assert!(off_by((i, j), [1.0; 3], ROUNDING).is_ok());
+            for axis in [i, j] {
+                let mut deviations = [1.0; 3];
+                deviations[axis] = 0.5;
+                assert_eq!(
+                    off_by((i, j), deviations, ROUNDING),
+                    Err(NotACovariance::Asymmetric)
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_part_is_judged_by_the_sum() {
+        let mut part = Covariance3::diagonal([1e-20; 3]).unwrap().to_row_major();
+        part[1] = 1e-12;
+        assert!(Covariance3::from_row_major(part).is_err());
+        let rest = Covariance3::diagonal([1.0; 3]).unwrap();
+        assert!(Covariance3::from_row_major_beside(part, &rest).is_ok());
+    }
+
+    #[test]
+    fn what_is_certain_contains_nothing_however_little() {
+        for axis in 0..3 {
+            let mut variances = [1.0; 3];
+            variances[axis] = 0.0;
+            let certain = Covariance3::diagonal(variances).unwrap();
+            variances[axis] = f64::MIN_POSITIVE;
+            assert!(!certain.contains(&Covariance3::diagonal(variances).unwrap()));
+        }
+    }
+
     #[test]
     fn singular_matrices_are_legal_but_nothing_correlates_with_certainty() {
         assert_eq!(Covariance3::from_row_major([0.0; 9]), Ok(Covariance3::ZERO));

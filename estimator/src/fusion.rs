@@ -190,3 +190,21 @@ impl Gains {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At an end the other part's weight is next to zero, and together they are one as anywhere else.
+    #[test]
+    fn weights_are_one_together_at_the_ends_too() {
+        let flat = Covariance3::diagonal([1.0, 0.0, 0.0]).unwrap();
+        let flat = Split::new(&flat, &Covariance3::ZERO);
+        for (own, received) in [(0.0, 1.0), (1.0, 0.0), (0.25, 0.75)] {
+            let weights = inside(Weights { own, received }, &flat, &flat);
+            assert!(weights.own > 0.0 && weights.received > 0.0);
+            assert!((weights.own + weights.received - 1.0).abs() < 1e-15);
+            assert!((weights.own - own).abs() < 1e-8);
+        }
+    }
+}

@@ -79,3 +79,21 @@ impl OdometryNoise {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_variance_grows_with_the_square_of_either_velocity() {
+        let variance = Variance {
+            a: 1.0,
+            b: 2.0,
+            c: 3.0,
+        };
+        let at = |v, omega| variance.at(v, omega).to_bits();
+        assert_eq!(at(0.0, 0.0), 1.0_f64.to_bits());
+        assert_eq!(at(-3.0, 0.0), 19.0_f64.to_bits());
+        assert_eq!(at(0.0, -5.0), 76.0_f64.to_bits());
+    }
+}

@@ -110,6 +110,29 @@ mod tests {
     }
 
     #[test]
+    fn a_chord_is_zero_where_it_crosses_the_axis() {
+        assert_eq!(chord((1.0, 2.0), (5.0, -6.0)).to_bits(), 2.0_f64.to_bits());
+        assert_eq!(chord((5.0, -6.0), (1.0, 2.0)).to_bits(), 2.0_f64.to_bits());
+    }
+
+    #[test]
+    fn the_ends_lie_between_the_ends() {
+        let (a, b) = ((1.0, 0.0), (3.0, 0.0));
+        for (x, expected) in [
+            (0.9, false),
+            (1.0, true),
+            (2.0, true),
+            (3.0, true),
+            (3.1, false),
+        ] {
+            assert_eq!(
+                (is_between(x, a, b), is_between(x, b, a)),
+                (expected, expected)
+            );
+        }
+    }
+
+    #[test]
     fn steps_and_poles_are_bracketed_all_the_same() {
         let (found, evaluations) = root_of(|x| if x < 0.3 { -1.0 } else { 1e12 });
         assert!((found - 0.3).abs() < 1e-9 && evaluations <= 60);

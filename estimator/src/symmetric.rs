@@ -217,6 +217,15 @@ mod tests {
     };
 
     #[test]
+    fn a_congruence_by_columns_is_the_same_congruence() {
+        let g = A.times(&B);
+        let (plain, columns) = (g.congruence(&A).rows(), g.congruence_by_columns(&A).rows());
+        for (a, b) in plain.as_flattened().iter().zip(columns.as_flattened()) {
+            assert!((a - b).abs() < 1e-12 * a.abs(), "{a} is not {b}");
+        }
+    }
+
+    #[test]
     fn products_agree_with_the_library() {
         let (a, b) = (matrix(&A.rows()), matrix(&B.rows()));
         let g = A.times(&B);

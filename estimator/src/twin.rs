@@ -109,3 +109,30 @@ impl Mul<Twin> for f64 {
         Twin::both(self) * b
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAN: f64 = f64::NAN;
+
+    fn twin(total: f64, independent: f64) -> Twin {
+        Twin { total, independent }
+    }
+
+    #[test]
+    fn each_is_compared_by_itself() {
+        assert_eq!(twin(1.0, 3.0).larger(2.0), twin(2.0, 3.0));
+        assert_eq!(twin(1.0, 3.0).above(twin(1.0, 2.0), 7.0), twin(7.0, 3.0));
+        assert_eq!(twin(1.0, 3.0).unless_zero(twin(0.0, 1.0)), twin(0.0, 3.0));
+        assert!(twin(1.0, 1.0).are_below(2.0));
+        assert!(!twin(1.0, 2.0).are_below(2.0) && !twin(2.0, 1.0).are_below(2.0));
+    }
+
+    #[test]
+    fn what_is_no_number_stays_none() {
+        assert!(twin(NAN, 1.0).larger(2.0).total.is_nan());
+        assert!(twin(NAN, 1.0).above(Twin::both(2.0), 0.0).total.is_nan());
+        assert!(!twin(NAN, 1.0).are_below(2.0));
+    }
+}

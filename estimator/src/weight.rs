@@ -123,3 +123,36 @@ fn up_to_scale(m: &Symmetric3) -> Symmetric3 {
         Factor::new(m).inverse()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::covariance::Covariance3;
+
+    fn symmetric(rows: [f64; 9]) -> Symmetric3 {
+        Covariance3::from_row_major(rows).unwrap().symmetric()
+    }
+
+    #[test]
+    fn a_regular_matrix_takes_no_division() {
+        let m = symmetric([4.0, 1.0, -0.2, 1.0, 9.0, 0.3, -0.2, 0.3, 0.1]);
+        assert_eq!(up_to_scale(&m), m.adjugate());
+        let small = symmetric([4e-9, 0.0, 0.0, 0.0, 9e-6, 0.0, 0.0, 0.0, 1e-3]);
+        assert_eq!(up_to_scale(&small), small.adjugate());
+    }
+
+    /// Where it would cancel, or leave what a number can hold.
+    #[test]
+    fn any_other_matrix_is_factored() {
+        let near = 1.0 - 1e-9;
+        for m in [
+            symmetric([1.0, near, 0.0, near, 1.0, 0.0, 0.0, 0.0, 1.0]),
+            symmetric([1.0, 0.0, near, 0.0, 1.0, 0.0, near, 0.0, 1.0]),
+            symmetric([1.0, 0.0, 0.0, 0.0, 1.0, near, 0.0, near, 1.0]),
+            symmetric([1e-31, 0.0, 0.0, 0.0, 1e-31, 0.0, 0.0, 0.0, 1e-31]),
+            symmetric([1e31, 0.0, 0.0, 0.0, 1e31, 0.0, 0.0, 0.0, 1e31]),
+        ] {
+            assert_eq!(up_to_scale(&m), Factor::new(&m).inverse());
+        }
+    }
+}

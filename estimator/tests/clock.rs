@@ -308,6 +308,23 @@ fn full_storage_gives_up_its_oldest_for_what_is_newer() {
 }
 
 #[test]
+fn what_is_given_up_early_has_been_driven_by_odometry_that_came_with_it() {
+    let (mut small, mut large) = (robot_with(4), robot());
+    let fixes = (0..6).map(|k| PositionFix {
+        origin: Origin::counted(k),
+        ..fix(110 + 10 * i64::try_from(k).unwrap(), 0.15)
+    });
+    let mut measured: Vec<Measurement> = fixes.map(Into::into).collect();
+    measured.push(ahead(0, 200).into());
+    let outputs = tick(&mut small, ms(200), &measured);
+    assert_eq!(outputs.folded_early, 3);
+    assert_eq!(
+        outputs.estimate,
+        tick(&mut large, ms(200), &measured).estimate
+    );
+}
+
+#[test]
 fn full_storage_refuses_what_is_older_than_all_in_it() {
     let mut robot = robot_with(4);
     let samples: Vec<_> = (5..9).map(|k| ahead(20 * k, 20 * (k + 1))).collect();
@@ -503,6 +520,25 @@ fn no_source_is_more_certain_than_its_floor() {
         believing(0.05, settings),
         believing(0.05, Settings::default())
     );
+}
+
+#[test]
+fn nobody_is_told_of_a_sighting_that_is_more_certain_than_its_floor() {
+    let mut settings = Settings::default();
+    settings.floors.sighting = [0.04, 0.04, 0.01];
+    let told = |variances: [f64; 3], settings: Settings| {
+        let initial = Belief::independent(Pose::default(), Covariance3::ZERO);
+        let mut robot = Estimator::new(settings, ms(0), initial, vec![Slot::default(); 8]);
+        let sighting = Sighting {
+            covariance: Covariance3::diagonal(variances).unwrap(),
+            ..sighting(20)
+        };
+        tick(&mut robot, ms(20), &[sighting]).outgoing.to_vec()
+    };
+    let [low, high] = [[1e-4, 1e-4, 1e-6], [0.04, 0.04, 0.01]];
+    let plain = Settings::default();
+    assert_eq!(told(low, settings), told(high, plain));
+    assert_ne!(told(low, plain), told(high, plain));
 }
 
 #[test]
