@@ -1,6 +1,6 @@
 //! The life of the process: start, threads, signals, end.
 //!
-//! The main thread only waits: for a signal, or for the end of the real-time thread. It never opens, writes or locks
+//! The main thread only waits: for a signal, or for the end of one of its two threads. It never opens, writes or locks
 //! anything that can stall, so a signal is answered at any moment, also during start-up. Who does not come back in time at
 //! the end is left behind; the kernel takes back what it held, and the next start removes what it left.
 

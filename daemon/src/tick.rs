@@ -42,7 +42,7 @@ pub struct Robot {
 /// Buses are asked so much more often: it is frames that start a tick.
 const LISTENS_PER_REHEARSAL: u32 = 16;
 
-/// Full drains that a tick has time for: as many frames as 2 buses with 100 frames a second hold after 10 s. More wait in the kernel
+/// Full drains that a tick has time for: as many frames of each bus as one with 200 frames a second holds after 10 s. More wait in the kernel
 /// for the next tick.
 const DRAINS: usize = 8;
 

@@ -4,7 +4,8 @@
 //! period after a frame that did not come the timer takes over, at the same rate, until frames come again; as long as they
 //! do, nobody sets it.
 //!
-//! Waiting is sleeping, unless [`Wait::polling`] says otherwise: then the buses and the clock are asked in turn.
+//! Waiting is sleeping, unless [`Wait::polling`] says otherwise: then the clock is asked and, where
+//! frames start the ticks, the buses in turn.
 
 use std::mem::MaybeUninit;
 use std::os::fd::{BorrowedFd, OwnedFd};

@@ -28,6 +28,7 @@ mod belief_state;
 mod channel;
 mod clock;
 mod health;
+mod identity;
 mod input;
 mod layout;
 mod matrix;
@@ -37,8 +38,6 @@ pub mod private;
 mod reject;
 mod rhythm;
 mod robot_name;
-mod sender;
-mod sessions;
 mod space;
 mod validate;
 
@@ -46,6 +45,7 @@ pub use belief_state::BeliefState;
 pub use channel::{Age, Audience, Channel, Matters, Message, Quality, Speaker, Told};
 pub use clock::{Clock, Present, boot};
 pub use health::{BusState, Health};
+pub use identity::{Sender, Sessions, SourceState};
 pub use input::Input;
 pub use matrix::all_finite;
 pub use payload::{
@@ -55,8 +55,6 @@ pub use payload::{
 pub use reject::Reject;
 pub use rhythm::Rhythm;
 pub use robot_name::{NotARobotName, RobotName};
-pub use sender::Sender;
-pub use sessions::{Sessions, SourceState};
 pub use space::{
     Claim, Lost, OpenError, PortError, Publisher, ReceiveError, Remark, SendError, Space,
     Subscriber,

@@ -1,7 +1,7 @@
 //! What a payload is held against before anything is computed on it.
 //!
 //! `validate` has no memory: whether a message came before is asked of [`Sessions`](crate::Sessions) afterwards, so that
-//! a message that failed leaves no trace.
+//! a message that failed here leaves no trace. Who may speak is checked in `identity`.
 use crate::matrix::{Matrix, all_finite};
 use crate::{Clock, Header, Present, Reject};
 
@@ -44,24 +44,6 @@ impl Limits<'_> {
     /// That it asks for nothing that is not done yet.
     pub(crate) fn check_supported(supported: bool) -> Result<(), Reject> {
         supported.then_some(()).ok_or(Reject::Unsupported)
-    }
-
-    /// That `robot` is of the team.
-    pub(crate) fn check_member(&self, robot: u16) -> Result<(), Reject> {
-        if self.robots.contains(&robot) {
-            Ok(())
-        } else {
-            Err(Reject::UnknownRobot)
-        }
-    }
-
-    /// That `robot` is of the team and somebody else.
-    pub(crate) fn check_other(&self, robot: u16) -> Result<(), Reject> {
-        if robot == self.own {
-            Err(Reject::UnknownRobot)
-        } else {
-            self.check_member(robot)
-        }
     }
 
     /// That the stamp is of a clock that can be asked.

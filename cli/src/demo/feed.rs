@@ -25,7 +25,7 @@ pub(crate) struct Signals {
     pub(crate) go: AtomicBool,
     /// The demo: enough.
     pub(crate) stop: AtomicBool,
-    /// The feed: they drive since then \[ns of `CLOCK_MONOTONIC`\].
+    /// The feed: they drive since then \[ns of `CLOCK_BOOTTIME`\].
     pub(crate) start_ns: OnceLock<i64>,
 }
 

@@ -50,7 +50,7 @@ impl FeedThread {
         self.signals.go.store(true, Ordering::Release);
     }
 
-    /// When they started to \[ns of `CLOCK_MONOTONIC`\].
+    /// When they started to \[ns of `CLOCK_BOOTTIME`\].
     pub(crate) fn start_ns(&self) -> Option<i64> {
         self.signals.start_ns.get().copied()
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A pair of encoder frames, as the sender knows it \[ns of `CLOCK_MONOTONIC`\].
+/// A pair of encoder frames, as the sender knows it \[ns of `CLOCK_BOOTTIME`\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Sent {
     /// When the schedule wanted it to leave.
@@ -15,7 +15,7 @@ pub(crate) struct Sent {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(clippy::struct_field_names)] // The unit belongs to the name.
 pub(crate) struct Seen {
-    /// When the reader had it \[ns of `CLOCK_MONOTONIC`\].
+    /// When the reader had it \[ns of `CLOCK_BOOTTIME`\].
     pub(crate) received_ns: i64,
     /// The tick's wake-up.
     pub(crate) stamp_ns: i64,

@@ -1,4 +1,5 @@
-//! How inputs, belief and buses were at the last tick: a change is told, and only then.
+//! How inputs, belief and buses were at the last tick: a change is told, and only then. (Whether to drive on the
+//! belief is said with each estimate, not here.)
 
 use coloc_shm_types::{BusState, Health, Input, Status};
 

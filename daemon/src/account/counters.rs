@@ -1,4 +1,4 @@
-//! How many inputs of each kind changed the belief, and how many did not, by reason; each of these is told.
+//! How many inputs of each kind changed the belief, and how many did not, by reason; each of the latter is told.
 
 use coloc_shm_types::{CanCounters, Input, Reject, Status};
 

@@ -1,4 +1,4 @@
-//! What telemetry is told, and what was lost: each loss is counted here, where it happens.
+//! What telemetry is told, and what was lost on the real-time thread.
 
 use std::sync::Arc;
 

@@ -127,8 +127,7 @@ impl Account {
 
     /// How the wheels' buses are doing; whether odometry comes over them `alone`, so that without them there is none.
     pub fn buses(&mut self, worst: BusState, alone: bool) {
-        let broken = alone && worst >= BusState::Off;
-        self.watch.broken(Input::Odometry, broken);
+        self.watch.buses(worst, alone);
         self.changes.buses(worst, &mut self.teller);
     }
 

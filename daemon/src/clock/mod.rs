@@ -1,4 +1,5 @@
-//! One clock inside, and the only place where others are converted to it and from it.
+//! One clock inside, and the only place where the clocks of frames and messages are converted to it and from it. (A saved
+//! belief, which outlives the boot, is dated in `saved::clocks`; a log is given stamps by its player, in the drivers.)
 //!
 //! Everything inside runs on `CLOCK_BOOTTIME`: nobody sets it, NTP only slews it, and, unlike `CLOCK_MONOTONIC`, it also counts
 //! while the computer is suspended, when a robot may be pushed and its last pose grows old. The kernel stamps frames with

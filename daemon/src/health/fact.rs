@@ -1,4 +1,4 @@
-//! What can come of a source: all that health is decided from.
+//! What can come of a source: that is what its health is decided from.
 
 use coloc_estimator::Stamp;
 

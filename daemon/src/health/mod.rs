@@ -1,12 +1,12 @@
 //! How each input is doing, and whether the belief may be driven on: decided here alone, at every tick, from what became of the
 //! last inputs.
 //!
-//! Everything that is told is a [`Fact`] about one source. It goes to two sensors, that of the kind and that of
+//! What is told of one source is a [`Fact`]. It goes to two sensors, that of the kind and that of
 //! the source's row, which decide by the same rules. A kind has one of its own because not every source has a row.
 //!
 //! | at the tick | health |
 //! | --- | --- |
-//! | the input cannot be heard (a CAN bus that cannot receive, a channel that has no place) | faulty |
+//! | the kind cannot be heard (no CAN bus that can receive, a channel that has no place); a kind alone | faulty |
 //! | the newest valid sample is recent, and the last three changed nothing | refused |
 //! | the newest valid sample is recent | ok |
 //! | else: something invalid came within `stale` | faulty |
@@ -23,7 +23,7 @@ mod sources;
 mod standing;
 
 use coloc_estimator::{Belief, Stamp};
-use coloc_shm_types::{Health, Input, SourceState, Status};
+use coloc_shm_types::{BusState, Health, Input, SourceState, Status};
 
 use crate::config::Config;
 use patience::Patience;
@@ -75,6 +75,11 @@ impl Watch {
     /// Whether `input` cannot be heard at all.
     pub fn broken(&mut self, input: Input, broken: bool) {
         self.kind(input).broken = broken;
+    }
+
+    /// How the wheels' buses are doing; whether odometry comes over them `alone`, so that without them there is none.
+    pub fn buses(&mut self, worst: BusState, alone: bool) {
+        self.broken(Input::Odometry, alone && worst >= BusState::Off);
     }
 
     /// There is no port by which `robot` could be told where it is seen.
@@ -173,10 +178,14 @@ mod tests {
     fn a_bus_that_cannot_receive_is_faulty_at_once() {
         let mut watch = watch();
         watch.note((Input::Odometry, 0), Fact::Valid(stamp(1000)), stamp(1000));
-        watch.broken(Input::Odometry, true);
-        assert_eq!(of(&watch, Input::Odometry, 1000), Health::Faulty);
-        watch.broken(Input::Odometry, false);
-        assert_eq!(of(&watch, Input::Odometry, 1000), Health::Ok);
+        for (worst, alone, expected) in [
+            (BusState::Off, true, Health::Faulty),
+            (BusState::Off, false, Health::Ok),
+            (BusState::Passive, true, Health::Ok),
+        ] {
+            watch.buses(worst, alone);
+            assert_eq!(of(&watch, Input::Odometry, 1000), expected);
+        }
     }
 
     #[test]

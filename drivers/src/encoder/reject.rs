@@ -1,4 +1,4 @@
-//! Why a frame was refused.
+//! Why a frame, or a reading of a base, was refused.
 
 /// Why a frame of a wanted message did not count.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash, thiserror::Error)]

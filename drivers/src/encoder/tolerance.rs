@@ -1,4 +1,4 @@
-//! How much disorder is usual: every number by which the decoder decides what to believe, in one place.
+//! How much disorder is usual: the numbers that can be set by which the decoder decides what to believe.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -16,7 +16,7 @@ pub struct SourceHealth {
     /// Bit 0: contested, several senders claim it. Bit 1: unreachable, a robot that cannot be told where it is seen, because
     /// its channel has no place for another publisher. The others are zero.
     pub flags: u8,
-    /// Sessions of it that live; of a source that is not contested there is one.
+    /// Sessions of it that live; of a source that is not contested there is one, or two for a while after a restart, or none once it is silent.
     pub live_sessions: u8,
     /// Its number: which sensor, or which robot.
     pub source: u16,

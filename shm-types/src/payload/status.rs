@@ -16,7 +16,7 @@ pub struct Status {
     pub header: Header,
     /// Ticks since the daemon started.
     pub tick: u64,
-    /// Ticks that woke later than one period after their deadline.
+    /// Deadlines that passed before their tick woke; one late tick can miss several.
     pub deadline_misses: u64,
     /// Largest wake-up lateness (ns).
     pub worst_lateness_ns: u64,

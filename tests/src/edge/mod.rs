@@ -1,4 +1,5 @@
-//! A model of the daemon's edge: frames and messages with true times, clocks that somebody sets, a process that is stopped.
+//! A model of the daemon's edge: frames and messages with true times, clocks that somebody sets, a process that is stopped, a
+//! computer that sleeps.
 //!
 //! What it drives is the daemon's own code between the kernel and the estimator, without sockets, shared memory and threads: so
 //! fast that a million episodes can be played. What comes out of each is held against what really happened.
@@ -34,7 +35,7 @@ pub struct Tally {
     pub ticks: u64,
     /// Frames that were sent.
     pub frames: u64,
-    /// Frames that the kernel had no room for while the process stood still.
+    /// Frames that the kernel had no room for while the process stood still, or that came while the computer slept.
     pub dropped: u64,
     /// Samples of odometry.
     pub samples: u64,

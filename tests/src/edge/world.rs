@@ -31,6 +31,9 @@ pub(super) struct World {
     pub(super) steps: Vec<(i64, i64)>,
     /// When the process is stopped, and for how long.
     stop: (i64, i64),
+    /// It is the whole computer that sleeps then: nothing is received, and it wakes with another time of day.
+    sleeps: bool,
+    asleep: bool,
     /// When the gateway holds frames back, and until when.
     hold: (i64, i64),
     end_ns: i64,
@@ -71,6 +74,8 @@ impl World {
             now_ns: begin_ns,
             steps: vec![(moment(&mut random), by_ns)],
             stop: (moment(&mut random), stopped_ns),
+            sleeps: random.random_bool(0.25),
+            asleep: false,
             hold: (moment(&mut random), random.random_range(0..longest_hold_ns)),
             end_ns: begin_ns + length_ns,
             encoders: Encoders::new(&mut random),
@@ -113,7 +118,17 @@ impl World {
         let (begin_ns, length_ns) = self.stop;
         if self.now_ns >= begin_ns && length_ns > 0 && !self.is_over() {
             self.stop.1 = 0;
+            self.asleep = self.sleeps;
             self.pass(length_ns);
+            self.wake();
+        }
+    }
+
+    /// The clock on the board knows the time to a second or so.
+    fn wake(&mut self) {
+        if std::mem::take(&mut self.asleep) {
+            let by_ns = self.random.random_range(-SECOND..SECOND);
+            self.steps.push((self.now_ns, by_ns));
         }
     }
 
@@ -131,7 +146,7 @@ impl World {
     }
 
     fn deliver(&mut self, came_ns: i64, frame: Frame) {
-        if self.queue.len() >= self.capacity {
+        if self.asleep || self.queue.len() >= self.capacity {
             self.tally.dropped += 1;
             return;
         }

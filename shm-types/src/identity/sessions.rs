@@ -1,7 +1,8 @@
 //! Who has been heard on a channel, and which of their messages.
 //!
 //! A session is one start of one sender; its number is random. Whatever a message claims, it mutes nobody: a session that was
-//! never heard is another one beside those that live, and none ends before it was silent for long. Of several that live at
+//! never heard is another one beside those that live. None ends before it was silent for long, but where a fifth one of its source
+//! needs its place. Of several that live at
 //! once under one source, none can be believed more than another; that they are several is to be said.
 
 mod session;
@@ -52,7 +53,7 @@ impl Sessions {
         }
     }
 
-    /// Notes a message that has passed every other check, and came at `now_ns`.
+    /// Notes a message that has passed every check that can be made of it alone, and came at `now_ns`.
     ///
     /// # Errors
     /// [`Reject::Replayed`] if it was here before, [`Reject::TooManySources`] if there is no room for its source; nothing is
