@@ -1,16 +1,18 @@
 //! The robots' configurations.
 
-use std::fmt::Write;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use coloc_daemon::config::{Config, Initial, Member, Realtime, Robot, Scheduler, Shm, Telemetry};
+use coloc_shm_types::RobotName;
 
 use super::{Fleet, OTHER, VICTIM};
 
 pub(super) const ROBOTS: [&str; 2] = ["robot1", "robot2"];
 pub(super) const PREFIX: &str = "chaos";
-/// Where a scene does not say otherwise.
-const ORDINARY: &str = "[realtime]\nscheduler = \"other\"\nlock_memory = false\n";
-const STATE: &str = "[telemetry]\nstate_file = \"{at}/{robot}.belief.toml\"\n";
+
+/// What a scene has otherwise; it is told the fleet's directory.
+pub(super) type Settings = Box<dyn Fn(&mut Config, &Path)>;
 
 impl Fleet {
     pub(super) fn config(&self, robot: usize) -> PathBuf {
@@ -19,26 +21,41 @@ impl Fleet {
 
     pub(super) fn write_configurations(&self) {
         for robot in [VICTIM, OTHER] {
-            fs::write(self.config(robot), self.configuration(robot)).unwrap();
+            let mut config = ordinary(robot, self.directory.path());
+            (self.settings)(&mut config, self.directory.path());
+            fs::write(self.config(robot), toml::to_string(&config).unwrap()).unwrap();
         }
     }
+}
 
-    fn configuration(&self, robot: usize) -> String {
-        let (id, name) = (robot + 1, ROBOTS[robot]);
-        let mut text = String::new();
-        for (id, name) in (1..).zip(ROBOTS) {
-            let _ = writeln!(text, "[[team]]\nname = \"{name}\"\nid = {id}");
-        }
-        let _ = writeln!(text, "[robot]\nname = \"{name}\"\nid = {id}");
-        let _ = writeln!(text, "[shm]\nroot = \"{{at}}/shm\"\nprefix = \"{PREFIX}\"");
-        text += "[initial]\nresume = true\n";
-        text += &self.settings;
-        for (section, usual) in [("[realtime]", ORDINARY), ("[telemetry]", STATE)] {
-            if !self.settings.contains(section) {
-                text += usual;
-            }
-        }
-        text.replace("{at}", &self.directory.path().display().to_string())
-            .replace("{robot}", name)
+fn ordinary(robot: usize, at: &Path) -> Config {
+    let Member { name, id } = member(robot);
+    Config {
+        team: [VICTIM, OTHER].map(member).into(),
+        shm: Shm {
+            root: at.join("shm"),
+            prefix: PREFIX.into(),
+        },
+        initial: Initial {
+            resume: true,
+            ..Initial::default()
+        },
+        realtime: Realtime {
+            scheduler: Scheduler::Other,
+            lock_memory: false,
+            ..Realtime::default()
+        },
+        telemetry: Telemetry {
+            state_file: at.join(format!("{name}.belief.toml")),
+            ..Telemetry::default()
+        },
+        ..Config::of(Robot { name, id })
+    }
+}
+
+fn member(robot: usize) -> Member {
+    Member {
+        name: RobotName::new(ROBOTS[robot]).unwrap(),
+        id: u16::try_from(robot + 1).unwrap(),
     }
 }

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::Duration;
 
+use coloc_daemon::config::Config;
 use coloc_tests::surroundings::realtime_ns;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
@@ -26,7 +27,7 @@ use crate::watch::Watch;
 
 use answer::PATIENCE;
 pub(crate) use answer::{ANSWER, Answer};
-use config::{PREFIX, ROBOTS};
+use config::{PREFIX, ROBOTS, Settings};
 pub(crate) use start::{Harm, Started};
 
 /// The robot that is harmed.
@@ -60,7 +61,7 @@ pub(crate) struct Fleet {
     /// Of its files in shared memory.
     full_prefix: String,
     colocd: Option<PathBuf>,
-    settings: String,
+    settings: Settings,
     /// A reader who tells all that it hears.
     witness: Option<Program>,
     watch: Option<Watch>,
@@ -72,17 +73,20 @@ pub(crate) struct Fleet {
 impl Fleet {
     /// Nobody runs yet.
     pub(crate) fn new(stage: &Stage) -> Outcome<Self> {
-        Self::with_settings(stage, "")
+        Self::with_settings(stage, |_, _| ())
     }
 
-    /// Lines of the configuration; `{at}` is the directory, `{robot}` a robot's name.
-    pub(crate) fn with_settings(stage: &Stage, settings: &str) -> Outcome<Self> {
+    /// With what is otherwise in the configurations; it is told the fleet's directory.
+    pub(crate) fn with_settings(
+        stage: &Stage,
+        settings: impl Fn(&mut Config, &Path) + 'static,
+    ) -> Outcome<Self> {
         let mut fleet = Self {
             directory: tempfile::tempdir().unwrap(),
             notes: tempfile::tempdir().unwrap(),
             full_prefix: String::new(),
             colocd: stage.colocd.clone(),
-            settings: settings.into(),
+            settings: Box::new(settings),
             witness: None,
             watch: None,
             others: Vec::new(),

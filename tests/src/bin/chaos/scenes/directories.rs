@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use coloc_daemon::config::Config;
 use coloc_drivers::can::{BusSpec, Sender};
-use coloc_drivers::encoder::WheelFrames;
+use coloc_drivers::encoder::{OdometryConfig, WheelFrames};
 use rand::seq::IndexedRandom;
 
 use crate::bars::Bar;
@@ -35,11 +36,15 @@ const NOTICED: Bar = Bar(Duration::from_millis(1500));
 /// Of ticks, and of frames.
 const PERIOD: Duration = Duration::from_millis(20);
 const METRES_PER_TICK: f64 = 1e-4;
-const SETTINGS: &str = "[telemetry]\nstate_file = \"{at}/state/{robot}.belief.toml\"\n\
-    [odometry]\nbuses = [\"local:{at}/bus\"]\nmax_speed_mps = 5.0\n\
-    [odometry.wheels]\ntrack_m = 0.3\n\
-    left = { message = \"WheelLeft\", signal = \"Ticks\", metres_per_tick = 1e-4 }\n\
-    right = { message = \"WheelRight\", signal = \"Ticks\", metres_per_tick = 1e-4 }\n";
+
+fn settings(config: &mut Config, at: &Path) {
+    let bus = BusSpec::Local {
+        directory: at.join("bus"),
+    };
+    let odometry = OdometryConfig::differential(bus, 0.3, METRES_PER_TICK, 5.0);
+    config.odometry = Some(odometry);
+    config.telemetry.state_file = at.join(format!("state/{}.belief.toml", config.robot.name));
+}
 
 #[derive(Copy, Clone, Debug)]
 enum Deed {
@@ -75,7 +80,7 @@ pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
 }
 
 fn robbed(stage: &Stage, target: &str, deed: Deed, round: &mut Round<'_>) -> Outcome {
-    let fleet = Fleet::with_settings(stage, SETTINGS)?;
+    let fleet = Fleet::with_settings(stage, settings)?;
     fs::create_dir(fleet.directory.path().join("state")).unwrap();
     let mut fleet = fleet.joined_by_other()?;
     let mut robot = fleet.start(Who::Daemon, VICTIM);

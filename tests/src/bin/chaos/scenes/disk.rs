@@ -1,8 +1,10 @@
 //! The disk is full that has the space's root, logs, recordings and beliefs.
 
+use std::path::Path;
 use std::thread::sleep;
 use std::time::Duration;
 
+use coloc_daemon::config::{Config, LogLevel};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 
@@ -17,8 +19,14 @@ use crate::tally::Tally;
 const DISK_KIB: u64 = 4096;
 /// What is left, at most \[bytes\].
 const ROOM: u64 = 1 << 16;
-const SETTINGS: &str = "[telemetry]\nlog = \"debug\"\nlog_file = \"{at}/{robot}.log\"\n\
-    record = \"{at}/{robot}.record\"\nstate_file = \"{at}/{robot}.belief.toml\"\n";
+
+/// Log and recording are on the disk too.
+fn settings(config: &mut Config, at: &Path) {
+    let name = config.robot.name.clone();
+    config.telemetry.log = LogLevel::Debug;
+    config.telemetry.log_file = at.join(format!("{name}.log"));
+    config.telemetry.record = at.join(format!("{name}.record"));
+}
 
 pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
     if !stage.is_alone {
@@ -45,7 +53,7 @@ struct Disk(Option<Fleet>);
 
 impl Disk {
     fn new(stage: &Stage) -> Outcome<Self> {
-        let fleet = Fleet::with_settings(stage, SETTINGS)?;
+        let fleet = Fleet::with_settings(stage, settings)?;
         mount_memory(fleet.directory.path(), DISK_KIB);
         Ok(Self(Some(fleet.joined_by_other()?)))
     }

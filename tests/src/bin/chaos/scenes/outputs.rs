@@ -1,12 +1,13 @@
 //! Nobody reads what a daemon says, or it has nowhere to write: it goes on, and ends when it is told to.
 
-use std::fmt::Write;
 use std::fs::{self, File, OpenOptions};
 use std::io::pipe;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::thread::sleep;
 use std::time::Duration;
+
+use coloc_daemon::config::{LogLevel, Telemetry};
 
 use crate::fault::{Outcome, fault};
 use crate::fleet::{Answer, Fleet, Started, VICTIM, Who};
@@ -24,25 +25,43 @@ enum Output {
     StalledPipe,
     ClosedPipe,
     FullDevice,
-    /// A setting, and a path.
-    Setting(&'static str, &'static str),
+    /// A file of the configuration, and a path that begins in the fleet's directory.
+    Setting(Written, &'static str),
+}
+
+/// What a daemon writes.
+#[derive(Copy, Clone, Debug)]
+enum Written {
+    Log,
+    Record,
+    State,
+}
+
+impl Written {
+    fn path(self, telemetry: &mut Telemetry) -> &mut PathBuf {
+        match self {
+            Self::Log => &mut telemetry.log_file,
+            Self::Record => &mut telemetry.record,
+            Self::State => &mut telemetry.state_file,
+        }
+    }
 }
 
 const OUTPUTS: [Output; 14] = [
     Output::StalledPipe,
     Output::ClosedPipe,
     Output::FullDevice,
-    Output::Setting("log_file", "/dev/full"),
-    Output::Setting("log_file", "{at}/pipe"),
-    Output::Setting("log_file", "{at}/missing/file"),
-    Output::Setting("log_file", "{at}"),
-    Output::Setting("record", "/dev/full"),
-    Output::Setting("record", "{at}/pipe"),
-    Output::Setting("record", "{at}/missing/file"),
-    Output::Setting("record", "{at}"),
-    Output::Setting("state_file", "/dev/full"),
-    Output::Setting("state_file", "{at}/missing/file"),
-    Output::Setting("state_file", "{at}"),
+    Output::Setting(Written::Log, "/dev/full"),
+    Output::Setting(Written::Log, "pipe"),
+    Output::Setting(Written::Log, "missing/file"),
+    Output::Setting(Written::Log, "."),
+    Output::Setting(Written::Record, "/dev/full"),
+    Output::Setting(Written::Record, "pipe"),
+    Output::Setting(Written::Record, "missing/file"),
+    Output::Setting(Written::Record, "."),
+    Output::Setting(Written::State, "/dev/full"),
+    Output::Setting(Written::State, "missing/file"),
+    Output::Setting(Written::State, "."),
 ];
 
 pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
@@ -60,7 +79,7 @@ pub(crate) fn play(stage: &Stage, tally: &mut Tally) {
 }
 
 fn spoiled(stage: &Stage, output: Output, round: &mut Round<'_>) -> Outcome {
-    let mut settings = "[telemetry]\nlog = \"trace\"\n".to_owned();
+    let mut setting = None;
     let mut to = None;
     // Held, but not read.
     let mut pipe_end = None;
@@ -71,11 +90,14 @@ fn spoiled(stage: &Stage, output: Output, round: &mut Round<'_>) -> Outcome {
             to = Some(full(writer));
         }
         Output::FullDevice => to = Some(open("/dev/full").into()),
-        Output::Setting(key, path) => {
-            let _ = writeln!(settings, "{key} = \"{path}\"");
-        }
+        Output::Setting(written, path) => setting = Some((written, path)),
     }
-    let mut fleet = Fleet::with_settings(stage, &settings)?;
+    let mut fleet = Fleet::with_settings(stage, move |config, at| {
+        config.telemetry.log = LogLevel::Trace;
+        if let Some((written, path)) = setting {
+            *written.path(&mut config.telemetry) = at.join(path);
+        }
+    })?;
     fleet.start_witness()?;
     make_pipe(&fleet.directory.path().join("pipe"));
     let mut robot = to.map_or_else(
