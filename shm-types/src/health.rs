@@ -118,6 +118,14 @@ mod tests {
     }
 
     #[test]
+    fn names_are_as_they_are_printed() {
+        let health = [0, 1, 2, 3, 4].map(|byte| Health::from_byte(byte).to_string());
+        assert_eq!(health, ["never_seen", "ok", "stale", "faulty", "refused"]);
+        let buses = [0, 1, 2, 3, 4].map(|byte| BusState::from_byte(byte).to_string());
+        assert_eq!(buses, ["active", "warning", "passive", "off", "down"]);
+    }
+
+    #[test]
     fn an_unknown_bus_state_is_the_worst() {
         for state in [
             BusState::Active,

@@ -51,6 +51,16 @@ impl core::fmt::Display for Input {
 mod tests {
     use super::Input;
 
+    /// Logs, status and recordings say them: whoever looks for one finds it.
+    #[test]
+    fn names_are_as_they_are_printed() {
+        let names = Input::ALL.map(|input| input.to_string());
+        assert_eq!(
+            names,
+            ["odometry", "relative_pose", "position", "neighbour"]
+        );
+    }
+
     #[test]
     fn numbers_are_places_in_the_list() {
         for (place, input) in Input::ALL.into_iter().enumerate() {

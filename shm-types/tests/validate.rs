@@ -1,7 +1,7 @@
 //! Every reason, every boundary, every scale.
 use coloc_shm_types::{
-    Clock, Estimate, Header, Limits, Neighbour, Odometry, Position, Present, Reject, RelativePose,
-    Status,
+    BeliefState, Clock, Estimate, Header, Limits, Neighbour, Odometry, OdometryKind, Position,
+    Present, Reject, RelativePose, Status,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -245,6 +245,39 @@ fn odometry_may_leave_its_noise_to_the_configuration_but_not_a_part_of_it() {
     assert_eq!(of([0.1, 0.0, 0.1]), (Ok(()), false));
     assert_eq!(of([0.0, 0.1, 0.1]).0, Err(Reject::NoCovariance));
     assert_eq!(of([0.1, 0.0, 0.0]).0, Err(Reject::NoCovariance));
+}
+
+/// Beyond 2⁵³ a double no longer tells one count from the next.
+#[test]
+fn counts_are_whole_numbers_that_can_be_told_apart() {
+    let of = |left: f64| {
+        let wheels = Odometry {
+            kind: OdometryKind::WheelCounts as u8,
+            values: [left, 7.0, 0.0, 0.0],
+            ..odometry()
+        };
+        wheels.validate(&LIMITS)
+    };
+    let most = 9_007_199_254_740_991.0;
+    for whole in [0.0, -3.0, most, -most] {
+        assert_eq!(of(whole), Ok(()));
+    }
+    for other in [0.5, -1e-9, most + 1.0, -most - 1.0] {
+        assert_eq!(of(other), Err(Reject::Unsupported));
+    }
+}
+
+#[test]
+fn an_estimate_says_what_it_knows() {
+    for state in [0, 1, 2, 3].map(BeliefState::from_byte) {
+        let said = Estimate {
+            state: state as u8,
+            fit: 1,
+            ..estimate()
+        };
+        assert_eq!((said.state(), said.is_fit()), (state, true));
+    }
+    assert!(!estimate().is_fit());
 }
 
 #[test]
