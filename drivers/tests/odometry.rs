@@ -346,6 +346,69 @@ fn an_impossible_jump_is_refused_and_a_restart_believed() {
     assert_eq!(robot.decoder.counters().resynchronised, 2);
 }
 
+/// One frame of each wheel a period, the right one 3 ms after the left one, from the `begin`th frame on; at the end it stands,
+/// so that both wheels have said all.
+fn straight_from(begin: usize, speed: f64) -> Robot {
+    let mut robot = Robot::new();
+    let frames = (0..50).flat_map(|period| {
+        let speed = if period < 45 { speed } else { 0.0 };
+        let [left, right] = robot.step([speed; 2]);
+        [(left, robot.now_ns), (right, robot.now_ns + 3_000_000)]
+    });
+    let frames: Vec<_> = frames.skip(begin).collect();
+    for (frame, stamp_ns) in frames {
+        robot.push_at(frame, stamp_ns).unwrap();
+    }
+    robot
+}
+
+/// Of the way of the wheel that was heard first, what lies before the other's first frame is no turn.
+#[test]
+fn who_begins_to_listen_between_two_wheels_sees_no_turn() {
+    for begin in [0, 1, 2, 3] {
+        for speed in [1.9, -1.9] {
+            let robot = straight_from(begin, speed);
+            let [way_m, turned_rad] = robot.travelled;
+            assert!(
+                turned_rad.abs() < 2.0 * TICK_M / TRACK_M,
+                "{turned_rad} rad from {begin} on"
+            );
+            assert!(
+                (way_m - speed * 0.88).abs() < 0.1,
+                "{way_m} m from {begin} on"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_wheel_whose_encoder_starts_again_makes_no_turn() {
+    for wheel in [0, 1] {
+        let mut robot = started();
+        let mut again = WheelFrames::starting_at(0, TICK_M);
+        let mut base_m = None;
+        for period in 0..60 {
+            let speed = if period < 55 { 1.9 } else { 0.0 };
+            let mut frames = robot.step([speed; 2]);
+            if period >= 30 {
+                let base_m = *base_m.get_or_insert(robot.way_m[wheel]);
+                frames[wheel] =
+                    again.encode(robot.way_m[0] - base_m, robot.way_m[1] - base_m)[wheel];
+            }
+            for (frame, after_ns) in frames.into_iter().zip([0, 3_000_000]) {
+                let _ = robot.push_at(frame, robot.now_ns + after_ns);
+            }
+        }
+        assert_eq!(robot.decoder.counters().resynchronised, 1);
+        let [way_m, turned_rad] = robot.travelled;
+        assert!(
+            turned_rad.abs() < 2.0 * TICK_M / TRACK_M,
+            "wheel {wheel}: {turned_rad} rad"
+        );
+        assert!((way_m - 55.0 * 0.038).abs() < 0.2, "{way_m} m");
+    }
+}
+
 #[test]
 fn a_second_node_on_our_identifiers_changes_nothing() {
     let mut robot = started();

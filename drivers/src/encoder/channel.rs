@@ -6,6 +6,10 @@ use super::reject::FrameReject;
 use super::said::Said;
 use super::tolerance::{SHORTEST_INTERVAL_NS, seconds};
 
+/// Part of the time from frame to frame in which frames of several wheels are of one moment: they are read together and sent
+/// one after the other.
+const ONE_MOMENT: f64 = 0.25;
+
 /// A sensor that tells a part of the robot's motion.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) struct Channel {
@@ -17,6 +21,8 @@ pub(super) struct Channel {
     has_news: bool,
     /// Counter: distance since the last sample \[m\]. Rate: the newest velocity \[m/s or rad/s\].
     value: f64,
+    /// Where counting began again: a way that began before that counts in part.
+    began_ns: Option<i64>,
 }
 
 /// What it measures.
@@ -63,6 +69,7 @@ impl Channel {
             period_ns: None,
             has_news: false,
             value: 0.0,
+            began_ns: None,
         }
     }
 
@@ -96,9 +103,10 @@ impl Channel {
     /// Applies what [`Self::check`] found.
     pub(super) fn accept(&mut self, update: Update, stamp_ns: i64) -> Continuity {
         let interval_ns = self.last_ns.map(|last_ns| stamp_ns.saturating_sub(last_ns));
+        let share = self.share_of_way(stamp_ns);
         (self.last_ns, self.has_news) = (Some(stamp_ns), true);
         self.note_interval(interval_ns.unwrap_or(0));
-        let continuity = self.apply(update, interval_ns);
+        let continuity = self.apply(update, interval_ns, share);
         if interval_ns.is_none() {
             Continuity::Started
         } else {
@@ -115,12 +123,31 @@ impl Channel {
         }
     }
 
-    fn apply(&mut self, update: Update, interval_ns: Option<i64>) -> Continuity {
+    /// How much of the way up to `stamp_ns` was driven since counting began again: its part of the time. What came within
+    /// [`ONE_MOMENT`] of that beginning, before or after it, is of the same moment, and was only sent later.
+    fn share_of_way(&mut self, stamp_ns: i64) -> f64 {
+        let (Some(began_ns), Some(last_ns)) = (self.began_ns, self.last_ns) else {
+            return 1.0;
+        };
+        if stamp_ns <= began_ns {
+            return 0.0;
+        }
+        self.began_ns = None;
+        let before = seconds(began_ns.saturating_sub(last_ns));
+        let part = before / seconds(stamp_ns.saturating_sub(last_ns));
+        match part {
+            _ if part >= 1.0 - ONE_MOMENT => 0.0,
+            _ if part > ONE_MOMENT => 1.0 - part,
+            _ => 1.0,
+        }
+    }
+
+    fn apply(&mut self, update: Update, interval_ns: Option<i64>, share: f64) -> Continuity {
         match (update, &mut self.measure) {
             (Update::Count(count, reading), Measure::Counter(counter)) => {
                 counter.accept(count, reading);
                 match reading {
-                    Reading::Travelled(way_m) => self.value += way_m,
+                    Reading::Travelled(way_m) => self.value += way_m * share,
                     Reading::Resynchronised(cause) => return Continuity::Resynchronised(cause),
                 }
             }
@@ -161,6 +188,11 @@ impl Channel {
                 0.0
             };
         }
+    }
+
+    /// Counting begins again at `stamp_ns`, where all channels are of one moment.
+    pub(super) fn begin_anew(&mut self, stamp_ns: i64) {
+        self.began_ns = Some(stamp_ns);
     }
 
     /// Whether a frame has come since the last sample.

@@ -100,7 +100,7 @@ impl Merge {
             self.counters.note(continuity);
         }
         if !continued {
-            self.begin_interval(stamp_ns, 1.0);
+            self.begin_anew(stamp_ns);
         }
     }
 
@@ -118,7 +118,7 @@ impl Merge {
         let late = least_s > dt_s * (1.0 + 1e-9);
         if late && least_s - dt_s > self.tolerance.latest_s {
             self.counters.gaps += 1;
-            self.begin_interval(stamp_ns, 1.0);
+            self.begin_anew(stamp_ns);
             return Err(FrameReject::Implausible);
         }
         if late && dt_s < self.tolerance.longest_wait_s {
@@ -145,6 +145,14 @@ impl Merge {
         (self.start_ns, self.held) = (Some(stamp_ns), 0);
         for channel in self.channels.iter_mut().flatten() {
             channel.begin_interval(said);
+        }
+    }
+
+    /// All that was before is given up, also what a channel has not said yet of the time before.
+    fn begin_anew(&mut self, stamp_ns: i64) {
+        self.begin_interval(stamp_ns, 1.0);
+        for channel in self.channels.iter_mut().flatten() {
+            channel.begin_anew(stamp_ns);
         }
     }
 
