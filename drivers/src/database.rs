@@ -19,6 +19,16 @@ pub struct Database {
     messages: Vec<DbcMessage>,
     value_types: Vec<Addressed<SignalExtendedValueTypeList>>,
     multiplexing: Vec<Addressed<ExtendedMultiplex>>,
+    codes: Vec<Code>,
+}
+
+/// A raw value that stands for "no value", by the text that `VAL_` gives to it.
+#[derive(Debug)]
+struct Code {
+    /// The message's identifier, as written.
+    written: u64,
+    signal: String,
+    raw: i128,
 }
 
 /// A message of a DBC file, with its identifier as written: the parser cuts it to the bits that fit.
@@ -157,10 +167,12 @@ impl Database {
             messages: Vec::new(),
             value_types: Vec::new(),
             multiplexing: Vec::new(),
+            codes: Vec::new(),
         };
         let mut cycles = Vec::new();
         for statement in file.flat_map(Pair::into_inner) {
             cycles.extend(cycle_time(&statement));
+            database.codes.extend(codes(&statement).unwrap_or_default());
             let line = statement.line_col().0;
             database
                 .take(statement, line)
@@ -240,7 +252,11 @@ impl Database {
         let value_type = self
             .only(&self.value_types, message, name)?
             .map(|value_type| &value_type.signal_extended_value_type);
-        SignalDecoder::compile(signal, message.message.size, value_type).map_err(refused)
+        let decoder =
+            SignalDecoder::compile(signal, message.message.size, value_type).map_err(refused)?;
+        let own = |code: &&Code| code.written == message.written && code.signal == name;
+        let codes: Vec<_> = self.codes.iter().filter(own).map(|code| code.raw).collect();
+        Ok(decoder.without(&codes))
     }
 
     /// What one of the lists says about a signal.
@@ -305,6 +321,61 @@ fn cycle_time(statement: &Pair<'_, Rule>) -> Option<(u64, f64)> {
     let id = text(Rule::message_id)?.as_str().parse().ok()?;
     let value = text(Rule::number)?.as_str().parse().ok()?;
     (name.as_str().trim_matches('"') == "GenMsgCycleTime").then_some((id, value))
+}
+
+/// The values of `VAL_ 256 SPEED 255 "SNA" 254 "Error";` that are none.
+fn codes(statement: &Pair<'_, Rule>) -> Option<Vec<Code>> {
+    if statement.as_rule() != Rule::value_table_def {
+        return None;
+    }
+    let parts = || statement.clone().into_inner().flatten();
+    let text = |rule| parts().find(|part| part.as_rule() == rule);
+    let written = text(Rule::message_id)?.as_str().parse().ok()?;
+    let signal = text(Rule::signal_name)?.as_str();
+    let values = parts().filter(|part| part.as_rule() == Rule::table_value_description);
+    let code = |value: Pair<'_, Rule>| {
+        let (raw, text) = value.as_str().split_once('"')?;
+        stands_for_none(text).then_some(Code {
+            written,
+            signal: signal.to_owned(),
+            raw: raw.trim().parse().ok()?,
+        })
+    };
+    Some(values.filter_map(code).collect())
+}
+
+/// As the many people write it who make DBC files.
+fn stands_for_none(text: &str) -> bool {
+    let letters = text.chars().filter(|character| character.is_alphanumeric());
+    let word: String = letters.flat_map(char::to_lowercase).collect();
+    let whole = ["sna", "na", "nan", "none", "init"];
+    let parts = [
+        "notavail",
+        "unavail",
+        "notvalid",
+        "invalid",
+        "novalue",
+        "nosignal",
+        "nodata",
+        "error",
+        "fault",
+        "failure",
+        "defect",
+        "reserved",
+        "notused",
+        "unused",
+        "undefined",
+        "notdefined",
+        "unknown",
+        "missing",
+        "initiali",
+        "ungültig",
+        "nichtverf",
+        "fehler",
+    ];
+    whole.contains(&word.as_str())
+        || word.starts_with("sna")
+        || parts.iter().any(|part| word.contains(part))
 }
 
 /// The first number of a statement, with all its digits.
@@ -492,6 +563,47 @@ mod tests {
             refusal.contains("line 1 has a comment in /* */"),
             "{refusal}"
         );
+    }
+
+    /// Values at the end of what the bits can say whose text says that they are none: they are out of range then.
+    #[test]
+    fn a_value_that_is_called_none_is_none() {
+        let range = |signal: &str, values: &str| {
+            let text = format!(
+                "BU_: A\n\nBO_ 256 M: 8 A\n SG_ S : {signal} \"\" A\n\nVAL_ 256 S {values} ;\n"
+            );
+            let database = Database::parse(text.as_bytes(), "x.dbc".as_ref()).unwrap();
+            let message = database.message("M").unwrap();
+            database.signal(message, "S").unwrap().raw_range()
+        };
+        let byte = "0|8@1+ (0.1,0) [0|25.5]";
+        for values in [
+            "255 \"SNA\"",
+            "255 \"Signal not available\" 1 \"Error\"",
+            "3 \"three\" 255 \"n/a\"",
+            "255 \"INVALID\"",
+        ] {
+            assert_eq!(range(byte, values), Some((0, 254)), "{values}");
+        }
+        assert_eq!(range(byte, "254 \"Error\" 255 \"SNA\""), Some((0, 253)));
+        assert_eq!(
+            range("0|16@1+ (1,0) [0|0]", "65535 \"SNA\""),
+            Some((0, 65534))
+        );
+        assert_eq!(
+            range("0|8@1+ (0.1,0) [0|20]", "255 \"SNA\""),
+            Some((0, 200))
+        );
+        for values in ["-128 \"SNA\"", "128 \"SNA\""] {
+            assert_eq!(
+                range("0|8@1- (1,0) [0|0]", values),
+                Some((-127, 127)),
+                "{values}"
+            );
+        }
+        for values in ["255 \"fast\"", "7 \"SNA\"", "0 \"Init\""] {
+            assert_eq!(range(byte, values), None, "{values}");
+        }
     }
 
     proptest! {

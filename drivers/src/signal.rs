@@ -207,6 +207,35 @@ impl SignalDecoder {
         (allowed != (lowest, highest)).then_some(allowed)
     }
 
+    /// Without the raw values that stand for "no value", where these are the last that the bits can say; of two's complement,
+    /// the first as well.
+    pub(crate) fn without(mut self, codes: &[i128]) -> Self {
+        let (first, last) = self.raw_limits();
+        let number = 1_i128 << self.size;
+        let is_code = |raw: i128| {
+            codes.contains(&raw) || (self.is_signed() && codes.contains(&(raw.rem_euclid(number))))
+        };
+        let most = i128::try_from(codes.len()).unwrap_or(i128::MAX);
+        let above = (0..most).take_while(|back| is_code(last - back)).count();
+        let below = (0..most)
+            .take_while(|on| self.is_signed() && is_code(first + on))
+            .count();
+        if (above, below) == (0, 0) || !self.is_integer() {
+            return self;
+        }
+        let (lowest, highest) = self.raw_range().unwrap_or((first, last));
+        let [above, below] = [above, below].map(|count| i128::try_from(count).unwrap_or(0));
+        let ends =
+            [lowest.max(first + below), highest.min(last - above)].map(|raw| self.of_raw(raw));
+        self.range = Some([ends[0].min(ends[1]), ends[0].max(ends[1])]);
+        self
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "physical values are f64")]
+    fn of_raw(&self, raw: i128) -> f64 {
+        raw as f64 * self.factor + self.offset
+    }
+
     /// What the bits can say.
     fn raw_limits(&self) -> (i128, i128) {
         let number = 1_i128 << self.size;

@@ -45,6 +45,10 @@ BO_ 295 Body: 8 Ecu
  SG_ Speed : 0|16@1- (1,0) [0|0] "km/h" Ecu
  SG_ Rate : 16|16@1- (0.01,0) [0|0] "deg/s" Ecu
 
+BO_ 296 Odd: 8 Ecu
+ SG_ Left : 0|16@1- (0.001,0) [0|0] "furlong/s" Ecu
+ SG_ Right : 16|16@1- (0.002,0) [0|0] "m/s" Ecu
+
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 10000;
 BA_DEF_DEF_ "GenMsgCycleTime" 0;
 BA_ "GenMsgCycleTime" BO_ 293 100;
@@ -319,6 +323,16 @@ fn what_is_unlikely_is_said() {
                 "quantity = 'revolutions_per_minute', wheel_radius_m = 0.1, metres_per_tick = 1e-3",
             ),
             "wheels.left.metres_per_tick: says nothing about this quantity, and is not used",
+        ),
+        (
+            SLOW,
+            both("Odd", "quantity = 'metres_per_second'"),
+            "wheels.left.quantity: the DBC file gives the unit 'furlong/s', which is not known here: is it metres_per_second?",
+        ),
+        (
+            SLOW,
+            both("Odd", "quantity = 'metres_per_second'"),
+            "wheels.right: one step of its signal is 2 times as long as one of the left wheel's",
         ),
         (
             "max_speed_mps = 200.0",

@@ -54,6 +54,7 @@ impl Wheels {
             Bus::open(spec, number, Filter::ids(ids))
         });
         let mut buses = buses.collect::<Result<Vec<_>, _>>()?;
+        Bus::play_together(&mut buses);
         backlog::reserve(&mut buses, specs, decoder.as_ref());
         for (bus, spec) in buses.iter().zip(specs) {
             if let Some(report) = bus.log().filter(|report| !report.is_clean()) {

@@ -70,6 +70,22 @@ impl Bus {
         })
     }
 
+    /// Logs of one time are played as they were recorded: what begins later begins later. Call it before any of the buses is
+    /// received from.
+    pub fn play_together(buses: &mut [Self]) {
+        let logs = buses.iter_mut().filter_map(|bus| match &mut bus.source {
+            Source::Log(log) => Some(log),
+            Source::Interface(_) | Source::Local(_) => None,
+        });
+        let mut logs: Vec<_> = logs.collect();
+        let spans = || logs.iter().map(|log| log.span_ns());
+        let latest_first = spans().map(|[first, _]| first).max();
+        let earliest_last = spans().map(|[_, last]| last).min();
+        if latest_first <= earliest_last {
+            Playback::join(&mut logs);
+        }
+    }
+
     /// Has the kernel keep so many frames while nobody takes them, also after the bus was lost and found again. What cannot
     /// be had is returned. A log keeps its frames by itself.
     pub fn keep(&mut self, frames: usize) -> Option<Shortage> {
@@ -143,5 +159,56 @@ impl AsFd for Bus {
             Source::Local(bus) => bus.as_fd(),
             Source::Log(log) => log.as_fd(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    fn log(lines: &str, number: u8) -> Bus {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(lines.as_bytes()).unwrap();
+        let spec = BusSpec::Candump {
+            path: file.path().to_owned(),
+            interface: None,
+        };
+        Bus::open(&spec, number, Filter::All).unwrap()
+    }
+
+    /// Of each bus the first stamp, as it is played.
+    fn first_stamps(mut buses: [Bus; 2]) -> [i64; 2] {
+        Bus::play_together(&mut buses);
+        let mut first = [None; 2];
+        while first.contains(&None) {
+            for bus in &mut buses {
+                bus.receive(&mut |received| {
+                    first[usize::from(received.bus)].get_or_insert(received.stamp_ns);
+                });
+            }
+        }
+        first.map(Option::unwrap)
+    }
+
+    #[test]
+    fn logs_of_one_time_keep_their_distance() {
+        let left = log("(1.000000) can0 001#\n(1.500000) can0 001#\n", 0);
+        let right = log("(1.070000) can1 002#\n(1.200000) can1 002#\n", 1);
+        let [left_ns, right_ns] = first_stamps([left, right]);
+        assert_eq!(right_ns - left_ns, 70_000_000);
+    }
+
+    /// Nobody waits a year for one that was recorded then.
+    #[test]
+    fn logs_of_different_times_begin_at_once() {
+        let one = log("(1.000000) can0 001#\n(1.500000) can0 001#\n", 0);
+        let other = log(
+            "(31536000.000000) can1 002#\n(31536000.100000) can1 002#\n",
+            1,
+        );
+        let [one_ns, other_ns] = first_stamps([one, other]);
+        assert!((other_ns - one_ns).abs() < 60_000_000_000);
     }
 }

@@ -1,5 +1,6 @@
 //! A recorded log in the format of `candump -L`, plain or gzip.
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use flate2::read::MultiGzDecoder;
 
 use super::candump_line::{self, Line, LineFault, LineFrame};
 use super::filter::Filter;
-use super::frame::Frame;
+use super::frame::{Frame, raw_id};
 use super::heard::{Heard, identifier};
 use super::log_report::LogReport;
 use super::timeline::Timeline;
@@ -54,6 +55,16 @@ pub enum LogError {
         line: usize,
         /// What is wrong with it.
         fault: LineFault,
+    },
+    /// Two buses in one log, both with what is wanted.
+    #[error("{path}: {id} is there on {} and on {}: choose one, as in candump:{path}?interface={}", .interfaces[0], .interfaces[1], .interfaces[0])]
+    TwoInterfaces {
+        /// The log.
+        path: PathBuf,
+        /// What is wanted, in words.
+        id: String,
+        /// Where it is.
+        interfaces: [String; 2],
     },
     /// Nothing to play.
     #[error("{path} holds no frame that is wanted{}{}; it holds {heard}", interface.as_ref().map(|name| format!(" of interface {name}")).unwrap_or_default(), listed(wanted))]
@@ -123,6 +134,9 @@ impl Log {
     }
 }
 
+/// What editors put before the first line.
+const BYTE_ORDER_MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
+
 /// The first bytes of a gzip file.
 const GZIP: [u8; 2] = [0x1F, 0x8B];
 
@@ -140,6 +154,9 @@ struct LogReader<'a> {
     known: u64,
     /// Of the interface, wanted or not.
     heard: Heard,
+    /// Where each wanted identifier was first.
+    interfaces: HashMap<u32, String>,
+    twice: Option<(String, [String; 2])>,
     log: Log,
 }
 
@@ -153,6 +170,8 @@ impl<'a> LogReader<'a> {
             line: 0,
             known: 0,
             heard: Heard::default(),
+            interfaces: HashMap::new(),
+            twice: None,
             log: Log::default(),
         }
     }
@@ -183,6 +202,10 @@ impl<'a> LogReader<'a> {
 
     fn take_line(&mut self, line: &[u8]) {
         self.line += 1;
+        let line = match self.line {
+            1 => line.strip_prefix(&BYTE_ORDER_MARK).unwrap_or(line),
+            _ => line,
+        };
         // A page that was never written, and what was logged after the next start behind it.
         let whole = line.rsplit(|&byte| byte == 0).next().unwrap_or(line);
         if whole.len() != line.len() {
@@ -215,12 +238,35 @@ impl<'a> LogReader<'a> {
             self.log.report.note_jump(self.line, jump);
         }
         if self.filter.accepts(&frame) {
+            self.note_interface(&frame, line.interface);
             self.log.frames.push(LogFrame { stamp_ns, frame });
             self.log.report.frames += 1;
         }
     }
 
+    /// One wanted identifier on two interfaces is two senders, or one that is heard twice.
+    fn note_interface(&mut self, frame: &Frame, interface: &str) {
+        let (Filter::Ids(_), Some(id), None) = (self.filter, frame.id(), &self.twice) else {
+            return;
+        };
+        let first = self
+            .interfaces
+            .entry(raw_id(id))
+            .or_insert_with(|| interface.to_owned());
+        if first != interface {
+            self.twice = Some((identifier(id), [first.clone(), interface.to_owned()]));
+        }
+    }
+
     fn finish(self, path: &Path) -> Result<Log, LogError> {
+        if let Some((id, interfaces)) = self.twice {
+            let path = path.to_owned();
+            return Err(LogError::TwoInterfaces {
+                path,
+                id,
+                interfaces,
+            });
+        }
         if !self.log.frames.is_empty() {
             return Ok(self.log);
         }
@@ -291,6 +337,37 @@ mod tests {
         assert_eq!(frames[2].frame.len_field(), 4);
         assert!(frames[3].frame.error().unwrap().has(ErrorClass::Controller));
         assert!(log.report().is_clean());
+    }
+
+    #[test]
+    fn a_wanted_identifier_on_two_interfaces_is_refused_until_one_is_chosen() {
+        let text =
+            b"(1.000000) can0 100#01\n(1.000000) can1 101#01\n(1.100000) can1 100#02\n".as_slice();
+        let read = |interface: Option<&str>, ids: &[u16]| {
+            let ids = ids
+                .iter()
+                .map(|&id| socketcan::StandardId::new(id).unwrap().into());
+            let wanted = Filter::ids(ids);
+            let mut reader = LogReader::new(interface, &wanted);
+            reader.read(text).unwrap();
+            reader
+                .finish("x.log".as_ref())
+                .map(|log| log.frames().len())
+        };
+        let refused = read(None, &[0x100, 0x101]).unwrap_err().to_string();
+        assert_eq!(
+            refused,
+            "x.log: 0x100 is there on can0 and on can1: choose one, as in candump:x.log?interface=can0"
+        );
+        assert_eq!(read(Some("can1"), &[0x100, 0x101]).unwrap(), 2);
+        assert_eq!(read(None, &[0x101]).unwrap(), 1);
+    }
+
+    #[test]
+    fn a_byte_order_mark_costs_no_frame() {
+        let marked = [&BYTE_ORDER_MARK, EVERY_KIND.as_bytes()].concat();
+        let plain = parse(EVERY_KIND.as_bytes(), None).unwrap();
+        assert_eq!(parse(&marked, None).unwrap().frames(), plain.frames());
     }
 
     #[test]

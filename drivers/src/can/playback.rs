@@ -1,6 +1,7 @@
 //! A recorded log played in real time: a timer takes the place of the interface.
 
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::sync::{Arc, OnceLock};
 
 use rustix::io::Errno;
 use rustix::time::{
@@ -24,22 +25,43 @@ pub(super) struct Playback {
     log: Log,
     next: usize,
     timer: OwnedFd,
-    /// When the log's first frame was due \[ns\].
-    start_ns: Option<i64>,
+    /// The stamp in the log with which playing begins \[ns\].
+    origin_ns: i64,
+    /// When that is due \[ns\]; logs that are played together share it.
+    start_ns: Arc<OnceLock<i64>>,
 }
 
 impl Playback {
     pub(super) fn new(log: Log) -> Result<Self, Errno> {
         let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;
         let timer = timerfd_create(TimerfdClockId::Boottime, flags)?;
+        let origin_ns = log.frames().first().map_or(0, |first| first.stamp_ns);
         let playback = Self {
             log,
             next: 0,
             timer,
-            start_ns: None,
+            origin_ns,
+            start_ns: Arc::default(),
         };
         playback.wake_at(1)?;
         Ok(playback)
+    }
+
+    /// Stamps of its first and its last frame \[ns\].
+    pub(super) fn span_ns(&self) -> [i64; 2] {
+        let frames = self.log.frames();
+        [frames.first(), frames.last()].map(|frame| frame.map_or(0, |frame| frame.stamp_ns))
+    }
+
+    /// Plays logs of one time as one: with the earliest of their frames all begin.
+    pub(super) fn join(logs: &mut [&mut Self]) {
+        let Some(origin_ns) = logs.iter().map(|log| log.origin_ns).min() else {
+            return;
+        };
+        let start_ns = Arc::default();
+        for log in logs {
+            (log.origin_ns, log.start_ns) = (origin_ns, Arc::clone(&start_ns));
+        }
     }
 
     /// What was found in the log when it was read.
@@ -55,7 +77,7 @@ impl Playback {
         sink: &mut impl FnMut(&Received),
     ) -> Drained {
         let now_ns = now_ns();
-        let start_ns = *self.start_ns.get_or_insert(now_ns);
+        let start_ns = *self.start_ns.get_or_init(|| now_ns);
         let mut frames = 0;
         while let Some((log, offset_ns)) = self.due(now_ns - start_ns) {
             if frames == FRAMES_PER_CALL {
@@ -78,16 +100,15 @@ impl Playback {
         }
     }
 
-    /// The next frame and its offset from the first, if it is due.
+    /// The next frame and its offset from the origin, if it is due.
     fn due(&self, elapsed_ns: i64) -> Option<(LogFrame, i64)> {
         self.upcoming()
             .filter(|&(_, offset_ns)| offset_ns <= elapsed_ns)
     }
 
     fn upcoming(&self) -> Option<(LogFrame, i64)> {
-        let frames = self.log.frames();
-        let (first, next) = (frames.first()?, frames.get(self.next)?);
-        Some((*next, next.stamp_ns.saturating_sub(first.stamp_ns)))
+        let next = self.log.frames().get(self.next)?;
+        Some((*next, next.stamp_ns.saturating_sub(self.origin_ns)))
     }
 
     fn arm(&self, start_ns: i64, health: &mut BusHealth) {

@@ -327,6 +327,32 @@ mod tests {
         }
     }
 
+    /// As those above, in two's complement: from its highest count it goes on at its lowest, both being as many.
+    fn signed(bits: u32) -> Counts {
+        Counts {
+            signed: true,
+            ..Counts::all(bits)
+        }
+    }
+
+    #[test]
+    fn a_signed_counter_that_wraps_elsewhere_is_named_too() {
+        for (bits, most) in [(8, 100), (10, 499), (16, 9000)] {
+            let number = 2 * most + 1;
+            let raws = turning(number, 30 * number)
+                .map(|count| count.wrapping_sub(most) & (u64::MAX >> (64 - bits)));
+            let (_, named) = drive(signed(bits), 0.005, raws);
+            assert!(
+                named > 10,
+                "{bits} bits wrap at {most}: named {named} times"
+            );
+        }
+        for bits in [8, 10, 16] {
+            let raws = turning(1 << bits, 40 << bits);
+            assert_eq!(drive(signed(bits), 0.005, raws).1, 0, "{bits} bits");
+        }
+    }
+
     #[test]
     fn a_counter_that_wraps_where_it_should_is_never_named() {
         for bits in [8, 10, 16] {

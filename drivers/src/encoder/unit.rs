@@ -31,24 +31,29 @@ impl Unit {
             .filter(|character| !character.is_whitespace())
             .collect();
         Some(match spelled.trim_matches(['[', ']', '(', ')']) {
-            "m" | "mm" | "cm" | "km" | "meter" | "metre" | "meters" | "metres" => Self::Length,
-            "m/s" | "mps" | "m/sec" | "ms-1" | "m*s-1" | "m.s-1" => Self::MetresPerSecond,
+            "m" | "mm" | "cm" | "dm" | "km" | "meter" | "metre" | "meters" | "metres" | "in"
+            | "inch" | "ft" | "mi" => Self::Length,
+            "m/s" | "mps" | "m/sec" | "ms-1" | "m*s-1" | "m.s-1" | "m·s-1" | "m·s⁻¹" | "ms⁻¹" => {
+                Self::MetresPerSecond
+            }
             "km/h" | "kmh" | "kph" | "kmph" | "km/hr" | "kmh-1" => Self::KilometresPerHour,
             "rad/s" | "rad/sec" | "radps" | "rads" | "rads-1" => Self::RadiansPerSecond,
             "deg/s" | "°/s" | "deg/sec" | "°/sec" | "degps" | "dps" | "degs" | "degree/s"
-            | "degrees/s" | "grad/s" => Self::DegreesPerSecond,
+            | "degrees/s" | "grad/s" | "º/s" | "degs-1" | "°s-1" | "degreespersecond" => {
+                Self::DegreesPerSecond
+            }
             "rpm" | "1/min" | "/min" | "u/min" | "r/min" | "rev/min" | "revs/min" | "min-1"
-            | "upm" => Self::RevolutionsPerMinute,
+            | "upm" | "r.p.m." | "tr/min" | "tours/min" => Self::RevolutionsPerMinute,
             "deg" | "°" | "degree" | "degrees" | "rad" | "mrad" | "grad" => Self::Angle,
             "tick" | "ticks" | "count" | "counts" | "cnt" | "cnts" | "pulse" | "pulses" | "imp"
             | "impulse" | "impulses" | "inc" | "incs" | "increments" | "steps" => Self::Count,
             "s" | "ms" | "us" | "µs" | "min" | "m/s2" | "m/s^2" | "m/s²" | "m/s/s" | "rad/s2"
             | "rad/s^2" | "rad/s²" | "deg/s2" | "deg/s^2" | "deg/s²" | "°/s2" | "°/s²" | "hz"
-            | "mv" | "ma" | "kw" | "nm" | "°c" | "degc" | "kpa" | "bar" | "mbar" | "psi" | "kg" => {
-                Self::Other
-            }
+            | "pulses/s" | "ticks/s" | "counts/s" | "mv" | "ma" | "kw" | "nm" | "°c" | "degc"
+            | "kpa" | "bar" | "mbar" | "psi" | "kg" => Self::Other,
             "mph" | "mi/h" | "mm/s" | "cm/s" | "km/s" | "ft/s" | "m/min" | "knots" | "kn"
-            | "rps" | "rev/s" => Self::OtherSpeed,
+            | "rps" | "rev/s" | "miles/h" | "m/h" | "dm/s" | "in/s" | "mm/sec" | "cm/sec"
+            | "mrad/s" | "deg/h" | "deg/min" | "°/min" | "°/h" => Self::OtherSpeed,
             _ => return None,
         })
     }

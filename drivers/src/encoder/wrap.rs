@@ -11,8 +11,12 @@ use super::tolerance::{CONVINCING_WRAPS, FEWEST_MISSING_COUNTS};
 pub(super) struct WrapWatch {
     /// How many counts there should be; beyond 2^53 nobody will see a wrap.
     number: f64,
-    /// Two's complement counts wrap in their middle: nothing is known of those.
+    /// Beyond 63 bits nobody will see a wrap, and what two's complement does with a modulus is anybody's guess.
     watches: bool,
+    /// The bit that puts the counts of two's complement in their order, lowest first.
+    sign: u64,
+    /// Of the places that were seen. Counts without a sign begin at zero.
+    lowest: u64,
     highest: u64,
     /// Steps per nanosecond, as of the last frames that did not wrap.
     pace: Option<f64>,
@@ -28,7 +32,13 @@ impl WrapWatch {
     pub(super) fn new(counts: Counts) -> Self {
         Self {
             number: counts.number(),
-            watches: !counts.signed && counts.bits < 64,
+            watches: counts.bits < 64 && !(counts.signed && counts.modulus.is_some()),
+            sign: if counts.signed {
+                1 << (counts.bits.clamp(1, 64) - 1)
+            } else {
+                0
+            },
+            lowest: if counts.signed { u64::MAX } else { 0 },
             highest: 0,
             pace: None,
             turned: false,
@@ -39,7 +49,7 @@ impl WrapWatch {
 
     /// Whether the way between two counts leads over a wrap that is not believed any more.
     pub(super) fn doubts(&self, from: Count, to: Count) -> bool {
-        self.early >= CONVINCING_WRAPS && self.wraps(from.raw, to.raw)
+        self.early >= CONVINCING_WRAPS && self.wraps(from, to)
     }
 
     /// Whether it has seemed to restart within `reach` counts of here before.
@@ -48,12 +58,12 @@ impl WrapWatch {
         self.watches
             && self
                 .restarted_at
-                .is_some_and(|before| before.abs_diff(from.raw) as f64 <= 2.0 * reach)
+                .is_some_and(|before| before.abs_diff(self.place(from)) as f64 <= 2.0 * reach)
     }
 
     /// The encoder seemed to restart.
     pub(super) fn restarted(&mut self, from: Count) {
-        self.restarted_at = Some(from.raw);
+        self.restarted_at = Some(self.place(from));
         self.lost();
     }
 
@@ -68,15 +78,25 @@ impl WrapWatch {
             return;
         }
         let elapsed_ns = elapsed_ns(from, to);
-        if self.wraps(from.raw, to.raw) {
+        if self.wraps(from, to) {
             self.wrapped(steps, elapsed_ns);
             return;
         }
-        if to.raw > self.highest {
-            (self.highest, self.early) = (to.raw, 0);
-        }
+        self.saw(self.place(to));
         self.pace = (elapsed_ns > 0.0).then(|| steps.abs() / elapsed_ns);
-        self.turned |= self.is_middle(to.raw);
+        self.turned |= self.is_middle(self.place(to));
+    }
+
+    fn saw(&mut self, place: u64) {
+        let (lowest, highest) = (self.lowest.min(place), self.highest.max(place));
+        if (lowest, highest) != (self.lowest, self.highest) {
+            (self.lowest, self.highest, self.early) = (lowest, highest, 0);
+        }
+    }
+
+    /// Its place among the counts, from the lowest on.
+    fn place(&self, count: Count) -> u64 {
+        count.raw ^ self.sign
     }
 
     /// One wrap a turn says something; a wheel that rocks to and fro over it says nothing more.
@@ -95,20 +115,20 @@ impl WrapWatch {
         };
     }
 
-    /// Counts above the highest that was seen.
+    /// Counts that were never seen.
     #[expect(clippy::cast_precision_loss, reason = "small where it matters")]
     fn missing(&self) -> f64 {
-        self.number - 1.0 - self.highest as f64
+        self.number - 1.0 - self.highest.saturating_sub(self.lowest) as f64
     }
 
     #[expect(clippy::cast_precision_loss, reason = "small where it matters")]
-    fn wraps(&self, from: u64, to: u64) -> bool {
-        from.abs_diff(to) as f64 > self.number / 2.0
+    fn wraps(&self, from: Count, to: Count) -> bool {
+        self.place(from).abs_diff(self.place(to)) as f64 > self.number / 2.0
     }
 
     #[expect(clippy::cast_precision_loss, reason = "small where it matters")]
-    fn is_middle(&self, raw: u64) -> bool {
-        (0.25..0.75).contains(&(raw as f64 / self.number))
+    fn is_middle(&self, place: u64) -> bool {
+        (0.25..0.75).contains(&(place as f64 / self.number))
     }
 }
 

@@ -20,8 +20,10 @@ pub(super) fn plan<'a>(
     wheels: &'a WheelsConfig,
 ) -> Result<Kinematics, ConfigError> {
     let track_m = positive("wheels.track_m", wheels.track_m)?;
-    plan_wheel(planner, "wheels.left", &wheels.left)?;
-    plan_wheel(planner, "wheels.right", &wheels.right)?;
+    let left = plan_wheel(planner, "wheels.left", &wheels.left)?;
+    let right = plan_wheel(planner, "wheels.right", &wheels.right)?;
+    let different = unlikely::of_steps(wheels, left, right);
+    planner.description.warn(different);
     reach::check(planner.config, &planner.counters)?;
     planner.description.geometry = format!(
         "two wheels of an axle, {} apart, that do not slip sideways",
@@ -30,11 +32,12 @@ pub(super) fn plan<'a>(
     Ok(Kinematics::Axle { track_m })
 }
 
+/// What one step of its signal is worth \[m, or m/s\].
 fn plan_wheel<'a>(
     planner: &mut Planner<'a>,
     setting: &'a str,
     wheel: &'a WheelConfig,
-) -> Result<(), ConfigError> {
+) -> Result<f64, ConfigError> {
     let scale = scale::of_wheel(setting, wheel)?;
     let source = Source {
         setting,
@@ -44,6 +47,9 @@ fn plan_wheel<'a>(
     };
     let found = planner.find(&source)?;
     found.agree(&source, "quantity", wheel.quantity)?;
+    planner
+        .description
+        .warn(found.unknown_unit(&source, "quantity", wheel.quantity));
     let role = match wheel.quantity {
         Quantity::CumulativeTicks => counter(planner, &source, wheel, &found, scale)?,
         _ if wheel.modulus.is_some() => {
@@ -61,7 +67,8 @@ fn plan_wheel<'a>(
             )
         },
     };
-    planner.add(&source, &found, role)
+    planner.add(&source, &found, role)?;
+    Ok(scale * found.decoder.factor())
 }
 
 fn counter(

@@ -49,6 +49,9 @@ fn velocity<'a, U: Default + Meaning>(
     };
     let found = planner.find(&source)?;
     found.agree(&source, "unit", signal.unit)?;
+    planner
+        .description
+        .warn(found.unknown_unit(&source, "unit", signal.unit));
     let role = Role {
         meaning: meaning::of_body(signal.unit.word(), scale, unit, signal.reversed),
         ..planner.rate(&source, &found, scale, limit, None)

@@ -47,6 +47,23 @@ impl<'d> Found<'d> {
         })
     }
 
+    /// A unit of which it is not known whether it contradicts what the signal is taken for.
+    pub(super) fn unknown_unit(
+        &self,
+        source: &Source,
+        key: &str,
+        meaning: impl Meaning,
+    ) -> Option<String> {
+        let unit = self.unit.trim();
+        (!unit.is_empty() && Unit::of(unit).is_none()).then(|| {
+            format!(
+                "{}.{key}: the DBC file gives the unit '{unit}', which is not known here: is it {}?",
+                source.setting,
+                meaning.word()
+            )
+        })
+    }
+
     /// The DBC file must not contradict what the signal is taken for by the setting `key`.
     pub(super) fn agree(
         &self,

@@ -122,6 +122,18 @@ fn of_pair(wheels: &WheelsConfig) -> Vec<String> {
         .collect()
 }
 
+/// One step of each wheel's signal: where nothing that is configured differs, the DBC file may make it.
+pub(super) fn of_steps(wheels: &WheelsConfig, left: f64, right: f64) -> Option<String> {
+    let ratio = (right / left).abs();
+    if !of_pair(wheels).is_empty() || (0.9..=1.1).contains(&ratio) {
+        return None;
+    }
+    Some(format!(
+        "wheels.right: one step of its signal is {} times as long as one of the left wheel's: are the wheels so different?",
+        Rounded(ratio)
+    ))
+}
+
 /// Of a tick counter, one count of which is so long, in frames that come so often.
 pub(super) fn of_counter(
     setting: &str,
