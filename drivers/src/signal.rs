@@ -167,6 +167,12 @@ impl SignalDecoder {
         self.factor
     }
 
+    /// The physical value of raw zero.
+    #[must_use]
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
+
     /// Whether a physical value lies in the range of the DBC file, to half a step. Codes for "not available" do not.
     ///
     /// Not-a-number does: it is wrong for another reason.
@@ -280,6 +286,12 @@ impl SignalDecoder {
     #[must_use]
     pub fn is_integer(&self) -> bool {
         matches!(self.number, Number::Unsigned | Number::Signed)
+    }
+
+    /// The last byte of the payload that it has a bit of.
+    #[must_use]
+    pub fn last_byte(&self) -> usize {
+        self.first_byte + self.bytes - 1
     }
 
     /// The byte that the signal fills, if it fills exactly one.

@@ -48,6 +48,14 @@ BO_ 295 Body: 8 Ecu
 BO_ 296 Odd: 8 Ecu
  SG_ Left : 0|16@1- (0.001,0) [0|0] "furlong/s" Ecu
  SG_ Right : 16|16@1- (0.002,0) [0|0] "m/s" Ecu
+ SG_ Forth : 32|16@1+ (0.001,0) [0|0] "m/s" Ecu
+ SG_ Behind : 56|8@1+ (1,0) [0|0] "" Ecu
+ SG_ Among : 8|8@1+ (1,0) [0|0] "" Ecu
+
+BO_ 297 Before: 8 Ecu
+ SG_ Sum : 0|8@1+ (1,0) [0|0] "" Ecu
+ SG_ Left : 8|16@1+ (1,0) [0|0] "" Ecu
+ SG_ Right : 24|16@1+ (1,0) [0|0] "" Ecu
 
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 10000;
 BA_DEF_DEF_ "GenMsgCycleTime" 0;
@@ -256,6 +264,76 @@ fn a_counter_that_is_too_narrow_is_refused_with_the_speed_that_works() {
 }
 
 #[test]
+fn a_proof_that_proves_nothing_is_refused() {
+    let proof =
+        |message: &str, rest: &str| format!("[[messages]]\nmessage = '{message}'\n{rest}\n");
+    let (ticks, odd) = ("metres_per_tick = 1e-3", "quantity = 'metres_per_second'");
+    let both_odd = || both("Odd", odd).replace("'Right'", "'Forth'");
+    for (tables, expected) in [
+        (
+            both("Before", ticks) + &proof("Before", "checksum = 'Sum'"),
+            "checksum of message Before: covers the bytes before it, and the signal that it shall guard is not among them",
+        ),
+        (
+            both_odd() + &proof("Odd", "checksum = 'Among'"),
+            "checksum of message Odd: is made of bits that it shall guard",
+        ),
+        (
+            both_odd() + &proof("Odd", "checksum = 'Behind'\nalive = 'Behind'"),
+            "checksum of message Odd: is made of bits that it shall guard",
+        ),
+        (
+            both("Counts", ticks)
+                + &proof("Counts", "alive = 'Alive'")
+                + &proof("Counts", "checksum = 'Sum'"),
+            "messages: message Counts is there twice: write both into one",
+        ),
+    ] {
+        let refusal = refusal(SLOW, &tables);
+        assert!(
+            refusal.contains(expected),
+            "{refusal}\nshould say: {expected}"
+        );
+    }
+}
+
+fn assert_warns(head: &str, tables: &str, expected: &str) {
+    let warnings = warnings(head, tables);
+    assert!(
+        warnings.iter().any(|warning| warning.starts_with(expected)),
+        "{warnings:?}\nshould say: {expected}"
+    );
+}
+
+#[test]
+fn what_the_dbc_file_makes_unlikely_is_said() {
+    for (head, tables, expected) in [
+        (
+            SLOW,
+            both("Odd", "quantity = 'metres_per_second'"),
+            "wheels.left.quantity: the DBC file gives the unit 'furlong/s', which is not known here: is it metres_per_second?",
+        ),
+        (
+            SLOW,
+            both("Odd", "quantity = 'metres_per_second'").replace("'Left'", "'Forth'"),
+            "wheels.left: the signal has no sign, so it cannot say that the robot moves the other way",
+        ),
+        (
+            SLOW,
+            both("Slow", "metres_per_tick = 1e-3, period_s = 0.05"),
+            "wheels.left.period_s: is 50 ms, and GenMsgCycleTime of the DBC file 100 ms: which is right?",
+        ),
+        (
+            SLOW,
+            both("Odd", "quantity = 'metres_per_second'"),
+            "wheels.right: one step of its signal is 2 times as long as one of the left wheel's",
+        ),
+    ] {
+        assert_warns(head, &tables, expected);
+    }
+}
+
+#[test]
 fn what_is_unlikely_is_said() {
     let ticks = "metres_per_tick = 1e-3";
     let alive = "[[messages]]\nmessage = 'Counts'\nalive = 'Toggle'\n";
@@ -325,16 +403,6 @@ fn what_is_unlikely_is_said() {
             "wheels.left.metres_per_tick: says nothing about this quantity, and is not used",
         ),
         (
-            SLOW,
-            both("Odd", "quantity = 'metres_per_second'"),
-            "wheels.left.quantity: the DBC file gives the unit 'furlong/s', which is not known here: is it metres_per_second?",
-        ),
-        (
-            SLOW,
-            both("Odd", "quantity = 'metres_per_second'"),
-            "wheels.right: one step of its signal is 2 times as long as one of the left wheel's",
-        ),
-        (
             "max_speed_mps = 200.0",
             both("Zero", ticks),
             "max_speed_mps: 200 m/s are 720 km/h: is that the unit?",
@@ -350,11 +418,7 @@ fn what_is_unlikely_is_said() {
             "body.forward: one step of the signal is 0.277778 m/s or rad/s, and the limit 0.5",
         ),
     ] {
-        let warnings = warnings(head, &tables);
-        assert!(
-            warnings.iter().any(|warning| warning.starts_with(expected)),
-            "{warnings:?}\nshould say: {expected}"
-        );
+        assert_warns(head, &tables, expected);
     }
     let unused = understood(SLOW, &both("Counts", ticks)).warnings;
     assert_eq!(unused, ["buses.1: no signal is wanted from it"]);

@@ -27,6 +27,10 @@ pub(super) struct Channel {
 
 /// What it measures.
 #[derive(Copy, Clone, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a robot has three of them at most"
+)]
 pub(super) enum Measure {
     /// A cumulative count.
     Counter(Counter),

@@ -79,8 +79,9 @@ pub(super) fn checksum(id: Id, data: &[u8]) -> u8 {
 #[derive(Copy, Clone, Debug, PartialEq)]
 struct Alive {
     signal: SignalDecoder,
-    /// The highest count: 0 follows it.
-    top: u64,
+    /// The first count, and how many there are: as the DBC file's range says, until another one is seen.
+    first: u64,
+    number: u64,
     last: Option<u64>,
     /// When the count that was last seen, new or repeated, was seen.
     last_ns: i64,
@@ -90,9 +91,16 @@ struct Alive {
 
 impl Alive {
     fn new(signal: SignalDecoder) -> Self {
+        let all = (0, 1 << signal.size().min(63));
+        let said = |(lowest, highest)| {
+            let first = u64::try_from(lowest).ok()?;
+            Some((first, u64::try_from(highest - lowest + 1).ok()?))
+        };
+        let (first, number) = signal.raw_range().and_then(said).unwrap_or(all);
         Self {
             signal,
-            top: u64::MAX >> (64 - signal.size()),
+            first,
+            number,
             last: None,
             last_ns: 0,
             period_ns: None,
@@ -102,15 +110,18 @@ impl Alive {
     fn check(&mut self, data: &[u8], stamp_ns: i64) -> Result<Passed, FrameReject> {
         let count = self.signal.raw(data).ok_or(FrameReject::Short)?;
         let seen = Some((count, stamp_ns));
+        if !(self.first..self.first.saturating_add(self.number)).contains(&count) {
+            (self.first, self.number) = (0, 1 << self.signal.size().min(63));
+        }
         let Some(last) = self.last else {
             return Ok(Passed { seen, skipped: 0 });
         };
-        let ahead = count.wrapping_sub(last) & self.top;
+        let ahead = self.ahead(last, count);
         if self.may_have_wrapped(stamp_ns) {
             // So many frames are missing that the count says nothing about the order.
             return Ok(Passed {
                 seen,
-                skipped: ahead.wrapping_sub(1) & self.top,
+                skipped: ahead.checked_sub(1).unwrap_or(self.number - 1),
             });
         }
         match ahead {
@@ -137,13 +148,18 @@ impl Alive {
     }
 
     fn half(&self) -> u64 {
-        self.top / 2 + 1
+        self.number / 2
+    }
+
+    /// From one count on to another.
+    fn ahead(&self, from: u64, to: u64) -> u64 {
+        let number = i128::from(self.number.max(1));
+        let ahead = (i128::from(to) - i128::from(from)).rem_euclid(number);
+        u64::try_from(ahead).unwrap_or(0)
     }
 
     fn accept(&mut self, (count, stamp_ns): (u64, i64)) {
-        let follows = self
-            .last
-            .is_some_and(|last| count.wrapping_sub(last) & self.top == 1);
+        let follows = self.last.is_some_and(|last| self.ahead(last, count) == 1);
         if follows {
             let interval_ns = stamp_ns.saturating_sub(self.last_ns);
             self.period_ns = Some(self.period_ns.map_or(interval_ns, |period_ns| {
@@ -197,7 +213,12 @@ mod tests {
     }
 
     fn wide(bits: u64) -> Guard {
-        let signal = format!("BU_: A\n\nBO_ 256 M: 8 A\n SG_ S : 0|{bits}@1+ (1,0) [0|0] \"\" A\n");
+        counting(bits, "[0|0]")
+    }
+
+    fn counting(bits: u64, range: &str) -> Guard {
+        let signal =
+            format!("BU_: A\n\nBO_ 256 M: 8 A\n SG_ S : 0|{bits}@1+ (1,0) {range} \"\" A\n");
         let dbc = can_dbc::Dbc::try_from(signal.as_str()).unwrap();
         let signal = SignalDecoder::compile(&dbc.messages[0].signals[0], 8, None).unwrap();
         Guard::new(Some(signal), None)
@@ -224,6 +245,35 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// AUTOSAR's counters leave out the last count; others begin at one, or count to ten in a byte.
+    #[test]
+    fn a_counter_that_does_not_use_all_its_bits_counts_by_its_range() {
+        for (bits, range, first, last) in [
+            (4, "[0|14]", 0, 14),
+            (8, "[0|9]", 0, 9),
+            (4, "[1|15]", 1, 15),
+        ] {
+            let mut guard = counting(bits, range);
+            for (count, frame) in (first..=last).cycle().zip(0..200) {
+                assert_eq!(
+                    feed_wide(&mut guard, count, 20 * frame),
+                    Ok(0),
+                    "{range}, frame {frame}"
+                );
+            }
+        }
+    }
+
+    /// A range is no proof.
+    #[test]
+    fn a_counter_that_goes_beyond_its_range_counts_by_its_bits() {
+        let mut guard = counting(4, "[0|9]");
+        let refused = (0..200).filter(|&frame: &i64| {
+            feed_wide(&mut guard, frame.unsigned_abs() % 16, 20 * frame).is_err()
+        });
+        assert_eq!(refused.count(), 0);
     }
 
     #[test]

@@ -50,6 +50,8 @@ fn plan_wheel<'a>(
     planner
         .description
         .warn(found.unknown_unit(&source, "quantity", wheel.quantity));
+    let contradiction = Period::contradiction(setting, wheel.period_s, found.message);
+    planner.description.warn(contradiction);
     let role = match wheel.quantity {
         Quantity::CumulativeTicks => counter(planner, &source, wheel, &found, scale)?,
         _ if wheel.modulus.is_some() => {

@@ -37,6 +37,21 @@ impl Period {
         Self { s, source }
     }
 
+    /// Where what is configured and what the DBC file says are not alike.
+    pub(super) fn contradiction(
+        setting: &str,
+        configured_s: Option<f64>,
+        message: &DbcMessage,
+    ) -> Option<String> {
+        let dbc_s = message.cycle_s().filter(|s| CYCLES_S.contains(s))?;
+        let s = configured_s.filter(|s| !(0.8..=1.25).contains(&(s / dbc_s)))?;
+        Some(format!(
+            "{setting}.period_s: is {}, and GenMsgCycleTime of the DBC file {}: which is right?",
+            Time(s),
+            Time(dbc_s)
+        ))
+    }
+
     /// In words.
     pub(super) fn describe(self) -> String {
         let source = match self.source {

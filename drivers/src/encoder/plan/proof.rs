@@ -33,16 +33,26 @@ pub(super) fn of(
         alive: None,
         checksum: None,
     };
-    let named = |proof: &&MessageConfig| proof.message == message.name();
-    let proof = proofs.iter().find(named).unwrap_or(&none);
+    let mut named = proofs
+        .iter()
+        .filter(|proof| proof.message == message.name());
+    let proof = named.next().unwrap_or(&none);
+    if named.next().is_some() {
+        let problem = format!(
+            "message {} is there twice: write both into one",
+            message.name()
+        );
+        return Err(ConfigError::setting("messages", problem));
+    }
     let signal = |name: &Option<String>| {
         let decoder = name.as_ref().map(|name| database.signal(message, name));
         decoder.transpose()
     };
     let (alive, checksum) = (signal(&proof.alive)?, signal(&proof.checksum)?);
     let alive = alive.map(|alive| check_alive(message, alive, guarded));
-    let byte = checksum.map(|checksum| byte_of(message, &checksum));
-    let (alive, byte) = (alive.transpose()?, byte.transpose()?);
+    let alive = alive.transpose()?;
+    let byte = checksum.map(|checksum| byte_of(message, &checksum, guarded, alive.as_ref()));
+    let byte = byte.transpose()?;
     Ok(Proof {
         guard: Guard::new(alive, byte),
         description: describe(proof, alive.as_ref(), byte),
@@ -66,11 +76,27 @@ fn check_alive(
     Err(ConfigError::setting(setting, problem))
 }
 
-fn byte_of(message: &DbcMessage, checksum: &SignalDecoder) -> Result<usize, ConfigError> {
-    let problem = "must be 8 bits that fill one byte";
-    checksum.whole_byte().ok_or_else(|| {
-        ConfigError::setting(format!("checksum of message {}", message.name()), problem)
-    })
+fn byte_of(
+    message: &DbcMessage,
+    checksum: &SignalDecoder,
+    guarded: &SignalDecoder,
+    alive: Option<&SignalDecoder>,
+) -> Result<usize, ConfigError> {
+    let refused = |problem: &str| {
+        let setting = format!("checksum of message {}", message.name());
+        ConfigError::setting(setting, problem)
+    };
+    let byte = checksum.whole_byte();
+    let byte = byte.ok_or_else(|| refused("must be 8 bits that fill one byte"))?;
+    if checksum.overlaps(guarded) || alive.is_some_and(|alive| checksum.overlaps(alive)) {
+        return Err(refused("is made of bits that it shall guard"));
+    }
+    if byte <= guarded.last_byte() {
+        return Err(refused(
+            "covers the bytes before it, and the signal that it shall guard is not among them",
+        ));
+    }
+    Ok(byte)
 }
 
 fn unlikely(message: &DbcMessage, alive: &SignalDecoder) -> Option<String> {

@@ -174,9 +174,15 @@ pub(super) fn of_rate(
     });
     let range = signal.range().map(|range| range.map(|end| end * scale));
     let outside = range.map(|range| of_range(setting, range, limit));
+    let no_sign =
+        range.is_none() && signal.is_integer() && !signal.is_signed() && signal.offset() == 0.0;
+    let unsaid = no_sign.then(|| {
+        format!("{setting}: the signal has no sign, so it cannot say that the robot moves the other way: should it be @1- or @0-?")
+    });
     coarse
         .into_iter()
         .chain(outside.unwrap_or_default())
+        .chain(unsaid)
         .collect()
 }
 
