@@ -406,7 +406,11 @@ fn clash(found: &DbcMessage, other: &DbcMessage) -> ConfigError {
 }
 
 fn listed<'a>(names: impl Iterator<Item = &'a String>) -> String {
-    names.map(String::as_str).collect::<Vec<_>>().join(", ")
+    let names: Vec<_> = names.map(String::as_str).collect();
+    if names.is_empty() {
+        return "none".into();
+    }
+    names.join(", ")
 }
 
 #[cfg(test)]

@@ -51,9 +51,9 @@ pub enum SignalError {
     /// Present in some frames only.
     #[error("it is multiplexed, which is not supported")]
     Multiplexed,
-    /// Its factor is zero, or with its offset makes a number of 64 bits infinite.
+    /// Its factor is zero or next to it, or with its offset makes a number of 64 bits infinite.
     #[error(
-        "its factor must not be zero, and factor and offset so small that every number is finite"
+        "its factor must not be zero or next to it, and factor and offset so small that every number is finite"
     )]
     Scale,
 }
@@ -78,7 +78,7 @@ impl SignalDecoder {
             return Err(SignalError::Multiplexed);
         }
         let most = signal.factor.abs() * WORD + signal.offset.abs();
-        if !most.is_finite() || signal.factor == 0.0 {
+        if !most.is_finite() || !signal.factor.is_normal() {
             return Err(SignalError::Scale);
         }
         let number = number(signal, extended)?;
@@ -411,6 +411,7 @@ mod tests {
         );
         assert_eq!(compile("S : 0|0@1+ (1,0)"), Err(SignalError::Size(0)));
         assert_eq!(compile("S : 0|8@1+ (0,0)"), Err(SignalError::Scale));
+        assert_eq!(compile("S : 0|8@1+ (1e-320,0)"), Err(SignalError::Scale));
         assert_eq!(compile("S : 0|8@1+ (1e308,0)"), Err(SignalError::Scale));
         assert_eq!(
             compile("S m1 : 0|8@1+ (1,0)"),

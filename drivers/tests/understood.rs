@@ -3,7 +3,8 @@
 
 use std::io::Write;
 
-use coloc_drivers::encoder::{Description, OdometryConfig, OdometryDecoder, describe};
+use coloc_drivers::can::{Frame, Id, Received, StandardId};
+use coloc_drivers::encoder::{Description, FrameReject, OdometryConfig, OdometryDecoder, describe};
 use tempfile::NamedTempFile;
 
 const DBC: &str = r#"VERSION ""
@@ -51,6 +52,10 @@ BO_ 296 Odd: 8 Ecu
  SG_ Forth : 32|16@1+ (0.001,0) [0|0] "m/s" Ecu
  SG_ Behind : 56|8@1+ (1,0) [0|0] "" Ecu
  SG_ Among : 8|8@1+ (1,0) [0|0] "" Ecu
+
+BO_ 298 FromOne: 8 Ecu
+ SG_ Left : 0|8@1+ (1,0) [1|250] "" Ecu
+ SG_ Right : 8|8@1+ (1,0) [1|250] "" Ecu
 
 BO_ 297 Before: 8 Ecu
  SG_ Sum : 0|8@1+ (1,0) [0|0] "" Ecu
@@ -260,6 +265,26 @@ fn a_counter_that_is_too_narrow_is_refused_with_the_speed_that_works() {
             let (config, _dbc) = parse(&slower, &tables);
             assert!(OdometryDecoder::new(&config).is_ok(), "{slower}");
         }
+    }
+}
+
+/// Its counts are those of its range, if that has as many.
+#[test]
+fn a_modulus_goes_with_the_range_that_has_as_many_counts() {
+    let tables = both("FromOne", "metres_per_tick = 1e-2, modulus = 250");
+    let (config, _dbc) = parse(SLOW, &tables);
+    let id = Id::Standard(StandardId::new(298).unwrap());
+    let outcome = |counts: [u8; 2]| {
+        let mut decoder = OdometryDecoder::new(&config).unwrap();
+        decoder.push(&Received {
+            frame: Frame::data_frame(id, &counts).unwrap(),
+            stamp_ns: 1_000_000_000,
+            bus: 0,
+        })
+    };
+    assert_eq!(outcome([1, 250]), Ok(None));
+    for beyond in [[0, 5], [5, 251]] {
+        assert_eq!(outcome(beyond), Err(FrameReject::OutOfRange));
     }
 }
 

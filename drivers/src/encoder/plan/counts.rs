@@ -25,7 +25,7 @@ pub(super) fn counts(
         range: None,
     };
     if let Some(modulus) = wheel.modulus {
-        return with_modulus(setting, all, modulus);
+        return with_modulus(setting, all, modulus, signal.raw_range());
     }
     let Some((lowest, highest)) = signal.raw_range() else {
         return Ok(all);
@@ -64,7 +64,13 @@ fn is_rounding(missing: i128, bits: u32) -> bool {
     missing > 0 && missing.saturating_mul(200_000) <= 1_i128 << bits
 }
 
-fn with_modulus(setting: &str, all: Counts, modulus: u64) -> Result<Counts, ConfigError> {
+/// Which counts these are the DBC file says where its range has as many, else they begin at zero.
+fn with_modulus(
+    setting: &str,
+    all: Counts,
+    modulus: u64,
+    said: Option<(i128, i128)>,
+) -> Result<Counts, ConfigError> {
     let most = 1_i128 << all.bits;
     if !(2..=most).contains(&i128::from(modulus)) {
         let problem = format!(
@@ -78,7 +84,9 @@ fn with_modulus(setting: &str, all: Counts, modulus: u64) -> Result<Counts, Conf
     }
     Ok(Counts {
         modulus: Some(modulus),
-        range: (!all.signed).then_some((0, i128::from(modulus) - 1)),
+        range: said
+            .filter(|(lowest, highest)| highest - lowest + 1 == i128::from(modulus))
+            .or((!all.signed).then_some((0, i128::from(modulus) - 1))),
         ..all
     })
 }
