@@ -118,10 +118,18 @@ impl World {
         let (begin_ns, length_ns) = self.stop;
         if self.now_ns >= begin_ns && length_ns > 0 && !self.is_over() {
             self.stop.1 = 0;
-            self.asleep = self.sleeps;
+            self.asleep = self.sleeps && !self.is_set_around(self.now_ns, length_ns);
             self.pass(length_ns);
             self.wake();
         }
+    }
+
+    /// Nobody sets the clock of a computer that sleeps. Nor is it played that somebody did so in the very tick before: then a
+    /// frame in between has the stamp of a clock that no reading shows, and counts as of the time of the read; what the robot
+    /// came in its sleep is given up then, and counted.
+    fn is_set_around(&self, begin_ns: i64, length_ns: i64) -> bool {
+        let near = begin_ns - 3 * PERIOD_NS..begin_ns + length_ns + 3 * PERIOD_NS;
+        self.steps.iter().any(|step| near.contains(&step.0))
     }
 
     /// The clock on the board knows the time to a second or so.
