@@ -507,6 +507,29 @@ fn after_late_frames_and_a_gap_both_wheels_are_of_one_moment() {
     robot.assert_never_faster_than(2.0);
 }
 
+/// One wheel's frames are lost until nobody waits for them any more, and then nothing comes for a while.
+#[test]
+fn after_a_lost_wheel_and_a_gap_both_wheels_are_of_one_moment() {
+    for lost in 1..8 {
+        let mut robot = started();
+        let speeds = [-1.7, 1.7];
+        robot.drive(speeds);
+        let [_, right] = robot.step(speeds);
+        robot.push(right).unwrap();
+        for _ in 1..lost {
+            let [left, _] = robot.step(speeds);
+            robot.push(left).unwrap();
+        }
+        for _ in 0..600 {
+            robot.step(speeds);
+        }
+        (0..20).for_each(|_| robot.drive(speeds));
+        (0..20).for_each(|_| robot.drive([0.0; 2]));
+        robot.assert_nothing_lost_since([0.0; 2]);
+        robot.assert_never_faster_than(2.0);
+    }
+}
+
 #[test]
 fn a_robot_that_is_faster_than_it_can_be_is_not_believed() {
     let mut robot = started();

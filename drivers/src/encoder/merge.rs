@@ -38,6 +38,8 @@ pub(super) struct Merge {
     start_ns: Option<i64>,
     /// Times that something came while the channels' news did not belong together.
     held: u32,
+    /// Stamp of the newest frame of all \[ns\].
+    latest_ns: Option<i64>,
     pub(super) counters: OdometryCounters,
 }
 
@@ -61,6 +63,7 @@ impl Merge {
             tolerance,
             start_ns: None,
             held: 0,
+            latest_ns: None,
             counters: OdometryCounters::default(),
         }
     }
@@ -158,6 +161,7 @@ impl Merge {
 
     /// Start and end of a sample, if there is enough for one.
     fn interval(&mut self) -> Option<(i64, i64)> {
+        self.note_latest();
         let (start_ns, stamp_ns) = (self.start_ns?, self.latest_news_ns()?);
         let dt_ns = stamp_ns.checked_sub(start_ns)?;
         if dt_ns < SHORTEST_INTERVAL_NS {
@@ -170,6 +174,22 @@ impl Merge {
             return None;
         }
         Some((start_ns, stamp_ns))
+    }
+
+    /// After a pause every channel is waited for anew: what one has come in the pause is in its first frame alone.
+    fn note_latest(&mut self) {
+        let latest_ns = self.channels().filter_map(Channel::last_ns).max();
+        let pause_ns = latest_ns
+            .zip(self.latest_ns)
+            .map(|(now, last)| now.saturating_sub(last));
+        let period_ns = self.channels().filter_map(Channel::period_ns).max();
+        if pause_ns
+            .zip(period_ns)
+            .is_some_and(|(pause, period)| pause > period.saturating_mul(2))
+        {
+            self.held = 0;
+        }
+        self.latest_ns = latest_ns;
     }
 
     /// The latest stamp, if every channel has news.
