@@ -51,6 +51,7 @@ BO_ 296 Odd: 8 Ecu
  SG_ Right : 16|16@1- (0.002,0) [0|0] "m/s" Ecu
  SG_ Forth : 32|16@1+ (0.001,0) [0|0] "m/s" Ecu
  SG_ Behind : 56|8@1+ (1,0) [0|0] "" Ecu
+ SG_ Bare : 40|16@1- (0.001,0) [0|0] "-" Ecu
  SG_ Among : 8|8@1+ (1,0) [0|0] "" Ecu
 
 BO_ 298 FromOne: 8 Ecu
@@ -327,6 +328,18 @@ fn assert_warns(head: &str, tables: &str, expected: &str) {
     assert!(
         warnings.iter().any(|warning| warning.starts_with(expected)),
         "{warnings:?}\nshould say: {expected}"
+    );
+}
+
+#[test]
+fn a_unit_that_says_nothing_is_no_reason_to_warn() {
+    let bare = both("Odd", "quantity = 'metres_per_second'").replace("'Left'", "'Bare'");
+    let warnings = warnings(SLOW, &bare);
+    assert!(
+        !warnings
+            .iter()
+            .any(|warning| warning.contains("is not known here")),
+        "{warnings:?}"
     );
 }
 

@@ -2,8 +2,8 @@
 //!
 //! * What is said of each channel first only says where counting starts.
 //! * A sample is formed when every channel has news, and the news belong together: stamps no farther apart than half a
-//!   period. Where something was lost this waits for the channel that lags (for `pair_frames` at most), so that a turn is not made of one wheel's
-//!   motion and the other's rest.
+//!   period. Where something was lost this waits for the channel that lags (for `pair_frames` at most), so that a turn is not
+//!   made of one wheel's motion and the other's rest.
 //! * What counters count is never lost with a frame: the next sample covers the longer time.
 //! * What comes less than 1 ms apart (a backlog that came at once) goes into one sample.
 //! * No sample is faster than the robot can be. Where late frames come at once, their way is spread over what follows.

@@ -55,7 +55,9 @@ impl<'d> Found<'d> {
         meaning: impl Meaning,
     ) -> Option<String> {
         let unit = self.unit.trim();
-        (!unit.is_empty() && Unit::of(unit).is_none()).then(|| {
+        let says_nothing = ["", "-", "1", "#", "none", "unitless", "bit", "raw"];
+        let is_said = !says_nothing.contains(&unit.to_lowercase().as_str());
+        (is_said && Unit::of(unit).is_none()).then(|| {
             format!(
                 "{}.{key}: the DBC file gives the unit '{unit}', which is not known here: is it {}?",
                 source.setting,
