@@ -8,6 +8,7 @@
 mod bars;
 pub(crate) mod bus;
 mod bystanders;
+mod children;
 pub(crate) mod clock;
 mod console;
 mod feed;

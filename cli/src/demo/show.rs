@@ -10,6 +10,7 @@ use rustix::process::Signal;
 use super::DemoError;
 use super::bus::Buses;
 use super::bystanders::{Bystanders, Stall};
+use super::children::ChildrenTime;
 use super::clock::now_ns;
 use super::console::Console;
 use super::feed_thread::FeedThread;
@@ -37,6 +38,7 @@ const END_PATIENCE: Duration = Duration::from_secs(3);
 pub(crate) struct Show {
     seconds: f64,
     bystanders: Bystanders,
+    robots_time: ChildrenTime,
     feed: FeedThread,
     fleet: Fleet,
     watch: Watch,
@@ -83,6 +85,7 @@ impl Show {
         Ok(Self {
             seconds,
             bystanders,
+            robots_time: ChildrenTime::start(),
             feed,
             fleet,
             watch,
@@ -223,14 +226,16 @@ impl Show {
         }
     }
 
-    /// When the machine stood still. Robots that keep its processors busy themselves have no excuse.
+    /// When the machine stood still. Robots that keep a processor busy half of the time have no excuse.
     fn stalls(&mut self, console: &mut Console) -> Vec<Stall> {
         let stalls = self.bystanders.end();
-        let spare = children_s().is_some_and(|busy_s| busy_s < 0.5 * self.progress().time_s);
-        if stalls.is_empty() || spare {
+        let (busy_s, time_s) = (self.robots_time.passed_s(), self.progress().time_s);
+        if stalls.is_empty() || busy_s < 0.5 * time_s {
             return stalls;
         }
-        console.say("this machine stood still now and then, and the robots took half of it or more: no excuse for them");
+        console.say(&format!(
+            "this machine stood still now and then, and the robots took {busy_s:.1} s of a processor in {time_s:.1} s: no excuse for them"
+        ));
         Vec::new()
     }
 
@@ -244,20 +249,6 @@ impl Show {
         }
         strangers().for_each(|pid| signal(pid, Signal::KILL));
     }
-}
-
-/// The processor time of all daemons that have ended \[s\].
-fn children_s() -> Option<f64> {
-    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // Behind the name, which may contain anything, the 3rd field comes first; the 16th and 17th are cutime and cstime, in
-    // hundredths of a second.
-    let (_, fields) = stat.rsplit_once(')')?;
-    let fields: Vec<&str> = fields.split_whitespace().collect();
-    let times = [fields.get(13)?, fields.get(14)?].map(|field| field.parse::<f64>());
-    let [Ok(user), Ok(system)] = times else {
-        return None;
-    };
-    Some((user + system) / 100.0)
 }
 
 fn run_command(private_network: bool) -> String {
