@@ -17,7 +17,7 @@ impl ChildrenTime {
     }
 
     /// What was added since \[s\]; zero where the kernel does not tell.
-    pub(crate) fn passed_s(&self) -> f64 {
+    pub(crate) fn passed_s(self) -> f64 {
         ended_children_s() - self.before_s
     }
 }
