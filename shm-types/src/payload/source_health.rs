@@ -98,3 +98,37 @@ impl Default for SourceHealth {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_says_of_what_it_is_a_source() {
+        assert_eq!(SourceHealth::default().input(), None);
+        for input in Input::ALL {
+            let row = SourceHealth {
+                input: input as u8,
+                ..SourceHealth::default()
+            };
+            assert_eq!(row.input(), Some(input));
+        }
+    }
+
+    #[test]
+    fn each_flag_is_read_by_itself() {
+        for (flags, contested, unreachable) in [
+            (0, false, false),
+            (SourceHealth::CONTESTED, true, false),
+            (SourceHealth::UNREACHABLE, false, true),
+            (3, true, true),
+        ] {
+            let row = SourceHealth {
+                flags,
+                ..SourceHealth::default()
+            };
+            let read = (row.is_contested(), row.is_unreachable());
+            assert_eq!(read, (contested, unreachable), "{flags}");
+        }
+    }
+}

@@ -33,6 +33,9 @@ pub(super) struct Speakers {
     sessions: Sessions,
 }
 
+/// A process takes so long to start: no source has more sessions under way than the robot keeps \[ns\].
+const RESTART_NS: i64 = 500 * MS;
+
 /// A source, its life, and what became of its words.
 #[derive(Debug)]
 struct Speaker {
@@ -41,6 +44,7 @@ struct Speaker {
     period_ns: i64,
     next_ns: i64,
     session: u64,
+    begun_ns: i64,
     sequence: u64,
     /// When they arrive.
     under_way: Vec<(i64, Word)>,
@@ -148,6 +152,7 @@ impl Speaker {
             period_ns,
             next_ns: begin_ns + random.random_range(0..period_ns),
             session: random.random(),
+            begun_ns: begin_ns,
             sequence: 0,
             under_way: Vec::new(),
             queue: VecDeque::new(),
@@ -158,8 +163,9 @@ impl Speaker {
 
     fn say(&mut self, world: &World, random: &mut ChaCha8Rng) {
         let true_ns = self.next_ns;
-        if random.random_bool(0.003) {
+        if random.random_bool(0.003) && true_ns - self.begun_ns >= RESTART_NS {
             (self.session, self.sequence) = (random.random(), 0);
+            self.begun_ns = true_ns;
         }
         let stamp_ns = match self.clock {
             Clock::Boottime => true_ns,

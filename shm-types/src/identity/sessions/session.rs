@@ -13,16 +13,19 @@ pub(super) struct Session {
     number: u64,
     window: Window,
     heard_ns: i64,
+    /// Which message of its source was its last.
+    order: u64,
     /// Of the messages as they came.
     rhythm: Rhythm,
 }
 
 impl Session {
-    pub(super) fn beginning(header: &Header, now_ns: i64) -> Self {
+    pub(super) fn beginning(header: &Header, now_ns: i64, order: u64) -> Self {
         Self {
             number: header.session,
             window: Window::beginning(header.sequence),
             heard_ns: now_ns,
+            order,
             rhythm: Rhythm::default(),
         }
     }
@@ -33,10 +36,11 @@ impl Session {
         own.then(|| self.window.distance(header.sequence))?
     }
 
-    /// Notes one that is not too far away.
-    pub(super) fn note(&mut self, sequence: u64, now_ns: i64) -> Place {
+    /// Notes one that is not too far away; it is message `order` of its source.
+    pub(super) fn note(&mut self, sequence: u64, now_ns: i64, order: u64) -> Place {
         let place = self.window.note(sequence);
         if place != Place::Seen {
+            self.order = order;
             self.keep_time(now_ns);
         }
         place
@@ -66,6 +70,10 @@ impl Session {
     #[allow(clippy::cast_precision_loss)] // A comparison of what differs by much.
     pub(super) fn silence(&self, now_ns: i64) -> f64 {
         now_ns.saturating_sub(self.heard_ns) as f64 / self.patience_ns() as f64
+    }
+
+    pub(super) fn order(&self) -> u64 {
+        self.order
     }
 
     pub(super) fn heard_ns(&self) -> i64 {

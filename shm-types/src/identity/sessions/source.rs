@@ -1,4 +1,6 @@
 //! One source: a sensor, or a robot; whoever speaks for it.
+use std::cmp::Reverse;
+
 use super::SourceState;
 use super::session::Session;
 use super::window::Place;
@@ -18,6 +20,8 @@ pub(super) struct Source {
     newest: usize,
     contest: Option<Contest>,
     lost: u64,
+    /// Messages that passed.
+    passed: u64,
 }
 
 /// Sessions that come again after another one was heard.
@@ -30,13 +34,14 @@ struct Contest {
 impl Source {
     pub(super) fn beginning(header: &Header, now_ns: i64) -> Self {
         let mut sessions = [None; SESSIONS];
-        sessions[0] = Some(Session::beginning(header, now_ns));
+        sessions[0] = Some(Session::beginning(header, now_ns, 0));
         Self {
             number: header.source,
             sessions,
             newest: 0,
             contest: None,
             lost: 0,
+            passed: 1,
         }
     }
 
@@ -63,12 +68,14 @@ impl Source {
 
     fn go_on(&mut self, place: usize, sequence: u64, now_ns: i64) -> Result<(), Reject> {
         let session = self.sessions.get_mut(place).and_then(Option::as_mut);
-        match session.map(|session| session.note(sequence, now_ns)) {
+        let passed = self.passed;
+        match session.map(|session| session.note(sequence, now_ns, passed)) {
             Some(Place::Seen) | None => return Err(Reject::Replayed),
             Some(Place::Ahead { missing }) => self.lost = self.lost.saturating_add(missing),
             Some(Place::Late) => self.lost = self.lost.saturating_sub(1),
             Some(Place::Earlier) => {}
         }
+        self.passed += 1;
         if place != self.newest {
             self.newest = place;
             self.came_again(now_ns);
@@ -77,14 +84,22 @@ impl Source {
     }
 
     fn begin(&mut self, header: &Header, now_ns: i64) {
-        let silence = |session: &Option<Session>| {
-            let session = session.as_ref();
-            session.map_or(f64::INFINITY, |session| session.silence(now_ns))
-        };
-        let silences = self.sessions.iter().map(silence).enumerate();
-        let longest = silences.max_by(|(_, one), (_, other)| one.total_cmp(other));
-        self.newest = longest.map_or(0, |(place, _)| place);
-        self.sessions[self.newest] = Some(Session::beginning(header, now_ns));
+        let free = self.sessions.iter().position(Option::is_none);
+        let place = free.or_else(|| self.most_silent(now_ns)).unwrap_or(0);
+        self.newest = place;
+        self.sessions[place] = Some(Session::beginning(header, now_ns, self.passed));
+        self.passed += 1;
+    }
+
+    /// Of those that were heard at one moment, the one that was heard first.
+    fn most_silent(&self, now_ns: i64) -> Option<usize> {
+        let silence = |session: &Session| (session.silence(now_ns), Reverse(session.order()));
+        let places = self.sessions.iter().enumerate();
+        let silences = places.filter_map(|(place, it)| Some((silence(it.as_ref()?), place)));
+        let longest = silences.max_by(|((one, first), _), ((other, second), _)| {
+            one.total_cmp(other).then(first.cmp(second))
+        });
+        longest.map(|(_, place)| place)
     }
 
     fn came_again(&mut self, now_ns: i64) {

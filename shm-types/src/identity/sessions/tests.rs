@@ -227,6 +227,38 @@ fn a_source_too_many_is_refused_until_one_has_ended() {
     assert_eq!(states(&sessions, 0).len(), 16);
 }
 
+#[test]
+fn of_the_sources_that_have_ended_the_one_that_was_silent_for_longest_gives_way() {
+    let mut sessions = Sessions::new(3);
+    let begun = [2, 1, 3].map(|at| at * SECOND);
+    for (source, now_ns) in (0..).zip(begun) {
+        sessions.accept(&message(source, 1, 0), now_ns).unwrap();
+    }
+    let now_ns = 100 * SECOND;
+    for (source, gone) in [(7, 1), (8, 0)] {
+        assert_eq!(sessions.accept(&message(source, 1, 0), now_ns), Ok(()));
+        assert_eq!(sessions.state(gone, now_ns), None);
+    }
+    assert!(sessions.state(2, now_ns).is_some());
+}
+
+/// After a stall many messages come at one moment: of sessions that came at once the one that came first gives way.
+#[test]
+fn a_fifth_session_takes_the_place_of_the_first_of_those_that_came_at_once() {
+    let mut sessions = sensors();
+    for session in 1..=5 {
+        assert_eq!(sessions.accept(&message(0, session, 0), SECOND), Ok(()));
+    }
+    for session in 2..=5 {
+        let again = sessions.accept(&message(0, session, 0), SECOND);
+        assert_eq!(again, Err(Reject::Replayed), "{session}");
+    }
+    assert_eq!(sessions.accept(&message(0, 2, 1), SECOND), Ok(()));
+    assert_eq!(sessions.accept(&message(0, 6, 0), SECOND), Ok(()));
+    let again = sessions.accept(&message(0, 2, 0), SECOND);
+    assert_eq!(again, Err(Reject::Replayed), "the second has come since");
+}
+
 /// The simplest thing that does the same, for one source and few sessions: everything that ever passed.
 #[derive(Default)]
 struct Model {
