@@ -9,7 +9,7 @@ use coloc_estimator::{Stamp, TickInputs};
 use coloc_shm_types::{Sender, Space, Timing};
 
 use crate::account::Account;
-use crate::clock::{Moment, TimeSource, Timeline};
+use crate::clock::{Drain, Moment, TimeSource, Timeline};
 use crate::collect::Collect;
 use crate::config::{ClockSource, Config};
 use crate::estimate::{Estimate, initial};
@@ -141,7 +141,7 @@ impl Robot {
     /// While there are no frames, it is time for messages and joining subscribers; and what a tick will need stays in the
     /// caches.
     fn rehearse(&mut self) {
-        let moment = self.moment();
+        let moment = self.moment(i64::MIN);
         self.collect.messages(&moment, &mut self.account);
         self.estimate.rehearse(moment.stamp);
         self.publish.rehearse();
@@ -150,10 +150,12 @@ impl Robot {
     /// What follows the wait: a tick, unless a frame ended it that is not yet a whole odometry sample.
     pub fn wake(&mut self, wake: Wake) -> Outcome {
         let watch = Stopwatch::start(&*self.time);
+        let mut not_before_ns = i64::MIN;
         if !self.collect.has_frames() {
+            not_before_ns = watch.last_ns();
             self.collect.drain(&*self.time);
         }
-        let moment = self.frames();
+        let moment = self.frames(not_before_ns);
         self.collect.supervise(&moment, &mut self.account);
         if wake == Wake::Frame && !self.collect.has_odometry() {
             return Outcome::Incomplete;
@@ -163,15 +165,16 @@ impl Robot {
     }
 
     /// Decodes what was drained, and what is left on the buses after a stall, as far as a tick has time for it.
-    fn frames(&mut self) -> Moment {
-        let mut moment = self.moment();
+    /// The first drain began no earlier than `not_before_ns`.
+    fn frames(&mut self, not_before_ns: i64) -> Moment {
+        let mut moment = self.moment(not_before_ns);
         self.decode(&moment);
         for _ in 1..DRAINS {
             if self.collect.emptied() {
                 break;
             }
             self.collect.drain(&*self.time);
-            moment = self.moment();
+            moment = self.moment(i64::MIN);
             self.decode(&moment);
         }
         moment
@@ -200,7 +203,7 @@ impl Robot {
 
     /// There will be no more ticks: where the robot is now is worth saving.
     pub fn leave(&mut self) {
-        let moment = self.moment();
+        let moment = self.moment(i64::MIN);
         let estimate = self.estimate.at(moment.stamp);
         self.account.last(&estimate);
     }
@@ -295,11 +298,13 @@ impl Robot {
         });
     }
 
-    /// Reads the clocks; that one was set is told, and touches nothing.
-    fn moment(&mut self) -> Moment {
-        let moment = self
-            .timeline
-            .advance(&self.time.read(), self.collect.emptied());
+    /// Reads the clocks after a drain that began no earlier than `not_before_ns`; that one was set is told, and touches nothing.
+    fn moment(&mut self, not_before_ns: i64) -> Moment {
+        let drain = Drain {
+            emptied: self.collect.emptied(),
+            not_before_ns,
+        };
+        let moment = self.timeline.advance(&self.time.read(), drain);
         let sent_ns = moment.on(self.clock, moment.stamp.as_nanos());
         self.account.begin(moment.stamp, sent_ns);
         if let Some(step) = moment.step {

@@ -44,7 +44,7 @@ impl From<Clock> for ClockSource {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Reading, Timeline};
+    use super::super::{Drain, Reading, Timeline};
     use super::*;
     use coloc_shm_types::boot;
 
@@ -57,7 +57,7 @@ mod tests {
             tai_ns: 1037 * SECOND,
             width_ns: 0,
         };
-        Timeline::new(&now).advance(&now, true)
+        Timeline::new(&now).advance(&now, Drain::EMPTIED)
     }
 
     fn header(clock: u8, stamp_ns: i64) -> Header {

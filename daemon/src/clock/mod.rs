@@ -17,7 +17,7 @@ mod wall;
 
 pub use frame::FrameTime;
 pub use kernel::KernelTime;
-pub use timeline::{ClockStep, Moment, Timeline};
+pub use timeline::{ClockStep, Drain, Moment, Timeline};
 pub use wall::WallClock;
 
 use crate::config::ClockSource;

@@ -31,6 +31,15 @@ pub struct ClockStep {
     pub by_ns: i64,
 }
 
+/// The buses were drained.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct Drain {
+    /// Until there was nothing left.
+    pub emptied: bool,
+    /// It began no earlier than this \[ns of the inner clock\], and after the moment before in any case.
+    pub not_before_ns: i64,
+}
+
 /// A tick's moment.
 #[derive(Copy, Clone, Debug)]
 pub struct Moment {
@@ -52,6 +61,26 @@ const DELIVERY_NS: i64 = 2_000_000;
 /// How far the reading of a wall clock as the inner one may be off \[ns\].
 const CONVERSION_NS: i64 = 500_000;
 
+impl Drain {
+    /// The buses may hold more.
+    pub const UNFINISHED: Self = Self {
+        emptied: false,
+        not_before_ns: i64::MIN,
+    };
+
+    /// Nothing was left; when it began is not known.
+    pub const EMPTIED: Self = Self::emptied_after(i64::MIN);
+
+    /// Nothing was left, and it began no earlier than that \[ns of the inner clock\].
+    #[must_use]
+    pub const fn emptied_after(not_before_ns: i64) -> Self {
+        Self {
+            emptied: true,
+            not_before_ns,
+        }
+    }
+}
+
 impl Timeline {
     /// Starts at `now`.
     #[must_use]
@@ -67,12 +96,12 @@ impl Timeline {
         }
     }
 
-    /// The moment `now`. `emptied`: before it was read, the buses were drained until there was nothing left.
-    pub fn advance(&mut self, now: &Reading, emptied: bool) -> Moment {
+    /// The moment `now`. `drain`: what is known of the last drain before it was read.
+    pub fn advance(&mut self, now: &Reading, drain: Drain) -> Moment {
         let earliest_ns = self.emptied_ns;
         let step = self.look(now);
-        if emptied {
-            self.emptied_ns = self.last_ns;
+        if drain.emptied {
+            self.emptied_ns = drain.not_before_ns.max(self.last_ns);
         }
         self.last_ns = now.boot_ns;
         Moment {
@@ -157,7 +186,10 @@ mod tests {
     /// A moment 20 ms after the start at 1 s, with the clocks of the day set by `step_ns` in between.
     fn moment(step_ns: i64) -> Moment {
         let mut timeline = Timeline::new(&reading(SECOND, 1000 * SECOND));
-        timeline.advance(&reading(SECOND + 20 * MS, 1000 * SECOND + step_ns), true)
+        timeline.advance(
+            &reading(SECOND + 20 * MS, 1000 * SECOND + step_ns),
+            Drain::EMPTIED,
+        )
     }
 
     fn settled(moment: &Moment, kernel_ns: i64) -> i64 {
@@ -184,11 +216,11 @@ mod tests {
     fn buses_that_were_not_emptied_may_hold_older_frames() {
         let mut timeline = Timeline::new(&reading(SECOND, 0));
         for tick in 1..10 {
-            timeline.advance(&reading(SECOND + 20 * MS * tick, 0), false);
+            timeline.advance(&reading(SECOND + 20 * MS * tick, 0), Drain::UNFINISHED);
         }
-        let moment = timeline.advance(&reading(SECOND + 200 * MS, 0), true);
+        let moment = timeline.advance(&reading(SECOND + 200 * MS, 0), Drain::EMPTIED);
         assert!(matches!(moment.of_frame(SECOND + MS), FrameTime::At(_)));
-        let moment = timeline.advance(&reading(SECOND + 220 * MS, 0), true);
+        let moment = timeline.advance(&reading(SECOND + 220 * MS, 0), Drain::EMPTIED);
         assert_eq!(moment.of_frame(SECOND + MS), FrameTime::Unbelievable);
     }
 
@@ -219,12 +251,31 @@ mod tests {
         }
     }
 
+    /// A computer that slept, and woke with another time of day: of the frames of the next tick none came before it slept.
+    #[test]
+    fn who_drained_after_a_sleep_takes_no_later_frame_for_one_from_before_it() {
+        let (slept_ns, set_ns) = (400 * MS, -380 * MS);
+        let woke_ns = SECOND + 20 * MS + slept_ns;
+        let mut timeline = Timeline::new(&reading(SECOND, 0));
+        timeline.advance(&reading(SECOND + 20 * MS, 0), Drain::EMPTIED);
+        let drain = Drain::emptied_after(woke_ns);
+        timeline.advance(&reading(woke_ns + MS, set_ns), drain);
+        let next = reading(woke_ns + 20 * MS, set_ns);
+        let moment = timeline.advance(&next, Drain::EMPTIED);
+        let came_ns = woke_ns + 15 * MS;
+        let before_it_slept = || Some(SECOND + 40 * MS);
+        let frame_ns = moment
+            .of_frame(came_ns + set_ns)
+            .settle(before_it_slept, i64::MIN);
+        assert!((frame_ns - came_ns).abs() <= 50, "{}", frame_ns - came_ns);
+    }
+
     #[test]
     fn leap_seconds_that_come_to_be_known_set_one_clock_alone() {
         let mut timeline = Timeline::new(&reading(SECOND, 0));
         let mut now = reading(SECOND + 20 * MS, 0);
         now.tai_ns += SECOND;
-        let moment = timeline.advance(&now, true);
+        let moment = timeline.advance(&now, Drain::EMPTIED);
         let step = moment.step.unwrap();
         assert_eq!((step.clock, step.by_ns), (ClockSource::Tai, SECOND));
         assert!((moment.on(ClockSource::Tai, SECOND + 20 * MS) - now.tai_ns).abs() <= 50);

@@ -184,7 +184,7 @@ mod tests {
     use coloc_drivers::encoder::{OdometryConfig, WheelFrames};
 
     use super::*;
-    use crate::clock::{Reading, Timeline};
+    use crate::clock::{Drain, Reading, Timeline};
 
     const MS: i64 = 1_000_000;
     const METRES_PER_TICK: f64 = 1e-4;
@@ -208,7 +208,7 @@ mod tests {
             boot_ns: ms * MS,
             ..Reading::default()
         };
-        Timeline::new(&reading).advance(&reading, true)
+        Timeline::new(&reading).advance(&reading, Drain::EMPTIED)
     }
 
     fn received(frame: coloc_drivers::can::Frame, ms: i64, bus: u8) -> Received {

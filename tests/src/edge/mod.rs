@@ -13,7 +13,7 @@ mod world;
 
 use std::fmt;
 
-use coloc_daemon::clock::Timeline;
+use coloc_daemon::clock::{Drain, Timeline};
 use coloc_daemon::collect::frames::Frames;
 use coloc_drivers::can::{FRAMES_PER_CALL, StampClock};
 use coloc_drivers::encoder::OdometryDecoder;
@@ -86,8 +86,13 @@ pub fn play(episode: u64, ticks: u32) -> Result<Tally, Fault> {
     for _ in 0..ticks + world::LAST_TICKS {
         world.wait();
         for _ in 0..DRAINS {
+            let not_before_ns = world.now_ns;
             let more = drain(&mut world, &mut frames);
-            let moment = timeline.advance(&world.read(), !more);
+            let drain = Drain {
+                emptied: !more,
+                not_before_ns,
+            };
+            let moment = timeline.advance(&world.read(), drain);
             while let Some(made) = frames.next(&moment) {
                 if let Ok(Some(sample)) = made {
                     truth.take(&sample, &mut world)?;
