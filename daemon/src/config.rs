@@ -170,13 +170,14 @@ fn read(path: &Path) -> Result<String, ConfigError> {
 }
 
 fn read_at_most(most: u64, path: &Path) -> std::io::Result<String> {
-    let mut text = String::new();
-    let read = File::open(path)?.take(most + 1).read_to_string(&mut text)?;
+    let mut bytes = Vec::new();
+    let read = File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if read as u64 > most {
         let too_long = format!("it is longer than {most} bytes; is it the right file?");
         return Err(std::io::Error::other(too_long));
     }
-    Ok(text)
+    let no_text = |_| std::io::Error::other("it is no text in UTF-8; save it as UTF-8");
+    String::from_utf8(bytes).map_err(no_text)
 }
 
 /// `text` is that of `config`, which was read before.

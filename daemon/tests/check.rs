@@ -349,6 +349,21 @@ const UNLIKELY: &[(&str, &str, &str)] = &[
     ),
     (
         "",
+        "[motion]\nhold_s = 60",
+        "robot.toml:14: motion.hold_s = 60: for so long a robot whose encoders fall silent",
+    ),
+    (
+        "",
+        "[initial]\nresume = true\nresume_max_age_s = 0",
+        "robot.toml:15: initial.resume_max_age_s = 0: no saved belief is so young",
+    ),
+    (
+        "",
+        "[fusion]\nposition_floor = [0.1, 500]",
+        "robot.toml:14: fusion.position_floor.1 = 500: no such input is taken for more certain than 500 m",
+    ),
+    (
+        "",
         "[fusion]\nneighbour_gate = inf",
         "robot.toml:14: fusion.neighbour_gate = inf: accepts everything",
     ),

@@ -54,6 +54,18 @@ BO_ 296 Odd: 8 Ecu
  SG_ Bare : 40|16@1- (0.001,0) [0|0] "-" Ecu
  SG_ Among : 8|8@1+ (1,0) [0|0] "" Ecu
 
+BO_ 299 Lengths: 8 Ecu
+ SG_ Left : 0|32@1- (0.5,0) [0|0] "mm" Ecu
+ SG_ Right : 32|32@1- (0.5,0) [0|0] "mm" Ecu
+
+BO_ 300 Angles: 8 Ecu
+ SG_ Left : 0|32@1- (0.1,0) [0|0] "deg" Ecu
+ SG_ Right : 32|32@1- (0.1,0) [0|0] "deg" Ecu
+
+BO_ 301 Seldom: 8 Ecu
+ SG_ Left : 0|16@1- (0.001,0) [0|0] "m/s" Ecu
+ SG_ Right : 16|16@1- (0.001,0) [0|0] "m/s" Ecu
+
 BO_ 298 FromOne: 8 Ecu
  SG_ Left : 0|8@1+ (1,0) [1|250] "" Ecu
  SG_ Right : 8|8@1+ (1,0) [1|250] "" Ecu
@@ -67,6 +79,7 @@ BA_DEF_ BO_ "GenMsgCycleTime" INT 0 10000;
 BA_DEF_DEF_ "GenMsgCycleTime" 0;
 BA_ "GenMsgCycleTime" BO_ 293 100;
 BA_ "GenMsgCycleTime" BO_ 290 0;
+BA_ "GenMsgCycleTime" BO_ 301 1000;
 "#;
 
 /// `head` is what stands before the tables.
@@ -343,9 +356,47 @@ fn a_unit_that_says_nothing_is_no_reason_to_warn() {
     );
 }
 
+/// Every frame would come later than a speed says anything about: no odometry, and no word.
+#[test]
+fn a_speed_that_comes_too_seldom_is_refused() {
+    let speeds = both("Seldom", "quantity = 'metres_per_second'");
+    let refused = refusal(SLOW, &speeds);
+    assert!(
+        refused.contains("tolerance.longest_rate_s: is 500 ms, and wheels.left comes a frame every 1 s (by GenMsgCycleTime"),
+        "{refused}"
+    );
+    let often = both("Seldom", "quantity = 'metres_per_second', period_s = 0.02");
+    assert!(!understood(SLOW, &often).signals.is_empty());
+}
+
+#[test]
+fn a_tick_that_is_what_its_unit_says_is_no_reason_to_warn() {
+    for (message, wheel) in [
+        ("Lengths", "metres_per_tick = 0.00102"),
+        ("Angles", "ticks_per_revolution = 360, wheel_radius_m = 0.1"),
+        ("Angles", "metres_per_tick = 0.002"),
+    ] {
+        let warnings = warnings(SLOW, &both(message, wheel));
+        assert_eq!(warnings, [""; 0], "{message}: {wheel}");
+    }
+}
+
 #[test]
 fn what_the_dbc_file_makes_unlikely_is_said() {
     for (head, tables, expected) in [
+        (
+            SLOW,
+            both("Lengths", "metres_per_tick = 0.01"),
+            "wheels.left: one tick is 10 mm, and the DBC file gives the signal in mm: is it 1 mm?",
+        ),
+        (
+            SLOW,
+            both(
+                "Angles",
+                "ticks_per_revolution = 4096, wheel_radius_m = 0.1",
+            ),
+            "wheels.left.ticks_per_revolution: is 4096, and the DBC file gives the signal in deg, of which a turn has 360: is there a gear between?",
+        ),
         (
             SLOW,
             both("Odd", "quantity = 'metres_per_second'"),

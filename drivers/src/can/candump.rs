@@ -9,6 +9,7 @@ use flate2::read::MultiGzDecoder;
 
 use super::candump_line::{self, Line, LineFault, LineFrame};
 use super::filter::Filter;
+use super::foreign::foreign;
 use super::frame::{Frame, raw_id};
 use super::heard::{Heard, identifier};
 use super::log_report::LogReport;
@@ -66,6 +67,14 @@ pub enum LogError {
         /// Where it is.
         interfaces: [String; 2],
     },
+    /// It is a log of another program.
+    #[error("{path} is no candump log; it is {what}")]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it is, and what to do.
+        what: &'static str,
+    },
     /// Nothing to play.
     #[error("{path} holds no frame that is wanted{}{}; it holds {heard}", interface.as_ref().map(|name| format!(" of interface {name}")).unwrap_or_default(), listed(wanted))]
     Empty {
@@ -111,14 +120,21 @@ impl Log {
             error,
         };
         let mut file = BufReader::new(File::open(path).map_err(unreadable)?);
-        let compressed = file.fill_buf().map_err(unreadable)?.starts_with(&GZIP);
+        let beginning = file.fill_buf().map_err(unreadable)?;
+        let (compressed, foreign) = (beginning.starts_with(&GZIP), foreign(beginning));
         if compressed {
             reader.read(BufReader::new(MultiGzDecoder::new(file)))
         } else {
             reader.read(file)
         }
         .map_err(unreadable)?;
-        reader.finish(path)
+        match foreign.filter(|_| reader.known == 0) {
+            Some(what) => Err(LogError::Foreign {
+                path: path.to_owned(),
+                what,
+            }),
+            None => reader.finish(path),
+        }
     }
 
     /// Every frame in its order, without playing them.
@@ -374,6 +390,16 @@ mod tests {
     fn one_interface_is_picked() {
         let log = parse(EVERY_KIND.as_bytes(), Some("can1")).unwrap();
         assert_eq!((log.frames().len(), log.report().frames), (2, 2));
+    }
+
+    #[test]
+    fn a_log_of_another_program_is_named() {
+        let text = b"date Mon Jan 1\nbase hex  timestamps absolute\n 0.001 1 123 Rx d 1 00\n";
+        let error = read_file(text, "x.asc").unwrap_err().to_string();
+        assert!(
+            error.contains("x.asc is no candump log; it is an ASC log: convert"),
+            "{error}"
+        );
     }
 
     #[test]

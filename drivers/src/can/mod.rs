@@ -8,6 +8,7 @@ mod candump;
 mod candump_line;
 mod error_frame;
 mod filter;
+mod foreign;
 mod frame;
 mod health;
 mod heard;

@@ -1,5 +1,7 @@
 //! The unit that a DBC file gives to a signal, against what the configuration takes it for.
 
+use std::f64::consts::TAU;
+
 use super::config::{Quantity, SpeedUnit, TurnUnit};
 
 /// What a unit says, as far as it can contradict.
@@ -25,12 +27,7 @@ pub(super) enum Unit {
 impl Unit {
     /// Reads the many spellings; `None` for what says nothing.
     pub(super) fn of(text: &str) -> Option<Self> {
-        let spelled: String = text
-            .to_lowercase()
-            .chars()
-            .filter(|character| !character.is_whitespace())
-            .collect();
-        Some(match spelled.trim_matches(['[', ']', '(', ')']) {
+        Some(match spelled(text).as_str() {
             "m" | "mm" | "cm" | "dm" | "km" | "meter" | "metre" | "meters" | "metres" | "in"
             | "inch" | "ft" | "mi" => Self::Length,
             "m/s" | "mps" | "m/sec" | "ms-1" | "m*s-1" | "m.s-1" | "m·s-1" | "m·s⁻¹" | "ms⁻¹" => {
@@ -70,6 +67,37 @@ impl Unit {
             Quantity::RevolutionsPerMinute => self == Self::RevolutionsPerMinute,
         }
     }
+}
+
+fn spelled(text: &str) -> String {
+    let lower = text.to_lowercase();
+    let bare = |character: &char| !character.is_whitespace() && !"[]()".contains(*character);
+    lower.chars().filter(bare).collect()
+}
+
+/// One of a unit of length \[m\]; `None` for what is no such unit.
+pub(super) fn metres(unit: &str) -> Option<f64> {
+    Some(match spelled(unit).as_str() {
+        "m" | "meter" | "metre" | "meters" | "metres" => 1.0,
+        "dm" => 0.1,
+        "cm" => 0.01,
+        "mm" => 0.001,
+        "km" => 1000.0,
+        "in" | "inch" => 0.0254,
+        "ft" => 0.3048,
+        "mi" => 1609.344,
+        _ => return None,
+    })
+}
+
+/// How many of a unit of angle make a turn; `None` for what is no such unit.
+pub(super) fn per_turn(unit: &str) -> Option<f64> {
+    Some(match spelled(unit).as_str() {
+        "deg" | "°" | "degree" | "degrees" => 360.0,
+        "rad" => TAU,
+        "mrad" => 1000.0 * TAU,
+        _ => return None,
+    })
 }
 
 /// A word of the configuration that says what a signal is.

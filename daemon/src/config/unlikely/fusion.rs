@@ -24,9 +24,15 @@ pub(super) fn findings(config: &Config) -> Vec<Finding> {
         floor("relative_pose_floor", fusion.relative_pose_floor),
         floor("neighbour_floor", fusion.neighbour_floor),
     ];
+    let places = [
+        far("relative_pose_floor", &fusion.relative_pose_floor[..2]),
+        far("neighbour_floor", &fusion.neighbour_floor[..2]),
+        far("position_floor", &fusion.position_floor),
+    ];
     gates
         .into_iter()
         .chain(floors)
+        .chain(places)
         .flatten()
         .chain(overridden(fusion))
         .collect()
@@ -60,6 +66,17 @@ fn floor(key: &str, floor: [f64; 3]) -> Option<Finding> {
         Rounded(heading.to_radians())
     );
     (heading > TAU).then(|| Finding::new(format!("fusion.{key}"), problem))
+}
+
+/// A sensor of places that knows them no better is none \[m\].
+const USELESS_M: f64 = 100.0;
+
+fn far(key: &str, floor: &[f64]) -> Option<Finding> {
+    let (axis, floor) = floor.iter().enumerate().find(|(_, it)| **it > USELESS_M)?;
+    let problem = format!(
+        ".{axis} = {floor}: no such input is taken for more certain than {floor} m: is it in metres?"
+    );
+    Some(Finding::new(format!("fusion.{key}"), problem))
 }
 
 /// What `paper` overrides.

@@ -11,6 +11,8 @@ pub(super) fn findings(config: &Config) -> Vec<Finding> {
         history(config),
         future(config),
         hold(config, frames_s),
+        long_hold(config),
+        never_resumed(config),
         stale_odometry(config, frames_s),
     ]
     .into_iter()
@@ -52,6 +54,24 @@ fn hold(config: &Config, frames_s: Option<f64>) -> Option<Finding> {
         Time(2.0 * frames_s)
     );
     (hold_s < 2.0 * frames_s).then(|| Finding::new("motion.hold_s", problem))
+}
+
+/// Longer than that no robot drives blindly and straight on \[s\].
+const LONGEST_HOLD_S: f64 = 5.0;
+
+fn long_hold(config: &Config) -> Option<Finding> {
+    let hold_s = config.motion.hold_s;
+    let problem = format!(
+        " = {hold_s}: for so long a robot whose encoders fall silent is taken to drive on as before"
+    );
+    (hold_s > LONGEST_HOLD_S).then(|| Finding::new("motion.hold_s", problem))
+}
+
+fn never_resumed(config: &Config) -> Option<Finding> {
+    let initial = &config.initial;
+    let problem = " = 0: no saved belief is so young: initial.resume = false says it plainly";
+    (initial.resume && initial.resume_max_age_s == 0.0)
+        .then(|| Finding::new("initial.resume_max_age_s", problem))
 }
 
 fn stale_odometry(config: &Config, frames_s: Option<f64>) -> Option<Finding> {

@@ -1,16 +1,17 @@
 //! What the decoder finds unlikely about the wheels.
 
-use coloc_drivers::encoder::warnings;
+use coloc_drivers::encoder::{OdometryConfig, warnings};
 
 use super::super::finding::Finding;
 use super::super::{Config, Trigger};
 
 pub(super) fn findings(config: &Config) -> Vec<Finding> {
-    let Some(odometry) = &config.odometry else {
-        return Vec::new();
-    };
-    let timer = (!odometry.is_on_can()).then(|| timer_alone(config));
-    let warnings = warnings(odometry).unwrap_or_default();
+    let odometry = config.odometry.as_ref();
+    let on_can = odometry.is_some_and(OdometryConfig::is_on_can);
+    let timer = (!on_can).then(|| timer_alone(config));
+    let warnings = odometry
+        .and_then(|it| warnings(it).ok())
+        .unwrap_or_default();
     let wheels = warnings.iter().map(|warning| finding(warning));
     wheels.chain(timer.flatten()).collect()
 }

@@ -50,6 +50,12 @@ fn plan_wheel<'a>(
     planner
         .description
         .warn(found.unknown_unit(&source, "quantity", wheel.quantity));
+    let counts = matches!(
+        wheel.quantity,
+        Quantity::CumulativeTicks | Quantity::TicksPerPeriod
+    );
+    let unit = counts.then(|| unlikely::of_unit(setting, wheel, &found.unit));
+    planner.description.warn(unit.flatten());
     let contradiction = Period::contradiction(setting, wheel.period_s, found.message);
     planner.description.warn(contradiction);
     let role = match wheel.quantity {
@@ -66,7 +72,7 @@ fn plan_wheel<'a>(
                 scale,
                 planner.config.max_speed_mps,
                 wheel.period_s,
-            )
+            )?
         },
     };
     planner.add(&source, &found, role)?;

@@ -54,7 +54,7 @@ fn velocity<'a, U: Default + Meaning>(
         .warn(found.unknown_unit(&source, "unit", signal.unit));
     let role = Role {
         meaning: meaning::of_body(signal.unit.word(), scale, unit, signal.reversed),
-        ..planner.rate(&source, &found, scale, limit, None)
+        ..planner.rate(&source, &found, scale, limit, None)?
     };
     planner.add(&source, &found, role)
 }

@@ -11,7 +11,7 @@ use super::super::description::{Description, Expected, SignalDescription};
 use super::super::message::Message;
 use super::super::said::Carried;
 use super::period::Period;
-use super::reach::Reach;
+use super::reach::{self, Reach};
 use super::source::{Found, Source};
 use super::{proof, unlikely};
 
@@ -73,22 +73,25 @@ impl<'a> Planner<'a> {
         scale: f64,
         limit: f64,
         period_s: Option<f64>,
-    ) -> Role {
+    ) -> Result<Role, ConfigError> {
+        let period = Period::of(period_s, found.message);
+        let longest_s = self.config.tolerance.longest_rate_s;
+        reach::check_rate(source.setting, period, longest_s)?;
         self.description.warn(unlikely::of_rate(
             source.setting,
             &found.decoder,
             scale,
             limit,
         ));
-        Role {
+        Ok(Role {
             measure: Measure::Rate {
                 scale,
                 limit,
-                longest_s: self.config.tolerance.longest_rate_s,
+                longest_s,
             },
             meaning: String::new(),
-            period: Period::of(period_s, found.message),
-        }
+            period,
+        })
     }
 
     /// What the DBC file says of a signal.

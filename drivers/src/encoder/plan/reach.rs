@@ -44,6 +44,19 @@ pub(super) fn check(config: &OdometryConfig, counters: &[Reach]) -> Result<(), C
         .map_or(Ok(()), |coarse| Err(too_coarse(fastest, coarse, late_s)))
 }
 
+/// Refuses a speed that says nothing about the time between two of its frames: it would never make a sample.
+pub(super) fn check_rate(setting: &str, period: Period, longest_s: f64) -> Result<(), ConfigError> {
+    if period.s <= longest_s {
+        return Ok(());
+    }
+    let problem = format!(
+        "is {}, and {setting} comes {}: no two of its frames would make odometry",
+        Time(longest_s),
+        period.describe()
+    );
+    Err(ConfigError::setting("tolerance.longest_rate_s", problem))
+}
+
 fn too_fast(max_speed_mps: f64, it: &Reach, late_s: f64) -> ConfigError {
     let problem = format!(
         "is {max_speed_mps}; {} has {} counts of {}, too few to tell forwards from backwards between frames {} apart and up to \

@@ -23,7 +23,8 @@ pub(super) struct Found<'d> {
     pub(super) decoder: SignalDecoder,
     /// Where it is and what its bits mean, in words.
     pub(super) place: String,
-    unit: String,
+    /// As the DBC file has it.
+    pub(super) unit: String,
 }
 
 impl<'d> Found<'d> {

@@ -5,7 +5,9 @@ use crate::signal::SignalDecoder;
 
 use super::super::config::{OdometryConfig, Quantity, WheelConfig, WheelsConfig};
 use super::super::description::Expected;
+use super::super::unit;
 use super::super::words::{Length, Rounded};
+use super::scale::metres_per_tick;
 
 /// Robots that drive on wheels \[m\].
 const TRACKS_M: std::ops::RangeInclusive<f64> = 0.02..=4.0;
@@ -132,6 +134,28 @@ pub(super) fn of_steps(wheels: &WheelsConfig, left: f64, right: f64) -> Option<S
         "wheels.right: one step of its signal is {} times as long as one of the left wheel's: are the wheels so different?",
         Rounded(ratio)
     ))
+}
+
+/// Of counts for which the DBC file gives a unit of length or angle: what one is worth is known then.
+pub(super) fn of_unit(setting: &str, wheel: &WheelConfig, unit: &str) -> Option<String> {
+    let differ = |it: f64, said: f64| !(0.9..=1.1).contains(&(it / said));
+    if let (Some(metres), Ok(scale)) = (unit::metres(unit), metres_per_tick(setting, wheel)) {
+        return differ(scale, metres).then(|| {
+            format!(
+                "{setting}: one tick is {}, and the DBC file gives the signal in {unit}: is it {}?",
+                Length(scale),
+                Length(metres)
+            )
+        });
+    }
+    let (turn, ticks) = (unit::per_turn(unit)?, wheel.ticks_per_revolution?);
+    differ(ticks, turn).then(|| {
+        format!(
+            "{setting}.ticks_per_revolution: is {}, and the DBC file gives the signal in {unit}, of which a turn has {}: is there a gear between?",
+            Rounded(ticks),
+            Rounded(turn)
+        )
+    })
 }
 
 /// Of a tick counter, one count of which is so long, in frames that come so often.
