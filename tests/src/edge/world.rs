@@ -116,7 +116,9 @@ impl World {
         let late_ns = self.random.random_range(0..3 * MS);
         self.pass(PERIOD_NS - 2 * MS + late_ns);
         let (begin_ns, length_ns) = self.stop;
-        if self.now_ns >= begin_ns && length_ns > 0 && !self.is_over() {
+        // Nobody knows what was driven before the first pair.
+        let has_begun = self.received >= 2;
+        if self.now_ns >= begin_ns && length_ns > 0 && has_begun && !self.is_over() {
             self.stop.1 = 0;
             self.asleep = self.sleeps && !self.is_set_around(self.now_ns, length_ns);
             self.pass(length_ns);
