@@ -351,8 +351,12 @@ mod tests {
     use proptest::prelude::*;
 
     fn compile(signal: &str) -> Result<SignalDecoder, SignalError> {
+        compile_within(signal, "[0|0]")
+    }
+
+    fn compile_within(signal: &str, range: &str) -> Result<SignalDecoder, SignalError> {
         let text = format!(
-            "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: A\n\nBO_ 1 M: 8 A\n SG_ {signal} [0|0] \"\" A\n"
+            "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: A\n\nBO_ 1 M: 8 A\n SG_ {signal} {range} \"\" A\n"
         );
         let dbc = Dbc::try_from(text.as_str()).unwrap();
         let message = &dbc.messages[0];
@@ -364,6 +368,14 @@ mod tests {
     }
 
     const COUNTING: [u8; 8] = [0x01, 0x23, 0x45, 0x67, 0x89, 0xAB, 0xCD, 0xEF];
+
+    #[test]
+    fn a_range_is_of_physical_values() {
+        let raw_range = |signal, range| compile_within(signal, range).unwrap().raw_range();
+        assert_eq!(raw_range("S : 0|8@1+ (2,10)", "[10|100]"), Some((0, 45)));
+        assert_eq!(raw_range("S : 0|8@1- (-1,5)", "[0|10]"), Some((-5, 5)));
+        assert_eq!(raw_range("S : 0|8@1+ (2,10)", "[10|520]"), None);
+    }
 
     #[test]
     fn both_byte_orders() {

@@ -370,8 +370,12 @@ fn a_speed_that_comes_too_seldom_is_refused() {
 }
 
 #[test]
-fn a_tick_that_is_what_its_unit_says_is_no_reason_to_warn() {
+fn what_is_as_it_should_be_is_no_reason_to_warn() {
     for (message, wheel) in [
+        (
+            "Turns",
+            "quantity = 'revolutions_per_minute', wheel_radius_m = 0.1",
+        ),
         ("Lengths", "metres_per_tick = 0.00102"),
         ("Angles", "ticks_per_revolution = 360, wheel_radius_m = 0.1"),
         ("Angles", "metres_per_tick = 0.002"),

@@ -69,3 +69,30 @@ impl OdometryCounters {
         self.rejected[reason as usize] += 1;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_breaks_a_count_is_noted_by_its_kind() {
+        let mut counters = OdometryCounters::default();
+        for continuity in [
+            Continuity::Continued,
+            Continuity::Started,
+            Continuity::Gap,
+            Continuity::Resynchronised(Cause::Ambiguous),
+            Continuity::Resynchronised(Cause::OtherWrap),
+            Continuity::Resynchronised(Cause::OtherWrap),
+        ] {
+            counters.note(continuity);
+        }
+        let noted = [
+            counters.gaps,
+            counters.resynchronised,
+            counters.ambiguous,
+            counters.other_wraps,
+        ];
+        assert_eq!(noted, [1, 3, 1, 2]);
+    }
+}
