@@ -367,6 +367,13 @@ fn a_speed_that_comes_too_seldom_is_refused() {
     );
     let often = both("Seldom", "quantity = 'metres_per_second', period_s = 0.02");
     assert!(!understood(SLOW, &often).signals.is_empty());
+    // What is only assumed refuses nobody.
+    let short = format!("{SLOW}\ntolerance.longest_rate_s = 0.01");
+    let unsaid = both(
+        "Turns",
+        "quantity = 'revolutions_per_minute', wheel_radius_m = 0.1",
+    );
+    assert!(!understood(&short, &unsaid).signals.is_empty());
 }
 
 #[test]

@@ -71,8 +71,8 @@ impl Unit {
 
 fn spelled(text: &str) -> String {
     let lower = text.to_lowercase();
-    let bare = |character: &char| !character.is_whitespace() && !"[]()".contains(*character);
-    lower.chars().filter(bare).collect()
+    let spelled: String = lower.split_whitespace().collect();
+    spelled.trim_matches(['[', ']', '(', ')']).to_owned()
 }
 
 /// One of a unit of length \[m\]; `None` for what is no such unit.
@@ -185,7 +185,8 @@ mod tests {
         assert_eq!(Unit::of("mm/s"), Some(Unit::OtherSpeed));
         assert_eq!(Unit::of("Imp"), Some(Unit::Count));
         assert_eq!(Unit::of("m/s^2"), Some(Unit::Other));
-        for nothing in ["", "1", "-", "%", "wheels"] {
+        // Not "rads", which is a speed.
+        for nothing in ["", "1", "-", "%", "wheels", "rad(s)", "deg(s)"] {
             assert_eq!(Unit::of(nothing), None, "{nothing}");
         }
     }

@@ -52,6 +52,11 @@ impl Period {
         ))
     }
 
+    /// Whether a setting or the DBC file says so.
+    pub(super) fn is_said(self) -> bool {
+        self.source != Source::Assumed
+    }
+
     /// In words.
     pub(super) fn describe(self) -> String {
         let source = match self.source {

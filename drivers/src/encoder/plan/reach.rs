@@ -46,13 +46,14 @@ pub(super) fn check(config: &OdometryConfig, counters: &[Reach]) -> Result<(), C
 
 /// Refuses a speed that says nothing about the time between two of its frames: it would never make a sample.
 pub(super) fn check_rate(setting: &str, period: Period, longest_s: f64) -> Result<(), ConfigError> {
-    if period.s <= longest_s {
+    if period.s <= longest_s || !period.is_said() {
         return Ok(());
     }
     let problem = format!(
-        "is {}, and {setting} comes {}: no two of its frames would make odometry",
+        "is {}, and {setting} comes {}: no two of its frames would make odometry; more than {} are needed",
         Time(longest_s),
-        period.describe()
+        period.describe(),
+        Time(period.s)
     );
     Err(ConfigError::setting("tolerance.longest_rate_s", problem))
 }
