@@ -2,7 +2,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use coloc_shm_types::{Estimate, Lost, PortError, RobotName, Space};
+use coloc_shm_types::{Estimate, Header, Lost, PortError, Position, RobotName, Space};
 use rustix::fs::{FlockOperation, flock};
 
 fn open(root: &Path) -> Space {
@@ -71,6 +71,35 @@ fn a_service_that_was_removed_is_missed() {
     assert!(service.exists());
     drop(subscriber);
     assert_eq!((service.exists(), space.check()), (false, Ok(())));
+}
+
+/// A reader that looks once in a tick, and senders that spoke and ended within it.
+#[test]
+fn what_sixteen_said_before_they_left_is_heard() {
+    let root = tempfile::tempdir().unwrap();
+    let space = open(root.path());
+    let subscriber = space.subscriber::<Position>(&robot()).unwrap();
+    let drivers: Vec<_> = (0..16)
+        .map(|_| space.publisher::<Position>(&robot()).unwrap())
+        .collect();
+    assert!(subscriber.receive().unwrap().is_none(), "it knows them now");
+    for (source, driver) in (0..).zip(&drivers) {
+        let header = Header {
+            source,
+            ..Header::default()
+        };
+        let said = Position {
+            header,
+            ..Position::default()
+        };
+        driver.send(said).unwrap();
+    }
+    drop(drivers);
+    let mut heard: Vec<_> = std::iter::from_fn(|| subscriber.receive().unwrap())
+        .map(|position| position.header.source)
+        .collect();
+    heard.sort_unstable();
+    assert_eq!(heard, (0..16).collect::<Vec<_>>());
 }
 
 #[test]

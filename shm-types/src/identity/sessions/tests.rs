@@ -210,6 +210,21 @@ fn a_contest_is_over_soon_also_with_one_that_was_away_for_long() {
     assert_eq!((later.contested, later.live), (false, 1));
 }
 
+/// Two restarts, an hour apart, are no hour of contest.
+#[test]
+fn a_contest_of_long_ago_does_not_go_on() {
+    let mut sessions = sensors();
+    for (hour, [old, new]) in [(0, [1, 2]), (1, [3, 4])] {
+        let now_ns = 3600 * SECOND * hour;
+        for (session, sequence) in [(old, 0), (new, 0), (old, 1)] {
+            let header = message(0, session, sequence);
+            sessions.accept(&header, now_ns).unwrap();
+        }
+        let state = sessions.state(0, now_ns).unwrap();
+        assert_eq!((state.contested, state.live), (false, 2));
+    }
+}
+
 #[test]
 fn a_source_too_many_is_refused_until_one_has_ended() {
     let mut sessions = sensors();
