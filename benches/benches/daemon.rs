@@ -6,67 +6,14 @@
 //! * `500 Hz`: with the wait's system calls, and with what two milliseconds leave of the caches of a shared processor. The
 //!   deadline has come when the wait begins: how a thread sleeps and wakes is what `coloc latency` measures.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant};
 
-use coloc_daemon::clock::{KernelTime, Reading, TimeSource};
+use coloc_benches::hot::{ARRIVALS, Arrivals, Hot};
 use coloc_daemon::config::Trigger;
-use coloc_daemon::wait::Wake;
 use coloc_tests::scene::Scene;
-use coloc_tests::surroundings::{Surroundings, config, realtime_ns};
+use coloc_tests::surroundings::realtime_ns;
 use criterion::{Criterion, criterion_group, criterion_main};
 use rustix::time::{ClockId, clock_gettime};
-
-/// What arrives before a tick, stamped so.
-type Arrivals = fn(&mut Surroundings, i64);
-
-const ARRIVALS: [(&str, Arrivals); 3] = [
-    ("frames", |surroundings, _| {
-        surroundings.send_frames([0.0; 2]);
-    }),
-    ("4 neighbours and a fix", |surroundings, stamp_ns| {
-        surroundings.send_frames([0.0; 2]);
-        surroundings.send_what_others_know(stamp_ns, [0.0; 3]);
-    }),
-    ("and 4 sightings", |surroundings, stamp_ns| {
-        surroundings.send_frames([0.0; 2]);
-        surroundings.send_messages(stamp_ns, [0.0; 3]);
-    }),
-];
-
-/// From tick to tick of a robot in a hurry.
-const PERIOD_NS: i64 = 20_000_000;
-
-/// The kernel's clocks, and what was skipped.
-#[derive(Clone, Default)]
-struct Hurried(Arc<AtomicI64>);
-
-impl Hurried {
-    fn skip(&self, ns: i64) {
-        self.0.fetch_add(ns, Ordering::Relaxed);
-    }
-
-    fn skipped_ns(&self) -> i64 {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
-impl TimeSource for Hurried {
-    fn read(&self) -> Reading {
-        let (now, skipped_ns) = (KernelTime.read(), self.skipped_ns());
-        Reading {
-            boot_ns: now.boot_ns + skipped_ns,
-            realtime_ns: now.realtime_ns + skipped_ns,
-            tai_ns: now.tai_ns + skipped_ns,
-            width_ns: now.width_ns,
-        }
-    }
-
-    fn now_ns(&self) -> i64 {
-        KernelTime.now_ns() + self.skipped_ns()
-    }
-}
 
 /// A robot in its surroundings.
 trait Case {
@@ -75,37 +22,15 @@ trait Case {
     fn tick(&mut self, arrive: Arrivals) -> Duration;
 }
 
-struct Hot {
-    scene: Scene,
-    clock: Hurried,
-}
-
-impl Hot {
-    fn new() -> std::io::Result<Self> {
-        let (directory, clock) = (tempfile::tempdir()?, Hurried::default());
-        let mut config = config(directory.path(), Trigger::Timer);
-        config.history.length_s = 1.0;
-        let scene = Scene::with(directory, config, Box::new(clock.clone()));
-        Ok(Self { scene, clock })
-    }
-}
-
 impl Case for Hot {
     fn scene(&self) -> &Scene {
         &self.scene
     }
 
     fn tick(&mut self, arrive: Arrivals) -> Duration {
-        self.clock.skip(PERIOD_NS);
-        let stamp_ns = realtime_ns() + self.clock.skipped_ns();
-        arrive(&mut self.scene.surroundings, stamp_ns);
-        let _ = self.scene.surroundings.receive();
-        let deadline_ns = self.clock.now_ns();
+        let wake = self.prepare(arrive);
         let begin = processor_time();
-        self.scene.robot.wake(Wake::Deadline {
-            deadline_ns,
-            missed: 0,
-        });
+        self.scene.robot.wake(wake);
         processor_time().saturating_sub(begin)
     }
 }

@@ -60,12 +60,6 @@ impl<const N: usize> Matrix<N> {
         }
     }
 
-    /// Both parts are covariances, and together they leave no coordinate without a variance.
-    pub(crate) fn check_noise_in_parts(independent: &Self, dependent: &Self) -> Result<(), Reject> {
-        Self::check_parts(independent, dependent)?;
-        independent.plus(dependent).check_variances()
-    }
-
     /// Both are covariances, and so is their difference.
     pub(crate) fn check_split(total: &Self, independent: &Self) -> Result<(), Reject> {
         earliest(total.check_covariance(), independent.check_covariance())?;
@@ -76,7 +70,7 @@ impl<const N: usize> Matrix<N> {
         }
     }
 
-    fn plus(&self, other: &Self) -> Self {
+    pub(crate) fn plus(&self, other: &Self) -> Self {
         Self(core::array::from_fn(|i| {
             core::array::from_fn(|j| self.0[i][j] + other.0[i][j])
         }))

@@ -1,8 +1,8 @@
 //! The three subscribers: drained, validated, and turned into what the estimator computes on.
 
 use coloc_estimator::{
-    Covariance2, Covariance3, Measurement, NeighbourPose, Origin, Parts, Pose, PositionFix,
-    RobotId, Sighting, Stamp,
+    Covariance2, Covariance3, Measurement, NeighbourPose, NotACovariance, Origin, Parts, Pose,
+    PositionFix, RobotId, Sighting, Stamp,
 };
 use coloc_shm_types::{
     Input, Limits, Message, Neighbour, PortError, Position, Reject, RelativePose, Sessions, Space,
@@ -108,14 +108,30 @@ fn origin(message: &impl Message) -> Origin {
 /// # Errors
 /// Why it is none.
 pub fn sighting(message: &RelativePose, limits: &Limits<'_>) -> Result<Measurement, Reject> {
-    message.validate(limits)?;
+    let covariance = Covariance3::from_row_major(message.covariance);
+    let beside = message.validate_beside_covariance(limits);
+    let covariance = first(beside, covariance, || message.validate(limits))?;
     Ok(Measurement::Sighting(Sighting {
         stamp: stamp(message),
         origin: origin(message),
         observed: RobotId(message.observed),
         relative: pose(message.pose),
-        covariance: covariance(message.covariance)?,
+        covariance,
     }))
+}
+
+/// What the estimator makes of a message's covariance, unless there is a reason to refuse the message: then the first of
+/// them. The estimator's check of a covariance is the one that decides; the message's own is asked only for that order.
+fn first<C>(
+    beside: Result<(), Reject>,
+    covariance: Result<C, NotACovariance>,
+    all: impl FnOnce() -> Result<(), Reject>,
+) -> Result<C, Reject> {
+    match (beside, covariance) {
+        (Ok(()), Ok(covariance)) => Ok(covariance),
+        (Ok(()), Err(problem)) => all().and(Err(not_a_covariance(problem))),
+        (Err(reason), _) => all().and(Err(reason)),
+    }
 }
 
 /// A fix as the estimator takes it, whatever the message holds.
@@ -123,12 +139,14 @@ pub fn sighting(message: &RelativePose, limits: &Limits<'_>) -> Result<Measureme
 /// # Errors
 /// Why it is none.
 pub fn fix(message: &Position, limits: &Limits<'_>) -> Result<Measurement, Reject> {
-    message.validate(limits)?;
+    let covariance = Covariance2::from_row_major(message.covariance);
+    let beside = message.validate_beside_covariance(limits);
+    let covariance = first(beside, covariance, || message.validate(limits))?;
     Ok(Measurement::Fix(PositionFix {
         stamp: stamp(message),
         origin: origin(message),
         position: message.position,
-        covariance: Covariance2::from_row_major(message.covariance).map_err(not_a_covariance)?,
+        covariance,
     }))
 }
 
@@ -137,9 +155,9 @@ pub fn fix(message: &Position, limits: &Limits<'_>) -> Result<Measurement, Rejec
 /// # Errors
 /// Why it is none.
 pub fn neighbour(message: &Neighbour, limits: &Limits<'_>) -> Result<Measurement, Reject> {
-    message.validate(limits)?;
     let parts = Parts::from_row_major(message.independent, message.dependent);
-    let parts = parts.map_err(not_a_covariance)?;
+    let beside = message.validate_beside_covariances(limits);
+    let parts = first(beside, parts, || message.validate(limits))?;
     Ok(Measurement::Neighbour(NeighbourPose {
         stamp: stamp(message),
         origin: origin(message),
@@ -153,15 +171,10 @@ fn pose([x, y, phi]: [f64; 3]) -> Pose {
     Pose::new(x, y, phi)
 }
 
-fn covariance(rows: [f64; 9]) -> Result<Covariance3, Reject> {
-    Covariance3::from_row_major(rows).map_err(not_a_covariance)
-}
-
-pub(super) fn not_a_covariance(problem: coloc_estimator::NotACovariance) -> Reject {
-    use coloc_estimator::NotACovariance as Problem;
+pub(super) fn not_a_covariance(problem: NotACovariance) -> Reject {
     match problem {
-        Problem::NotFinite => Reject::NotFinite,
-        Problem::Asymmetric => Reject::Asymmetric,
-        Problem::NotPositiveSemidefinite => Reject::NotPositiveSemidefinite,
+        NotACovariance::NotFinite => Reject::NotFinite,
+        NotACovariance::Asymmetric => Reject::Asymmetric,
+        NotACovariance::NotPositiveSemidefinite => Reject::NotPositiveSemidefinite,
     }
 }

@@ -32,10 +32,24 @@ impl Neighbour {
     /// The first reason, in the order of [`Reject`].
     pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
         Limits::check_finite(&self.pose)?;
-        let [independent, dependent] =
-            [self.independent, self.dependent].map(Matrix::<3>::from_row_major);
-        Matrix::check_noise_in_parts(&independent, &dependent)?;
+        let [independent, dependent] = self.parts();
+        Matrix::check_parts(&independent, &dependent)?;
+        self.validate_beside_covariances(limits)
+    }
+
+    /// All of [`Self::validate`], except whether both parts are covariances: for who makes something of them that checks it.
+    ///
+    /// # Errors
+    /// The first reason, in the order of [`Reject`].
+    pub fn validate_beside_covariances(&self, limits: &Limits) -> Result<(), Reject> {
+        let [independent, dependent] = self.parts();
+        Limits::check_finite(&self.pose)?;
+        independent.plus(&dependent).check_variances()?;
         limits.check_other(self.header.source)?;
         limits.check_time(&self.header)
+    }
+
+    fn parts(&self) -> [Matrix<3>; 2] {
+        [self.independent, self.dependent].map(Matrix::<3>::from_row_major)
     }
 }

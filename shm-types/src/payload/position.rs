@@ -67,14 +67,19 @@ impl Position {
     /// # Errors
     /// The first reason, in the order of [`Reject`].
     pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
-        let slow = [self.slow_sigma_m, self.slow_time_s];
-        Limits::check_finite(&self.position)?;
-        Limits::check_finite(&self.lever_m)?;
-        Limits::check_finite(&slow)?;
-        let covariance = Matrix::<2>::from_row_major(self.covariance);
-        covariance.check_covariance()?;
-        Limits::check_not_negative(&slow)?;
-        covariance.check_variances()?;
+        self.check_finite()?;
+        Matrix::<2>::from_row_major(self.covariance).check_covariance()?;
+        self.validate_beside_covariance(limits)
+    }
+
+    /// All of [`Self::validate`], except whether R is a covariance: for who makes something of it that checks it.
+    ///
+    /// # Errors
+    /// The first reason, in the order of [`Reject`].
+    pub fn validate_beside_covariance(&self, limits: &Limits) -> Result<(), Reject> {
+        self.check_finite()?;
+        Limits::check_not_negative(&[self.slow_sigma_m, self.slow_time_s])?;
+        Matrix::<2>::from_row_major(self.covariance).check_variances()?;
         Limits::check_supported(self.components == Self::BOTH && all_zero(&self.lever_m))?;
         limits.check_time(&self.header)?;
         if Self::MEASURED.contains(&self.quality) {
@@ -82,5 +87,11 @@ impl Position {
         } else {
             Err(Reject::BadQuality)
         }
+    }
+
+    fn check_finite(&self) -> Result<(), Reject> {
+        Limits::check_finite(&self.position)?;
+        Limits::check_finite(&self.lever_m)?;
+        Limits::check_finite(&[self.slow_sigma_m, self.slow_time_s])
     }
 }

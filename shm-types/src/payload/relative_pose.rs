@@ -51,9 +51,17 @@ impl RelativePose {
     /// The first reason, in the order of [`Reject`].
     pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
         Limits::check_finite(&self.pose)?;
-        let covariance = Matrix::<3>::from_row_major(self.covariance);
-        covariance.check_covariance()?;
-        covariance.check_variances()?;
+        Matrix::<3>::from_row_major(self.covariance).check_covariance()?;
+        self.validate_beside_covariance(limits)
+    }
+
+    /// All of [`Self::validate`], except whether R is a covariance: for who makes something of it that checks it.
+    ///
+    /// # Errors
+    /// The first reason, in the order of [`Reject`].
+    pub fn validate_beside_covariance(&self, limits: &Limits) -> Result<(), Reject> {
+        Limits::check_finite(&self.pose)?;
+        Matrix::<3>::from_row_major(self.covariance).check_variances()?;
         Limits::check_supported(self.components == Self::ALL)?;
         limits.check_other(self.observed)?;
         limits.check_time(&self.header)

@@ -1,8 +1,11 @@
 //! The functions that are counted.
 
+use std::error::Error;
 use std::hint::black_box;
+use std::io;
 
 use coloc_benches::case;
+use coloc_benches::hot::{self, Arrivals, Hot};
 use coloc_benches::robot::{DEFAULT_SLOTS, Robot};
 use coloc_estimator::settings::{Criterion, FusionSettings};
 use coloc_estimator::{NotACovariance, convert, fix, fusion, gate, propagate};
@@ -20,10 +23,13 @@ pub(crate) enum Case {
     TickOfFour,
     LateByFifty,
     Crowded,
+    DaemonFrames,
+    DaemonNeighbours,
+    DaemonSightings,
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 10] = [
+    pub(crate) const ALL: [Self; 13] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -34,6 +40,9 @@ impl Case {
         Self::TickOfFour,
         Self::LateByFifty,
         Self::Crowded,
+        Self::DaemonFrames,
+        Self::DaemonNeighbours,
+        Self::DaemonSightings,
     ];
 
     pub(crate) fn name(self) -> &'static str {
@@ -48,6 +57,9 @@ impl Case {
             Self::TickOfFour => "tick-4-neighbours-and-fix",
             Self::LateByFifty => "tick-late-by-50",
             Self::Crowded => "tick-worst-of-1024",
+            Self::DaemonFrames => "daemon-frames",
+            Self::DaemonNeighbours => "daemon-4-neighbours-and-fix",
+            Self::DaemonSightings => "daemon-and-4-sightings",
         }
     }
 
@@ -58,6 +70,15 @@ impl Case {
         } else {
             [100, 1100]
         }
+    }
+
+    /// The only function that is counted, with all that it calls; everything where there is none.
+    pub(crate) fn within(self) -> Option<&'static str> {
+        matches!(
+            self,
+            Self::DaemonFrames | Self::DaemonNeighbours | Self::DaemonSightings
+        )
+        .then_some("coloc_daemon::tick::Robot::wake")
     }
 
     /// What a call may take at most, whatever is committed: for the worst tick, a quarter of a period of 50 Hz on a
@@ -71,7 +92,7 @@ impl Case {
     }
 
     /// Calls the function so many times.
-    pub(crate) fn run(self, iterations: u64) -> Result<(), NotACovariance> {
+    pub(crate) fn run(self, iterations: u64) -> Result<(), Box<dyn Error>> {
         match self {
             Self::Propagate => {
                 let (belief, motion) = (case::belief()?, case::motion());
@@ -116,9 +137,19 @@ impl Case {
                 let robot = Robot::crowded(DEFAULT_SLOTS)?;
                 repeat(iterations, || robot.clone().tick_crowded());
             }
+            Self::DaemonFrames => whole_ticks(hot::frames, iterations)?,
+            Self::DaemonNeighbours => whole_ticks(hot::neighbours, iterations)?,
+            Self::DaemonSightings => whole_ticks(hot::sightings, iterations)?,
         }
         Ok(())
     }
+}
+
+fn whole_ticks(arrive: Arrivals, ticks: u64) -> io::Result<()> {
+    let mut hot = Hot::new()?;
+    hot.warm(arrive);
+    hot.run(arrive, ticks);
+    Ok(())
 }
 
 fn fuse(iterations: u64, criterion: Criterion, dependent: bool) -> Result<(), NotACovariance> {

@@ -8,7 +8,8 @@
 //! ```
 //!
 //! A function is run a few times and many times, each in a process of its own; the difference divided by the
-//! difference of the counts is what one call costs, start-up and warm-up left out.
+//! difference of the counts is what one call costs, start-up and warm-up left out. `daemon-…` are whole ticks of the real
+//! daemon, from the wake-up to the books; what its surroundings do is left out.
 
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
@@ -43,7 +44,7 @@ fn main() -> ExitCode {
 /// The measured process: `iterations` calls of one function.
 fn run(name: &str, iterations: &str) -> Result<(), Box<dyn Error>> {
     let case = Case::named(name).ok_or_else(|| format!("no case is called {name}"))?;
-    Ok(case.run(iterations.parse()?)?)
+    case.run(iterations.parse()?)
 }
 
 fn measure() -> Result<Figures, Box<dyn Error>> {
@@ -59,6 +60,7 @@ fn measure() -> Result<Figures, Box<dyn Error>> {
 fn collected(case: Case, iterations: u64) -> Result<u64, Box<dyn Error>> {
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .args(case.within().into_iter().flat_map(only))
         .arg(env::current_exe()?)
         .args(["--run", case.name(), &iterations.to_string()])
         .output()
@@ -70,6 +72,14 @@ fn collected(case: Case, iterations: u64) -> Result<u64, Box<dyn Error>> {
         .lines()
         .find_map(|line| line.split_once("Collected :")?.1.trim().parse().ok());
     Ok(count.ok_or_else(|| format!("valgrind said no count: {report}"))?)
+}
+
+/// Counts what happens within a function alone.
+fn only(function: &str) -> [String; 2] {
+    [
+        "--collect-atstart=no".into(),
+        format!("--toggle-collect={function}"),
+    ]
 }
 
 fn compare() -> Result<bool, Box<dyn Error>> {

@@ -1,0 +1,119 @@
+//! A robot whose ticks follow each other at once, 20 ms of its time apart: real frames, real shared memory.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
+
+use coloc_daemon::clock::{KernelTime, Reading, TimeSource};
+use coloc_daemon::config::Trigger;
+use coloc_daemon::wait::Wake;
+use coloc_tests::scene::Scene;
+use coloc_tests::surroundings::{Surroundings, config, realtime_ns};
+
+/// What arrives before a tick, stamped so.
+pub type Arrivals = fn(&mut Surroundings, i64);
+
+/// What may arrive, and its name.
+pub const ARRIVALS: [(&str, Arrivals); 3] = [
+    ("frames", frames),
+    ("4 neighbours and a fix", neighbours),
+    ("and 4 sightings", sightings),
+];
+
+/// Two frames, one of each wheel.
+pub fn frames(surroundings: &mut Surroundings, _: i64) {
+    surroundings.send_frames([0.0; 2]);
+}
+
+/// Two frames, what four neighbours say, and a fix.
+pub fn neighbours(surroundings: &mut Surroundings, stamp_ns: i64) {
+    surroundings.send_frames([0.0; 2]);
+    surroundings.send_what_others_know(stamp_ns, [0.0; 3]);
+}
+
+/// The same, and four sightings.
+pub fn sightings(surroundings: &mut Surroundings, stamp_ns: i64) {
+    surroundings.send_frames([0.0; 2]);
+    surroundings.send_messages(stamp_ns, [0.0; 3]);
+}
+
+/// From tick to tick of a robot in a hurry.
+const PERIOD_NS: i64 = 20_000_000;
+
+/// The kernel's clocks, and what was skipped.
+#[derive(Clone, Default)]
+struct Hurried(Arc<AtomicI64>);
+
+impl Hurried {
+    fn skip(&self, ns: i64) {
+        self.0.fetch_add(ns, Ordering::Relaxed);
+    }
+
+    fn skipped_ns(&self) -> i64 {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+impl TimeSource for Hurried {
+    fn read(&self) -> Reading {
+        let (now, skipped_ns) = (KernelTime.read(), self.skipped_ns());
+        Reading {
+            boot_ns: now.boot_ns + skipped_ns,
+            realtime_ns: now.realtime_ns + skipped_ns,
+            tai_ns: now.tai_ns + skipped_ns,
+            width_ns: now.width_ns,
+        }
+    }
+
+    fn now_ns(&self) -> i64 {
+        KernelTime.now_ns() + self.skipped_ns()
+    }
+}
+
+/// The robot, what surrounds it, and its clock.
+pub struct Hot {
+    /// The robot in its surroundings.
+    pub scene: Scene,
+    clock: Hurried,
+}
+
+impl Hot {
+    /// Before its first tick.
+    ///
+    /// # Errors
+    /// Of the temporary directory.
+    pub fn new() -> io::Result<Self> {
+        let (directory, clock) = (tempfile::tempdir()?, Hurried::default());
+        let mut config = config(directory.path(), Trigger::Timer);
+        config.history.length_s = 1.0;
+        let scene = Scene::with(directory, config, Box::new(clock.clone()));
+        Ok(Self { scene, clock })
+    }
+
+    /// The next tick is due: `arrive`, and what the robot said before is read. When it was due.
+    pub fn prepare(&mut self, arrive: Arrivals) -> Wake {
+        self.clock.skip(PERIOD_NS);
+        let stamp_ns = realtime_ns() + self.clock.skipped_ns();
+        arrive(&mut self.scene.surroundings, stamp_ns);
+        let _ = self.scene.surroundings.receive();
+        Wake::Deadline {
+            deadline_ns: self.clock.now_ns(),
+            missed: 0,
+        }
+    }
+
+    /// `ticks` of them.
+    pub fn run(&mut self, arrive: Arrivals, ticks: u64) {
+        for _ in 0..ticks {
+            let wake = self.prepare(arrive);
+            self.scene.robot.wake(wake);
+        }
+    }
+
+    /// Ticks until everybody is connected.
+    pub fn warm(&mut self, arrive: Arrivals) {
+        while !self.scene.is_warm() {
+            self.run(arrive, 1);
+        }
+    }
+}
