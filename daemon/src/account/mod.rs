@@ -337,6 +337,38 @@ mod tests {
         assert_eq!(status.rejected_of(Input::Odometry, Reject::TooOld), 1);
     }
 
+    /// Nothing of it moved the robot: that is no good news of the wheels.
+    #[test]
+    fn odometry_that_is_refused_whole_has_not_passed() {
+        let (mut account, _link) = account();
+        for millis in [20, 40, 60] {
+            let stamp = Stamp::from_nanos(1_000_000 * millis);
+            account.begin(stamp, 0);
+            account.valid(Input::Odometry, 3, stamp);
+            let sample = OdometrySample {
+                source: 3,
+                start: Stamp::default(),
+                stamp,
+                motion: Motion::standstill([1.0; 3]),
+            };
+            let refused = Report {
+                source: Source::new(Kind::Odometry, 3),
+                stamp,
+                verdict: Verdict::TooOld,
+            };
+            let outputs = TickOutputs {
+                estimate: Estimate::default(),
+                outgoing: &[],
+                reports: &[refused],
+                overflowed: 0,
+                folded_early: 0,
+            };
+            account.outputs(&outputs, &[Measurement::from(sample)]);
+        }
+        let (health, _) = account.health(&Belief::default());
+        assert_eq!(health[Input::Odometry as usize], Health::Refused);
+    }
+
     #[test]
     fn a_full_ring_loses_events_and_counts_them_but_no_counter() {
         let (mut account, link) = account();

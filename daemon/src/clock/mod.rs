@@ -20,8 +20,6 @@ pub use kernel::KernelTime;
 pub use timeline::{ClockStep, Drain, Moment, Timeline};
 pub use wall::WallClock;
 
-use crate::config::ClockSource;
-
 /// Where the time comes from; tests bring their own.
 pub trait TimeSource: Send {
     /// All clocks at one moment.
@@ -49,16 +47,4 @@ pub struct Reading {
     pub tai_ns: i64,
     /// The other clocks were read no later than so long after the inner one.
     pub width_ns: i64,
-}
-
-impl Reading {
-    /// What `clock` says \[ns\].
-    #[must_use]
-    pub fn of(&self, clock: ClockSource) -> i64 {
-        match clock {
-            ClockSource::Realtime => self.realtime_ns,
-            ClockSource::Tai => self.tai_ns,
-            ClockSource::Boottime => self.boot_ns,
-        }
-    }
 }
