@@ -471,6 +471,29 @@ fn what_is_unlikely_is_said_on_its_line_and_refused_by_strict() {
 }
 
 #[test]
+fn frames_that_are_to_start_ticks_and_come_over_no_bus_are_missed() {
+    let site = Site::new(&format!("{ROBOT}[tick]\ntrigger = \"encoder\"\n"));
+    let said = text(site.check(&[]).stdout);
+    let expected = "robot.toml:7: tick.trigger = \"encoder\": no frame can start a tick";
+    let found = warnings(&said);
+    assert!(found[0].starts_with(expected), "{found:?}");
+}
+
+#[test]
+fn a_file_in_another_encoding_is_said_to_be_one() {
+    let site = Site::new("");
+    let latin = b"[robot]\nname = \"k\xfcche\"\nid = 1\n";
+    std::fs::write(site.0.path().join("robot.toml"), latin).unwrap();
+    let output = site.check(&[]);
+    let said = text(output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("it is no text in UTF-8; save it as UTF-8"),
+        "{said}"
+    );
+}
+
+#[test]
 fn the_defaults_and_the_documented_files_are_likely() {
     let documented =
         std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/robot.toml")).unwrap();
