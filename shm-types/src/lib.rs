@@ -39,6 +39,7 @@ mod reject;
 mod rhythm;
 mod robot_name;
 mod space;
+mod track;
 mod validate;
 
 pub use belief_state::BeliefState;
@@ -59,4 +60,5 @@ pub use space::{
     Claim, Lost, OpenError, PortError, Publisher, ReceiveError, Remark, SendError, Space,
     Subscriber,
 };
+pub use track::{NoPose, PastPose, Track};
 pub use validate::{Limits, check_split};
