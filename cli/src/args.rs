@@ -8,6 +8,8 @@ use clap::{Args, CommandFactory, Parser, Subcommand};
 
 use crate::eval::EvalArgs;
 use crate::latency::{LatencyArgs, ReaderArgs};
+use crate::list::ListArgs;
+use crate::listen::ListenArgs;
 use crate::output::note;
 use crate::status::Status;
 
@@ -21,6 +23,8 @@ use crate::status::Status;
   coloc demo                            five robots for half a minute, here and now
   coloc eval                            how accurate is it, and does it know?
   coloc latency                         how soon is a new estimate in your hands?
+  coloc list                            who runs here, and where is it?
+  coloc listen robot1                   where is it from moment to moment?
   coloc check robot.toml                what does this configuration mean?
   coloc colocd run robot.toml           run the daemon of one robot"
 )]
@@ -33,6 +37,10 @@ struct Cli {
 pub(crate) enum Command {
     /// Watch a team of robots localize one another, live
     Demo(DemoArgs),
+    /// Show who runs on this computer, and where it is
+    List(ListArgs),
+    /// Print the estimates of a robot that runs on this computer: as a table, JSON, CSV or a trajectory
+    Listen(ListenArgs),
     /// Find out how accurate and how honest the estimators are, over many runs
     Eval(Box<EvalArgs>),
     /// Find out how soon a new estimate is in other programs' hands, and where the time goes

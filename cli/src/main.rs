@@ -19,10 +19,14 @@ mod comparison;
 mod daemon;
 mod demo;
 mod eval;
+mod fitted;
 mod home;
 mod latency;
+mod list;
+mod listen;
 mod output;
 mod pictures;
+mod place;
 mod result_file;
 mod robot_file;
 mod status;
@@ -41,6 +45,8 @@ fn main() -> ExitCode {
         Ok(Command::Eval(args)) => eval::command(&args),
         Ok(Command::Latency(args)) => latency::command(&args),
         Ok(Command::LatencyReader(args)) => latency::reader(&args),
+        Ok(Command::List(args)) => list::command(&args),
+        Ok(Command::Listen(args)) => listen::command(&args),
         Ok(Command::Check { config, strict }) => return daemon::check(&config, strict),
         Ok(Command::Colocd { args }) => return daemon::run_with(args),
         Err(answer) => answer,

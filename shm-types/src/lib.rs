@@ -57,7 +57,7 @@ pub use reject::Reject;
 pub use rhythm::Rhythm;
 pub use robot_name::{NotARobotName, RobotName};
 pub use space::{
-    Claim, Lost, OpenError, PortError, Publisher, ReceiveError, Remark, SendError, Space,
+    Claim, Lost, OpenError, PortError, Publisher, ReceiveError, Remark, Running, SendError, Space,
     Subscriber,
 };
 pub use track::{NoPose, PastPose, Track};

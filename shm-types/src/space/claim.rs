@@ -31,7 +31,7 @@ pub struct Claim {
 
 /// Who acts for a robot, as it stands in the files: a word each.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Claimant {
+pub(super) struct Claimant {
     robot: String,
     id: u16,
     pid: u32,
@@ -103,7 +103,11 @@ impl Claimant {
         write!(file, "{robot} {id} {pid} {mounts}")
     }
 
-    fn read(file: &File) -> Option<Self> {
+    pub(super) fn number_and_process(&self) -> (u16, u32) {
+        (self.id, self.pid)
+    }
+
+    pub(super) fn read(file: &File) -> Option<Self> {
         let mut text = String::new();
         file.take(LIMIT).read_to_string(&mut text).ok()?;
         let mut words = text.split(' ');

@@ -258,6 +258,12 @@ pub enum PortError {
         /// Which dimension.
         reason: String,
     },
+    /// It was to be found, and is not there.
+    #[error("nobody has opened {service}: start the daemon of that robot")]
+    NoChannel {
+        /// Name of the service.
+        service: String,
+    },
     /// All places are taken.
     #[error(
         "{service} has no place for another {port} (limit {limit}): stop one of the programs that use it"

@@ -10,12 +10,13 @@ mod leftovers;
 mod lock;
 mod port;
 mod residence;
+mod roll;
 mod segments;
 mod services;
 mod spoken;
 mod transport;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -26,12 +27,14 @@ use rustix::io::Errno;
 pub use claim::Claim;
 pub use error::{Lost, OpenError, PortError, ReceiveError, Remark, SendError};
 pub use port::{Publisher, Subscriber};
+pub use roll::Running;
 
 use crate::private::PrivateDirectory;
 use crate::{Message, RobotName, places};
 use config::Place;
 use gate::Gate;
 use leftovers::{Broom, Turn};
+use port::Manner;
 use residence::Residence;
 use services::Services;
 use transport::fault::{self, Site};
@@ -107,6 +110,21 @@ impl Space {
         Self::open(&root.path, places::DEFAULT_PREFIX, name)
     }
 
+    /// The robots for which a process acts in a space at `root`, by name. For whoever does not take part: nothing is made,
+    /// and of those who were killed none is among them.
+    ///
+    /// # Errors
+    /// If the place is another user's, or cannot be looked at. One that is not there is no error.
+    pub fn running(root: &Path) -> Result<Vec<Running>, OpenError> {
+        roll::running(root)
+    }
+
+    /// Root and prefix of every space that this user's processes have on this computer, or have left when they were killed.
+    #[must_use]
+    pub fn places() -> Vec<(PathBuf, String)> {
+        roll::places()
+    }
+
     /// A port that sends `robot`'s messages of type `M`.
     ///
     /// # Errors
@@ -122,7 +140,17 @@ impl Space {
     /// # Errors
     /// Each [`PortError`] says what to do about it.
     pub fn subscriber<M: Message>(&self, robot: &RobotName) -> Result<Subscriber<M>, PortError> {
-        let subscriber = Subscriber::open(self, robot)?;
+        let subscriber = Subscriber::open(self, robot, Manner::Make)?;
+        self.look_around();
+        Ok(subscriber)
+    }
+
+    /// The same, where somebody has opened that channel before: it is not made.
+    ///
+    /// # Errors
+    /// [`PortError::NoChannel`] if nobody has, after a moment in which somebody may be about to.
+    pub fn existing<M: Message>(&self, robot: &RobotName) -> Result<Subscriber<M>, PortError> {
+        let subscriber = Subscriber::open(self, robot, Manner::Find)?;
         self.look_around();
         Ok(subscriber)
     }

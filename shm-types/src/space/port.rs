@@ -32,6 +32,15 @@ const PAUSE: Duration = Duration::from_millis(25);
 /// What is still so after this is not just being made or removed.
 const MOMENT: Duration = Duration::from_millis(250);
 
+/// What is done about a service that is not there.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) enum Manner {
+    /// It is made.
+    Make,
+    /// It is not.
+    Find,
+}
+
 /// Sends the messages of one robot and channel. It stays on the thread that opened it.
 #[derive(Debug)]
 pub struct Publisher<M: Message> {
@@ -58,7 +67,8 @@ impl<M: Message> Publisher<M> {
             },
             reason => failed(service, reason),
         };
-        let (port, stay) = enter(space, service_name::<M>(robot), create, explain)?;
+        let name = service_name::<M>(robot);
+        let (port, stay) = enter(space, name, Manner::Make, create, explain)?;
         Ok(Self { port, missed, stay })
     }
 
@@ -103,7 +113,11 @@ pub struct Subscriber<M: Message> {
 }
 
 impl<M: Message> Subscriber<M> {
-    pub(super) fn open(space: &Space, robot: &RobotName) -> Result<Self, PortError> {
+    pub(super) fn open(
+        space: &Space,
+        robot: &RobotName,
+        manner: Manner,
+    ) -> Result<Self, PortError> {
         let create = |factory: &Factory<M>| factory.subscriber_builder().create();
         let explain = |error, service| match error {
             SubscriberCreateError::ExceedsMaxSupportedSubscribers => PortError::Full {
@@ -113,7 +127,8 @@ impl<M: Message> Subscriber<M> {
             },
             reason => failed(service, reason),
         };
-        let (port, stay) = enter(space, service_name::<M>(robot), create, explain)?;
+        let name = service_name::<M>(robot);
+        let (port, stay) = enter(space, name, manner, create, explain)?;
         Ok(Self { port, stay })
     }
 
@@ -210,6 +225,7 @@ fn service_name<M: Message>(robot: &RobotName) -> String {
 fn enter<M: Message, P, E>(
     space: &Space,
     service: String,
+    manner: Manner,
     create: impl Fn(&Factory<M>) -> Result<P, E>,
     explain_port: impl FnOnce(E, String) -> PortError,
 ) -> Result<(P, Stay), PortError> {
@@ -220,7 +236,7 @@ fn enter<M: Message, P, E>(
         let pass = space.gate().pass();
         space.services().check_one(&service)?;
         fault::take();
-        let factory = match try_open_service(space.node(), &name) {
+        let factory = match try_open_service(space.node(), &name, manner) {
             Ok(factory) => factory,
             Err(error) if !has_tried || is_passing(error) && start.elapsed() < PATIENCE => {
                 has_tried = true;
@@ -248,17 +264,22 @@ fn clear_the_way(space: &Space, since: Duration, pass: &Pass) {
 fn try_open_service<M: Message>(
     node: &Node,
     name: &ServiceName,
+    manner: Manner,
 ) -> Result<Factory<M>, ServiceError> {
     let quality = M::CHANNEL.quality();
-    node.service_builder(name)
+    let builder = node
+        .service_builder(name)
         .publish_subscribe::<M>()
         .enable_safe_overflow(true)
         .max_publishers(quality.publishers)
         .max_subscribers(quality.subscribers)
         .max_nodes(processes(quality))
         .subscriber_max_buffer_size(quality.buffer)
-        .history_size(quality.history)
-        .open_or_create()
+        .history_size(quality.history);
+    match manner {
+        Manner::Make => builder.open_or_create(),
+        Manner::Find => Ok(builder.open()?),
+    }
 }
 
 /// How many may use a service at once.
@@ -297,6 +318,7 @@ fn explain<M: Message>(space: &Space, error: ServiceError, name: &ServiceName) -
             theirs: spoken::on(space.place(), name).unwrap_or_else(|| "something else".into()),
             ours: M::TYPE_NAME,
         },
+        Open(E::DoesNotExist) => PortError::NoChannel { service },
         Open(E::ExceedsMaxNumberOfNodes) => PortError::Full {
             service,
             port: "process",

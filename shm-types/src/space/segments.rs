@@ -47,6 +47,16 @@ pub(super) fn space_of(name: &str) -> Option<&str> {
     name.get(..start + 2 + 2 * HEX)
 }
 
+/// The root and the prefix of the space of which this is the lock file.
+pub(super) fn place_of(name: &str) -> Option<(PathBuf, String)> {
+    let space = name
+        .strip_suffix(LOCK)
+        .filter(|space| space_of(name) == Some(space))?;
+    let prefix = space.get(..space.len().checked_sub(2 + 2 * HEX)?)?;
+    let root = OwnFile::named(&path(name)).ok()?.read(LIMIT).ok()??;
+    Some((root.into(), prefix.to_owned()))
+}
+
 /// The root's hash and the key, of a space's name.
 fn root_and_key(space: &str) -> Option<(&str, Key)> {
     let (front, key) = space.split_at_checked(space.len().checked_sub(HEX)?)?;

@@ -1,0 +1,142 @@
+//! How estimates are printed, and which of them.
+
+use coloc_shm_types::{Estimate, RobotName};
+
+use super::args::ListenArgs;
+use super::{csv, json, table, tum};
+
+/// For people, five lines in a second.
+const TABLE_EVERY_S: f64 = 0.2;
+
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+enum Kind {
+    Table,
+    Json,
+    Csv,
+    Tum,
+}
+
+/// What was asked for, and how far it is.
+#[derive(Debug)]
+pub(super) struct Form {
+    kind: Kind,
+    robot: RobotName,
+    every_ns: i64,
+    /// Session and interval of the last one that was printed.
+    last: Option<(u64, i64)>,
+    count: Option<u64>,
+    printed: u64,
+}
+
+impl Form {
+    pub(super) fn new(args: &ListenArgs) -> Self {
+        let kind = match args {
+            ListenArgs { json: true, .. } => Kind::Json,
+            ListenArgs { csv: true, .. } => Kind::Csv,
+            ListenArgs { tum: true, .. } => Kind::Tum,
+            _ => Kind::Table,
+        };
+        let usual = if kind == Kind::Table {
+            TABLE_EVERY_S
+        } else {
+            0.0
+        };
+        Self {
+            kind,
+            robot: args.robot.clone(),
+            every_ns: nanoseconds(args.every.unwrap_or(usual)),
+            last: None,
+            count: args.count,
+            printed: 0,
+        }
+    }
+
+    /// Before the first estimate.
+    pub(super) fn beginning(&self) -> Option<&'static str> {
+        (self.kind == Kind::Csv).then_some(csv::HEADING)
+    }
+
+    pub(super) fn is_enough(&self) -> bool {
+        self.count.is_some_and(|count| self.printed >= count)
+    }
+
+    /// What is to be printed of it, if it is its turn.
+    pub(super) fn text(&mut self, estimate: &Estimate, now_ns: i64) -> Option<String> {
+        if self.is_enough() || !self.is_due(estimate) {
+            return None;
+        }
+        let text = match self.kind {
+            Kind::Table => table::heading(self.printed).to_owned() + &table::line(estimate, now_ns),
+            Kind::Json => json::line(&self.robot, estimate),
+            Kind::Csv => csv::line(estimate),
+            Kind::Tum => tum::line(estimate),
+        };
+        self.printed += 1;
+        Some(text)
+    }
+
+    /// The first of every interval by the robot's own clock, whatever delays it on its way here.
+    fn is_due(&mut self, estimate: &Estimate) -> bool {
+        if self.every_ns == 0 {
+            return true;
+        }
+        let now = (
+            estimate.header.session,
+            estimate.boot_ns.div_euclid(self.every_ns),
+        );
+        self.last.replace(now) != Some(now)
+    }
+}
+
+#[allow(clippy::cast_possible_truncation)] // At most a day.
+fn nanoseconds(seconds: f64) -> i64 {
+    (seconds * 1e9) as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::reading::example;
+    use super::*;
+    use crate::place::PlaceArgs;
+
+    fn form(json: bool, every: Option<f64>, count: Option<u64>) -> Form {
+        Form::new(&ListenArgs {
+            robot: RobotName::new("r1").unwrap(),
+            json,
+            csv: false,
+            tum: false,
+            every,
+            count,
+            place: PlaceArgs::default(),
+        })
+    }
+
+    /// How many lines a second at 50 Hz makes.
+    fn lines(mut form: Form) -> usize {
+        let at = |tick: i64| Estimate {
+            boot_ns: 1_000_000_000 + tick * 20_000_000,
+            ..example()
+        };
+        (0..50)
+            .filter(|tick| form.text(&at(*tick), 0).is_some())
+            .count()
+    }
+
+    #[test]
+    fn people_get_five_lines_a_second_and_programs_all() {
+        assert_eq!(lines(form(false, None, None)), 5);
+        assert_eq!(lines(form(true, None, None)), 50);
+        assert_eq!(lines(form(true, Some(0.5), None)), 2);
+        assert_eq!(lines(form(false, Some(0.0), None)), 50);
+        assert_eq!(lines(form(true, None, Some(3))), 3);
+    }
+
+    #[test]
+    fn a_robot_that_starts_again_is_seen_at_once() {
+        let mut form = form(false, Some(3600.0), None);
+        let mut again = example();
+        assert!(form.text(&again, 0).is_some() && form.text(&again, 0).is_none());
+        again.header.session += 1;
+        assert!(form.text(&again, 0).is_some());
+    }
+}

@@ -1,0 +1,45 @@
+//! `coloc listen`: what a robot's daemon says of where it is, for people and for programs.
+//!
+//! ```text
+//! shared memory ──► follow (silence, losses) ──► form (table, JSON, CSV, TUM) ──► outlet (standard output)
+//! ```
+
+mod args;
+mod csv;
+mod follow;
+mod form;
+mod hearing;
+mod json;
+mod outlet;
+mod reading;
+mod table;
+mod tum;
+
+use coloc_shm_types::{OpenError, PortError};
+
+use crate::output::complain;
+use crate::status::Status;
+
+pub(crate) use args::ListenArgs;
+pub(crate) use reading::belief;
+
+/// Why it cannot be listened to.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum ListenError {
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    #[error(transparent)]
+    Port(#[from] PortError),
+    #[error(transparent)]
+    Lost(#[from] coloc_shm_types::Lost),
+    #[error("cannot handle signals: {0}")]
+    Signals(std::io::Error),
+}
+
+/// The whole command.
+pub(crate) fn command(args: &ListenArgs) -> Status {
+    follow::run(args).unwrap_or_else(|error| {
+        complain(&format!("coloc: {error}"));
+        Status::Failed
+    })
+}

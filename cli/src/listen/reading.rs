@@ -1,0 +1,124 @@
+//! An estimate in the units and words in which it is printed.
+
+use coloc_shm_types::{BeliefState, Estimate, Input};
+use serde::Serialize;
+
+/// In the order in which it is printed.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Reading {
+    /// Hexadecimal: programs that read numbers as floating-point ones would confuse two of them.
+    pub(super) session: String,
+    pub(super) sequence: u64,
+    pub(super) tick: u64,
+    pub(super) clock: &'static str,
+    pub(super) stamp_ns: i64,
+    pub(super) boot_ns: i64,
+    pub(super) x_m: f64,
+    pub(super) y_m: f64,
+    pub(super) heading_rad: f64,
+    pub(super) sigma_x_m: f64,
+    pub(super) sigma_y_m: f64,
+    pub(super) sigma_heading_rad: f64,
+    pub(super) vx_mps: f64,
+    pub(super) vy_mps: f64,
+    pub(super) omega_radps: f64,
+    pub(super) state: &'static str,
+    pub(super) fit: bool,
+    pub(super) odometry: &'static str,
+    pub(super) relative_pose: &'static str,
+    pub(super) position: &'static str,
+    pub(super) neighbour: &'static str,
+}
+
+impl Reading {
+    pub(super) fn of(estimate: &Estimate) -> Self {
+        let [x_m, y_m, heading_rad] = estimate.pose;
+        let [vx_mps, vy_mps, omega_radps] = estimate.velocity;
+        let [sigma_x_m, sigma_y_m, sigma_heading_rad] = sigmas(estimate);
+        let health = |input| estimate.health_of(input).name();
+        Self {
+            session: format!("{:016x}", estimate.header.session),
+            sequence: estimate.header.sequence,
+            tick: estimate.tick,
+            clock: estimate.header.clock().map_or("unknown", |it| it.name()),
+            stamp_ns: estimate.header.stamp_ns,
+            boot_ns: estimate.boot_ns,
+            x_m,
+            y_m,
+            heading_rad,
+            sigma_x_m,
+            sigma_y_m,
+            sigma_heading_rad,
+            vx_mps,
+            vy_mps,
+            omega_radps,
+            state: estimate.state().name(),
+            fit: estimate.is_fit(),
+            odometry: health(Input::Odometry),
+            relative_pose: health(Input::RelativePose),
+            position: health(Input::Position),
+            neighbour: health(Input::Neighbour),
+        }
+    }
+}
+
+/// One standard deviation of x, y and the heading.
+pub(super) fn sigmas(estimate: &Estimate) -> [f64; 3] {
+    let total = estimate.total();
+    [total[0], total[4], total[8]].map(f64::sqrt)
+}
+
+/// The state of the belief, in a word that also says whether to drive on it.
+pub(crate) fn belief(estimate: &Estimate) -> &'static str {
+    match estimate.state() {
+        BeliefState::Ok if !estimate.is_fit() => "unfit",
+        state => state.name(),
+    }
+}
+
+/// An estimate of which no two numbers are the same.
+#[cfg(test)]
+pub(super) fn example() -> Estimate {
+    use coloc_shm_types::{Clock, Header, Health};
+
+    let mut estimate = Estimate {
+        header: Header {
+            stamp_ns: 1_700_000_000_020_000_001,
+            session: 0xfedc_ba98_7654_3210,
+            sequence: 7,
+            clock: Clock::Realtime as u8,
+            ..Header::default()
+        },
+        boot_ns: 5_000_000_000,
+        tick: 8,
+        pose: [1.5, -2.25, 0.5],
+        velocity: [0.75, 0.125, -0.25],
+        independent: [0.25, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0025],
+        velocity_covariance: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9],
+        state: 1,
+        fit: 1,
+        ..Estimate::default()
+    };
+    estimate.health[Input::Odometry as usize] = Health::Ok as u8;
+    estimate.health[Input::Position as usize] = Health::Stale as u8;
+    estimate
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_known_pose_that_is_not_to_be_driven_on_has_its_own_word() {
+        let estimate = |state, fit| Estimate {
+            state,
+            fit,
+            ..Estimate::default()
+        };
+        let words = [(0, 0), (1, 1), (1, 0), (2, 0), (3, 0)];
+        assert_eq!(
+            words.map(|(state, fit)| belief(&estimate(state, fit))),
+            ["finding", "ok", "unfit", "contradicted", "lost"]
+        );
+    }
+}
