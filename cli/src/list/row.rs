@@ -108,7 +108,7 @@ mod tests {
         assert_eq!(row.chars().count(), 80, "{row}");
         assert_eq!(heading(width).chars().count(), 80);
         assert!(
-            row.ends_with("contradicted never_seen   -1e9 123.456 -179.3"),
+            row.ends_with("contradicted never_seen    -1e9 123.456 -179.3"),
             "{row}"
         );
     }

@@ -1,17 +1,19 @@
 //! Listening to a robot that comes and goes.
 
+use std::path::Path;
 use std::time::Duration;
 
-use coloc_shm_types::{Estimate, RobotName, Space, Subscriber};
+use coloc_shm_types::{Estimate, Lost, RobotName, Space, Subscriber};
 
 use super::args::ListenArgs;
 use super::form::Form;
 use super::hearing::{Hearing, News};
+use super::seek::seek;
 use super::{ListenError, outlet};
 use crate::demo::clock::now_ns;
 use crate::demo::interrupt::Interrupt;
 use crate::output::{complain, print_line, takes_no_more};
-use crate::place::{Found, Looked, Place, look};
+use crate::place::Place;
 use crate::status::Status;
 
 /// Between two looks. A robot says a thousand estimates a second at most, and 16 wait.
@@ -20,103 +22,109 @@ const SECOND_NS: i64 = 1_000_000_000;
 
 pub(super) fn run(args: &ListenArgs) -> Result<Status, ListenError> {
     let interrupt = Interrupt::catch().map_err(ListenError::Signals)?;
-    let (place, runs) = choose(look(&args.place), &args.robot)?;
-    let mut follower = Follower::start(args, place, runs)?;
-    let status = follower.follow(&interrupt);
-    follower.tell_losses();
-    status
+    let mut follower = Follower::new(args);
+    if let Some(heading) = follower.form.beginning() {
+        print_line(heading);
+    }
+    while let Some((place, waited)) = seek(args, &interrupt)? {
+        if waited {
+            follower.hearing.is_missed();
+        }
+        let followed = follower.follow(&Ear::open(place, &args.robot)?, &interrupt);
+        follower.tell_losses();
+        match followed {
+            Ok(()) => break,
+            Err(Lost(path)) => follower.lose(&path),
+        }
+    }
+    Ok(interrupt.signal().map_or(Status::Done, Status::Interrupted))
 }
 
-/// Where it runs, or else where it is waited for, and which of both.
-fn choose(looked: Looked, robot: &RobotName) -> Result<(Place, bool), ListenError> {
-    let runs = |found: &&Found| found.robots.iter().any(|one| one.robot == *robot);
-    if let Some(found) = looked.here.as_ref().ok().filter(runs) {
-        return Ok((found.place.clone(), true));
-    }
-    if let Some(found) = looked.elsewhere.iter().find(runs) {
-        complain(&format!("coloc: {robot} runs in {}", found.place));
-        return Ok((found.place.clone(), true));
-    }
-    let here = looked.here?;
-    complain(&format!(
-        "coloc: {robot} does not run here, waiting for it in {}; {}",
-        here.place,
-        who_else(&here, &looked.elsewhere)
-    ));
-    Ok((here.place, false))
+/// What it is heard with.
+struct Ear {
+    estimates: Subscriber<Estimate>,
+    space: Space,
+    place: Place,
 }
 
-/// Who runs instead: it may have been misspelt.
-fn who_else(here: &Found, elsewhere: &[Found]) -> String {
-    let inhabited = |found: &&Found| !found.robots.is_empty();
-    let all: Vec<String> = std::iter::once(here)
-        .filter(inhabited)
-        .map(Found::names)
-        .chain(
-            elsewhere
-                .iter()
-                .map(|found| format!("{} in {}", found.names(), found.place)),
-        )
-        .collect();
-    if all.is_empty() {
-        return "nobody else runs".into();
+impl Ear {
+    fn open(place: Place, robot: &RobotName) -> Result<Self, ListenError> {
+        let space = Space::open(&place.root, &place.prefix, "coloc-listen")?;
+        let estimates = space.subscriber(robot)?;
+        Ok(Self {
+            estimates,
+            space,
+            place,
+        })
     }
-    format!("who runs: {}", all.join("; "))
+
+    fn why_silent(&self, robot: &RobotName) -> String {
+        let running = Space::running(&self.place.root).unwrap_or_default();
+        let own = running.iter().find(|one| one.robot == *robot);
+        match own.map(|own| own.who) {
+            None => "does not run any more, waiting for it".into(),
+            Some(None) => "runs and says nothing".into(),
+            Some(Some((_, process))) => {
+                format!("is silent, though process {process} acts for it")
+            }
+        }
+    }
 }
 
 struct Follower<'a> {
     robot: &'a RobotName,
-    place: Place,
     form: Form,
     hearing: Hearing,
     /// When the shared memory was last looked at.
     checked_ns: i64,
     /// Messages that were there and could not be read.
     unreadable: u64,
-    estimates: Subscriber<Estimate>,
-    space: Space,
 }
 
 impl<'a> Follower<'a> {
-    fn start(args: &'a ListenArgs, place: Place, runs: bool) -> Result<Self, ListenError> {
-        let space = Space::open(&place.root, &place.prefix, "coloc-listen")?;
-        let estimates = space.subscriber(&args.robot)?;
-        Ok(Self {
+    fn new(args: &'a ListenArgs) -> Self {
+        Self {
             robot: &args.robot,
-            place,
             form: Form::new(args),
-            hearing: Hearing::begin(now_ns(), !runs),
+            hearing: Hearing::begin(now_ns()),
             checked_ns: now_ns(),
             unreadable: 0,
-            estimates,
-            space,
-        })
+        }
     }
 
-    fn follow(&mut self, interrupt: &Interrupt) -> Result<Status, ListenError> {
-        if let Some(heading) = self.form.beginning() {
-            print_line(heading);
-        }
-        loop {
-            if let Some(signal) = interrupt.signal() {
-                return Ok(Status::Interrupted(signal));
+    /// Until nobody wants to hear more, or the shared memory is gone.
+    fn follow(&mut self, ear: &Ear, interrupt: &Interrupt) -> Result<(), Lost> {
+        while !interrupt.is_there() {
+            self.listen(&ear.estimates);
+            if self.is_done() {
+                break;
             }
-            self.listen();
-            if self.form.is_enough() || takes_no_more() {
-                return Ok(Status::Done);
-            }
-            self.look_after(now_ns())?;
+            self.look_after(ear, now_ns())?;
             outlet::pause(PAUSE);
         }
+        Ok(())
+    }
+
+    fn is_done(&self) -> bool {
+        self.form.is_enough() || takes_no_more()
+    }
+
+    fn lose(&mut self, path: &Path) {
+        self.hearing.is_missed();
+        let path = path.display();
+        complain(&format!(
+            "coloc: {path} was deleted or exchanged: looking for {} anew",
+            self.robot
+        ));
     }
 
     /// Takes what is there, for as long as somebody takes it from here.
-    fn listen(&mut self) {
-        while !self.form.is_enough() && !takes_no_more() {
+    fn listen(&mut self, estimates: &Subscriber<Estimate>) {
+        while !self.is_done() {
             if !outlet::is_ready() {
                 return self.hearing.was_not_asked(now_ns());
             }
-            match self.estimates.receive() {
+            match estimates.receive() {
                 Ok(Some(estimate)) => self.take(&estimate),
                 Ok(None) => return,
                 Err(_) => return self.unreadable += 1,
@@ -150,28 +158,17 @@ impl<'a> Follower<'a> {
         complain(&format!("coloc: {} {said}", self.robot));
     }
 
-    fn look_after(&mut self, now_ns: i64) -> Result<(), ListenError> {
+    fn look_after(&mut self, ear: &Ear, now_ns: i64) -> Result<(), Lost> {
         if self.hearing.becomes_silent(now_ns) {
-            complain(&format!("coloc: {} {}", self.robot, self.why_silent()));
+            let why = ear.why_silent(self.robot);
+            complain(&format!("coloc: {} {why}", self.robot));
         }
         if now_ns - self.checked_ns >= SECOND_NS {
             self.checked_ns = now_ns;
             self.tell_losses();
-            self.space.check()?;
+            ear.space.check()?;
         }
         Ok(())
-    }
-
-    fn why_silent(&self) -> String {
-        let running = Space::running(&self.place.root).unwrap_or_default();
-        let own = running.iter().find(|one| one.robot == *self.robot);
-        match own.map(|own| own.who) {
-            None => "does not run any more, waiting for it".into(),
-            Some(None) => "runs and says nothing".into(),
-            Some(Some((_, process))) => {
-                format!("is silent, though process {process} acts for it")
-            }
-        }
     }
 
     fn tell_losses(&mut self) {

@@ -30,13 +30,17 @@ pub(super) struct Hearing {
 }
 
 impl Hearing {
-    /// From now on; whether it was said that the robot does not run.
-    pub(super) fn begin(now_ns: i64, is_silent: bool) -> Self {
+    /// From now on.
+    pub(super) fn begin(now_ns: i64) -> Self {
         Self {
-            is_silent,
             last_ns: now_ns,
             ..Self::default()
         }
+    }
+
+    /// It was said that it is not heard.
+    pub(super) fn is_missed(&mut self) {
+        self.is_silent = true;
     }
 
     pub(super) fn heard(&mut self, header: &Header, now_ns: i64) -> Option<News> {
@@ -96,7 +100,7 @@ mod tests {
 
     #[test]
     fn gaps_in_the_count_of_one_session_are_losses() {
-        let mut hearing = Hearing::begin(0, false);
+        let mut hearing = Hearing::begin(0);
         for sequence in [40, 41, 44, 43, 44] {
             assert_eq!(hearing.heard(&header(1, sequence), 0), None);
         }
@@ -107,7 +111,8 @@ mod tests {
 
     #[test]
     fn a_robot_comes_goes_and_comes_back() {
-        let mut hearing = Hearing::begin(0, true);
+        let mut hearing = Hearing::begin(0);
+        hearing.is_missed();
         assert!(!hearing.becomes_silent(9 * SECOND), "it was said before");
         assert_eq!(
             hearing.heard(&header(1, 0), 10 * SECOND),
@@ -129,7 +134,7 @@ mod tests {
 
     #[test]
     fn who_did_not_look_heard_no_silence() {
-        let mut hearing = Hearing::begin(0, false);
+        let mut hearing = Hearing::begin(0);
         hearing.was_not_asked(5 * SECOND);
         assert!(!hearing.becomes_silent(5 * SECOND));
         assert!(hearing.becomes_silent(7 * SECOND));

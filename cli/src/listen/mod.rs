@@ -1,7 +1,7 @@
 //! `coloc listen`: what a robot's daemon says of where it is, for people and for programs.
 //!
 //! ```text
-//! shared memory ──► follow (silence, losses) ──► form (table, JSON, CSV, TUM) ──► outlet (standard output)
+//! seek (who runs where) ──► follow (silence, losses) ──► form (table, JSON, CSV, TUM) ──► outlet (standard output)
 //! ```
 
 mod args;
@@ -12,6 +12,7 @@ mod hearing;
 mod json;
 mod outlet;
 mod reading;
+mod seek;
 mod table;
 mod tum;
 
@@ -30,8 +31,6 @@ pub(crate) enum ListenError {
     Open(#[from] OpenError),
     #[error(transparent)]
     Port(#[from] PortError),
-    #[error(transparent)]
-    Lost(#[from] coloc_shm_types::Lost),
     #[error("cannot handle signals: {0}")]
     Signals(std::io::Error),
 }

@@ -8,10 +8,10 @@ use crate::fitted::fitted;
 /// So many lines have a heading over them.
 const PAGE: u64 = 40;
 
-const HEADING: &str = "\
- age       x       y      φ    ±x    ±y   ±φ     v     ω belief       odometry
-  ms       m       m      °     m     m    °   m/s   °/s
-";
+const HEADING: &str = concat!(
+    " age       x       y      φ    ±x    ±y   ±φ     v     ω belief       odometry\n",
+    "  ms       m       m      °     m     m    °   m/s   °/s\n",
+);
 
 /// Of the line with this number.
 pub(super) fn heading(number: u64) -> &'static str {
