@@ -1,0 +1,102 @@
+//! A robot without a daemon: it is claimed, and says estimates that follow from their number.
+
+use std::path::{Path, PathBuf};
+
+use coloc_shm_types::{Claim, Clock, Estimate, Health, Input, Publisher, RobotName, Sender, Space};
+use tempfile::TempDir;
+
+pub(crate) const PREFIX: &str = "watching";
+
+/// A shared memory of its own.
+pub(crate) struct Ground(TempDir);
+
+impl Ground {
+    pub(crate) fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub(crate) fn root(&self) -> PathBuf {
+        self.0.path().join("shm")
+    }
+
+    pub(crate) fn file(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub(crate) fn space(&self) -> Space {
+        Space::open(&self.root(), PREFIX, "test").unwrap()
+    }
+
+    /// Every name below the root and, of this space, in `/dev/shm`.
+    pub(crate) fn trace(&self) -> Vec<PathBuf> {
+        let mut all = Vec::new();
+        collect(&self.root(), &mut all);
+        let family = self.space().full_prefix().to_owned();
+        let shared = std::fs::read_dir("/dev/shm").unwrap();
+        let names = shared.map(|entry| entry.unwrap().path());
+        all.extend(names.filter(|path| path.to_str().unwrap().contains(&family)));
+        all.sort();
+        all
+    }
+}
+
+fn collect(directory: &Path, all: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(directory).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            collect(&path, all);
+        }
+        all.push(path);
+    }
+}
+
+pub(crate) fn name(robot: &str) -> RobotName {
+    RobotName::new(robot).unwrap()
+}
+
+pub(crate) struct Robot {
+    estimates: Publisher<Estimate>,
+    sender: Sender,
+    _claim: Claim,
+}
+
+impl Robot {
+    pub(crate) fn start(ground: &Ground, robot: &str, id: u16) -> Self {
+        let space = ground.space();
+        Self {
+            _claim: space.claim_robot(&name(robot), id).unwrap(),
+            estimates: space.publisher(&name(robot)).unwrap(),
+            sender: Sender::start(id, Clock::Boottime).unwrap(),
+        }
+    }
+
+    /// The next estimate. That one of the listeners has lost one is his affair.
+    pub(crate) fn say(&mut self) {
+        let mut header = self.sender.header(0);
+        let tick = header.sequence;
+        header.stamp_ns = stamp_ns(tick);
+        let mut estimate = Estimate {
+            header,
+            boot_ns: stamp_ns(tick),
+            tick,
+            pose: [x(tick), -1.25, std::f64::consts::FRAC_PI_2],
+            velocity: [0.5, 0.0, 0.25],
+            independent: [0.04, 0.0, 0.0, 0.0, 0.09, 0.0, 0.0, 0.0, 0.0001],
+            state: 1,
+            fit: 1,
+            ..Estimate::default()
+        };
+        estimate.health[Input::Odometry as usize] = Health::Ok as u8;
+        let _ = self.estimates.send(estimate);
+    }
+}
+
+/// When the estimate with that number was: the clock of the test does not matter.
+pub(crate) fn stamp_ns(tick: u64) -> i64 {
+    1_000_000_000 + 20_000_000 * i64::try_from(tick).unwrap()
+}
+
+#[allow(clippy::cast_precision_loss)] // Far below 2^53.
+pub(crate) fn x(tick: u64) -> f64 {
+    tick as f64 / 8.0
+}
