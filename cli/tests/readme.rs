@@ -4,13 +4,14 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-const DOCUMENTS: [&str; 7] = [
+const DOCUMENTS: [&str; 8] = [
     "README.md",
     "ARCHITECTURE.md",
     "benches/README.md",
     "docs/accuracy.md",
     "docs/accuracy-experiments.md",
     "docs/configuration.md",
+    "docs/operation.md",
     "tests/hil/README.md",
 ];
 
@@ -82,8 +83,9 @@ fn code(text: &str) -> Vec<&str> {
 
 /// What comes after the program's name, and how to call the program.
 fn command(code: &str) -> Option<(&'static [&'static str], &str)> {
-    const STARTS: [(&str, &[&str]); 4] = [
+    const STARTS: [(&str, &[&str]); 5] = [
         ("coloc ", &[]),
+        ("target/release/coloc ", &[]),
         ("cargo run --release --bin coloc -- ", &[]),
         ("colocd ", &["colocd"]),
         ("target/release/colocd ", &["colocd"]),

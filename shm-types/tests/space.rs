@@ -4,7 +4,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use coloc_shm_types::{
-    Estimate, Header, Neighbour, OpenError, Position, Remark, RobotName, Space, Status,
+    Estimate, Header, Neighbour, OpenError, PortError, Position, Remark, RobotName, Space, Status,
 };
 
 fn open(root: &Path) -> Space {
@@ -358,4 +358,43 @@ fn who_enters_an_exchanged_root_harms_nobody_in_the_old_one() {
     drop(new);
     drop(open(&root));
     assert_eq!(remains(&root, &prefix), Vec::<String>::new());
+}
+
+#[test]
+fn who_acts_for_a_robot_is_seen_from_outside_and_who_has_ended_is_not() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let root = directory.path().join("shm");
+    let running = || Space::running(&root).expect("our own place");
+    assert_eq!(running(), []);
+    let space = open(&root);
+    assert_eq!(running(), []);
+    let claim = space.claim_robot(&robot(), 4).expect("its claim");
+    let [only] = &running()[..] else {
+        panic!("{:?}", running());
+    };
+    assert_eq!(only.robot, robot());
+    assert_eq!(only.who, Some((4, std::process::id())));
+    assert!(only.since.is_some());
+    assert!(Space::places().contains(&(root.clone(), "t".into())));
+    drop(claim);
+    assert_eq!(running(), []);
+    // Whoever looks leaves the name free.
+    space.claim_robot(&robot(), 4).expect("its claim");
+}
+
+#[test]
+fn an_existing_channel_is_heard_and_none_is_made() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let space = open(&directory.path().join("shm"));
+    let refusal = space
+        .existing::<Estimate>(&robot())
+        .expect_err("no channel");
+    assert!(matches!(refusal, PortError::NoChannel { .. }), "{refusal}");
+    let again = space.existing::<Estimate>(&robot()).expect_err("none yet");
+    assert!(matches!(again, PortError::NoChannel { .. }), "{again}");
+    let publisher = space.publisher(&robot()).expect("a publisher");
+    let subscriber = space.existing(&robot()).expect("a subscriber");
+    publisher.send(estimate(3)).expect("a listener");
+    let heard: Option<Estimate> = subscriber.receive().expect("no trouble");
+    assert_eq!(heard.map(|estimate| estimate.tick), Some(3));
 }

@@ -77,6 +77,8 @@ struct Follower<'a> {
     hearing: Hearing,
     /// When the shared memory was last looked at.
     checked_ns: i64,
+    /// What was last said of its silence.
+    why: Option<String>,
     /// Messages that were there and could not be read.
     unreadable: u64,
 }
@@ -88,6 +90,7 @@ impl<'a> Follower<'a> {
             form: Form::new(args),
             hearing: Hearing::begin(now_ns()),
             checked_ns: now_ns(),
+            why: None,
             unreadable: 0,
         }
     }
@@ -135,6 +138,7 @@ impl<'a> Follower<'a> {
     fn take(&mut self, estimate: &Estimate) {
         let now_ns = now_ns();
         if let Some(news) = self.hearing.heard(&estimate.header, now_ns) {
+            self.why = None;
             self.tell(news);
         }
         if let Some(text) = self.form.text(estimate, now_ns) {
@@ -160,15 +164,27 @@ impl<'a> Follower<'a> {
 
     fn look_after(&mut self, ear: &Ear, now_ns: i64) -> Result<(), Lost> {
         if self.hearing.becomes_silent(now_ns) {
-            let why = ear.why_silent(self.robot);
-            complain(&format!("coloc: {} {why}", self.robot));
+            self.say_why(ear);
         }
         if now_ns - self.checked_ns >= SECOND_NS {
             self.checked_ns = now_ns;
             self.tell_losses();
             ear.space.check()?;
+            if self.hearing.is_silent() {
+                self.say_why(ear);
+            }
         }
         Ok(())
+    }
+
+    /// Why it is not heard, unless that was said.
+    fn say_why(&mut self, ear: &Ear) {
+        let why = Some(ear.why_silent(self.robot));
+        if self.why != why {
+            self.why = why;
+            let why = self.why.as_deref().unwrap_or_default();
+            complain(&format!("coloc: {} {why}", self.robot));
+        }
     }
 
     fn tell_losses(&mut self) {

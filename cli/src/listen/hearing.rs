@@ -65,6 +65,10 @@ impl Hearing {
         }
     }
 
+    pub(super) fn is_silent(&self) -> bool {
+        self.is_silent
+    }
+
     /// Whether it has just become silent.
     pub(super) fn becomes_silent(&mut self, now_ns: i64) -> bool {
         let silent = now_ns.saturating_sub(self.last_ns) > SILENCE_NS;

@@ -39,6 +39,8 @@ fn help_and_version_are_answers_like_others() {
         "demo --help",
         "eval --help",
         "latency --help",
+        "list --help",
+        "listen --help",
     ] {
         for (stdout, stderr) in SINKS {
             let ended = Program::coloc(arguments).run(stdout, stderr);

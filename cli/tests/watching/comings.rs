@@ -27,7 +27,7 @@ fn a_robot_that_comes_goes_and_comes_back_is_followed() {
     coloc.wait_until_it_says("coloc: r1 does not run any more", || {});
     let mut robot = Robot::start(&ground, "r1", 1);
     coloc.wait_until_it_says("coloc: r1 speaks again, started anew, after ", || {
-        robot.say()
+        robot.say();
     });
     coloc.wait(|| robot.say(), |printed, _| sessions(printed).len() == 2);
     coloc.signal("INT");
@@ -45,6 +45,9 @@ fn a_daemon_that_stops_to_speak_is_told_from_one_that_is_gone() {
     let own = format!("r1 is silent, though process {} acts", std::process::id());
     coloc.wait_until_it_says(&own, || {});
     coloc.wait_until_it_says("coloc: r1 speaks again, after ", || robot.say());
+    coloc.wait_until_it_says(&own, || {});
+    drop(robot);
+    coloc.wait_until_it_says("coloc: r1 does not run any more", || {});
     coloc.signal("TERM");
     assert_eq!(coloc.end(|| {}).status, Some(143));
 }
