@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use coloc_shm_types::{OpenError, Running, Space, places};
+use coloc_shm_types::{OpenError, RobotName, Running, Space, places};
 
 /// Which shared memory is meant.
 #[derive(Clone, Debug, Default, Args)]
@@ -22,6 +22,15 @@ pub(crate) struct PlaceArgs {
 pub(crate) struct Place {
     pub(crate) root: PathBuf,
     pub(crate) prefix: String,
+}
+
+impl Place {
+    /// Whether somebody acts for `robot` there.
+    pub(crate) fn runs(&self, robot: &RobotName) -> Result<bool, OpenError> {
+        Ok(Space::running(&self.root)?
+            .iter()
+            .any(|one| one.robot == *robot))
+    }
 }
 
 impl fmt::Display for Place {
@@ -79,6 +88,10 @@ impl Found {
         Ok(Self { place, robots })
     }
 
+    pub(crate) fn has(&self, robot: &RobotName) -> bool {
+        self.robots.iter().any(|one| one.robot == *robot)
+    }
+
     /// Names, for a sentence.
     pub(crate) fn names(&self) -> String {
         let names: Vec<_> = self.robots.iter().map(|one| one.robot.as_str()).collect();
@@ -87,11 +100,20 @@ impl Found {
 }
 
 impl PlaceArgs {
+    /// With the prefix of what is at `root` now, unless one was named.
+    pub(crate) fn at(&self, root: PathBuf) -> Result<Place, OpenError> {
+        self.among(root, &known())
+    }
+
     fn place(&self, known: &[Place]) -> Result<Place, OpenError> {
         let root = match &self.root {
             Some(root) => absolute(root),
             None => absolute(&places::shared_memory_root()?.path),
         };
+        self.among(root, known)
+    }
+
+    fn among(&self, root: PathBuf, known: &[Place]) -> Result<Place, OpenError> {
         let prefix = self.prefix.clone().unwrap_or_else(|| {
             let found = known.iter().find(|place| place.root == root);
             found.map_or(places::DEFAULT_PREFIX.into(), |place| place.prefix.clone())

@@ -366,7 +366,10 @@ fn who_acts_for_a_robot_is_seen_from_outside_and_who_has_ended_is_not() {
     let root = directory.path().join("shm");
     let running = || Space::running(&root).expect("our own place");
     assert_eq!(running(), []);
+    Space::join(&root, "t", "test").expect_err("nobody is there to hear");
+    assert!(!root.exists());
     let space = open(&root);
+    Space::join(&root, "t", "test").expect("what is there");
     assert_eq!(running(), []);
     let claim = space.claim_robot(&robot(), 4).expect("its claim");
     let [only] = &running()[..] else {

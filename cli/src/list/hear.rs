@@ -33,7 +33,7 @@ enum Ear {
 /// Hears all of them at once, in their order.
 pub(super) fn hear(found: &Found, interrupt: &Interrupt) -> Vec<Word> {
     let place = &found.place;
-    let space = match Space::open(&place.root, &place.prefix, "coloc-list") {
+    let space = match Space::join(&place.root, &place.prefix, "coloc-list") {
         Ok(space) => space,
         Err(error) => return refused(found, &error.to_string()),
     };

@@ -8,7 +8,7 @@ use coloc_shm_types::{Estimate, Lost, RobotName, Space, Subscriber};
 use super::args::ListenArgs;
 use super::form::Form;
 use super::hearing::{Hearing, News};
-use super::seek::seek;
+use super::seek::{choose, wait};
 use super::{ListenError, outlet};
 use crate::demo::clock::now_ns;
 use crate::demo::interrupt::Interrupt;
@@ -26,11 +26,18 @@ pub(super) fn run(args: &ListenArgs) -> Result<Status, ListenError> {
     if let Some(heading) = follower.form.beginning() {
         print_line(heading);
     }
-    while let Some((place, waited)) = seek(args, &interrupt)? {
-        if waited {
-            follower.hearing.is_missed();
-        }
-        let followed = follower.follow(&Ear::open(place, &args.robot)?, &interrupt);
+    let (mut place, runs) = choose(args)?;
+    if !runs {
+        follower.hearing.is_missed();
+    }
+    while wait(&place, &args.robot, &interrupt)? {
+        place = args.place.at(place.root)?;
+        let ear = match Ear::open(&place, &args.robot) {
+            // It went just then.
+            Err(_) if !place.runs(&args.robot)? => continue,
+            ear => ear?,
+        };
+        let followed = follower.follow(&ear, &interrupt);
         follower.tell_losses();
         match followed {
             Ok(()) => break,
@@ -48,13 +55,13 @@ struct Ear {
 }
 
 impl Ear {
-    fn open(place: Place, robot: &RobotName) -> Result<Self, ListenError> {
-        let space = Space::open(&place.root, &place.prefix, "coloc-listen")?;
+    fn open(place: &Place, robot: &RobotName) -> Result<Self, ListenError> {
+        let space = Space::join(&place.root, &place.prefix, "coloc-listen")?;
         let estimates = space.subscriber(robot)?;
         Ok(Self {
             estimates,
             space,
-            place,
+            place: place.clone(),
         })
     }
 

@@ -16,7 +16,7 @@ mod seek;
 mod table;
 mod tum;
 
-use coloc_shm_types::{OpenError, PortError};
+use coloc_shm_types::{OpenError, PortError, RobotName};
 
 use crate::output::complain;
 use crate::status::Status;
@@ -31,6 +31,13 @@ pub(crate) enum ListenError {
     Open(#[from] OpenError),
     #[error(transparent)]
     Port(#[from] PortError),
+    #[error("{robot} runs in {places}: choose one with --root")]
+    Several {
+        /// Whose estimates are wanted.
+        robot: RobotName,
+        /// Where all it runs.
+        places: String,
+    },
     #[error("cannot handle signals: {0}")]
     Signals(std::io::Error),
 }

@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
-use coloc_shm_types::RobotName;
+use coloc_shm_types::{OpenError, RobotName};
 
+use super::ListenError;
+use super::args::ListenArgs;
 use super::outlet;
-use super::{ListenError, args::ListenArgs};
 use crate::demo::interrupt::Interrupt;
 use crate::output::{complain, takes_no_more};
 use crate::place::{Found, Looked, Place, look};
@@ -13,40 +14,38 @@ use crate::place::{Found, Looked, Place, look};
 /// Between two looks; a daemon takes longer from its claim to its first estimate.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// Where it runs, once it does; `None` if that is not waited for any more. Whether it was waited for.
-pub(super) fn seek(
-    args: &ListenArgs,
-    interrupt: &Interrupt,
-) -> Result<Option<(Place, bool)>, ListenError> {
-    let mut waits = false;
-    while !interrupt.is_there() && !takes_no_more() {
-        let looked = look(&args.place);
-        if let Some(place) = place_of(&args.robot, &looked) {
-            return Ok(Some((place, waits)));
-        }
-        let here = looked.here?;
-        if !std::mem::replace(&mut waits, true) {
-            complain(&format!(
-                "coloc: {} does not run here, waiting for it in {}; {}",
-                args.robot,
-                here.place,
-                who_else(&here, &looked.elsewhere)
-            ));
-        }
-        outlet::pause(PAUSE);
+/// The place that was named, else the usual one, else the only other one in which it runs now; and whether it runs.
+pub(super) fn choose(args: &ListenArgs) -> Result<(Place, bool), ListenError> {
+    let robot = &args.robot;
+    let Looked { here, elsewhere } = look(&args.place);
+    if let Some(found) = here.as_ref().ok().filter(|found| found.has(robot)) {
+        return Ok((found.place.clone(), true));
     }
-    Ok(None)
+    let there: Vec<&Found> = elsewhere.iter().filter(|found| found.has(robot)).collect();
+    match there[..] {
+        [] => {
+            let here = here?;
+            complain(&format!(
+                "coloc: {robot} does not run here, waiting for it in {}; {}",
+                here.place,
+                who_else(&here, &elsewhere)
+            ));
+            Ok((here.place, false))
+        }
+        [found] => {
+            complain(&format!("coloc: {robot} runs in {}", found.place));
+            Ok((found.place.clone(), true))
+        }
+        _ => Err(several(robot, &there)),
+    }
 }
 
-/// Says so if it is not the usual place.
-fn place_of(robot: &RobotName, looked: &Looked) -> Option<Place> {
-    let runs = |found: &&Found| found.robots.iter().any(|one| one.robot == *robot);
-    if let Some(found) = looked.here.as_ref().ok().filter(runs) {
-        return Some(found.place.clone());
+fn several(robot: &RobotName, there: &[&Found]) -> ListenError {
+    let places: Vec<String> = there.iter().map(|found| found.place.to_string()).collect();
+    ListenError::Several {
+        robot: robot.clone(),
+        places: places.join(" and in "),
     }
-    let found = looked.elsewhere.iter().find(runs)?;
-    complain(&format!("coloc: {robot} runs in {}", found.place));
-    Some(found.place.clone())
 }
 
 /// Who runs instead: it may have been misspelt.
@@ -60,4 +59,19 @@ fn who_else(here: &Found, elsewhere: &[Found]) -> String {
         return "nobody else runs".into();
     }
     format!("who runs: {}", all.join("; "))
+}
+
+/// Until it runs at `place`; `false` if that is not waited for any more.
+pub(super) fn wait(
+    place: &Place,
+    robot: &RobotName,
+    interrupt: &Interrupt,
+) -> Result<bool, OpenError> {
+    while !interrupt.is_there() && !takes_no_more() {
+        if place.runs(robot)? {
+            return Ok(true);
+        }
+        outlet::pause(PAUSE);
+    }
+    Ok(false)
 }

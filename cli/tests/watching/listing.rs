@@ -51,6 +51,8 @@ fn who_runs_is_listed_with_what_it_believes_and_nothing_stays_behind() {
         assert_eq!(words[8..], ["-1.250", "90.0"], "{line}");
     }
     assert!(ended.said.is_empty(), "{ended:?}");
+    // Who speaks notices then that a listener has gone.
+    robots.iter_mut().for_each(Robot::say);
     assert_eq!(ground.trace(), before);
 }
 

@@ -8,6 +8,7 @@ mod ground;
 mod key;
 mod leftovers;
 mod lock;
+mod manner;
 mod port;
 mod residence;
 mod roll;
@@ -34,7 +35,7 @@ use crate::{Message, RobotName, places};
 use config::Place;
 use gate::Gate;
 use leftovers::{Broom, Turn};
-use port::Manner;
+use manner::Manner;
 use residence::Residence;
 use services::Services;
 use transport::fault::{self, Site};
@@ -75,9 +76,21 @@ impl Space {
     /// # Errors
     /// Each [`OpenError`] says what to do about it.
     pub fn open(root: &Path, prefix: &str, name: &str) -> Result<Self, OpenError> {
+        Self::enter(root, prefix, name, Manner::Make)
+    }
+
+    /// The same, where the directory is there: for whoever wants to hear those who made it.
+    ///
+    /// # Errors
+    /// As [`Self::open`], and if the directory is gone.
+    pub fn join(root: &Path, prefix: &str, name: &str) -> Result<Self, OpenError> {
+        Self::enter(root, prefix, name, Manner::Find)
+    }
+
+    fn enter(root: &Path, prefix: &str, name: &str, manner: Manner) -> Result<Self, OpenError> {
         // Its errors come back as values; printing them would wait for whoever reads standard error, also within a tick.
         set_log_level(LogLevel::Fatal);
-        let mut residence = Residence::enter(root, prefix)?;
+        let mut residence = Residence::enter(root, prefix, manner)?;
         let node = create_node(&residence, name)?;
         let files = {
             let _pass = residence.gate().pass();

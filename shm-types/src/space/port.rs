@@ -17,6 +17,7 @@ use iceoryx2::service::builder::publish_subscribe::{
 use super::error::{PortError, ReceiveError, SendError};
 use super::gate::Pass;
 use super::leftovers::{self, Turn};
+use super::manner::Manner;
 use super::services::Use;
 use super::spoken;
 use super::transport::{self, fault};
@@ -31,15 +32,6 @@ const PATIENCE: Duration = Duration::from_millis(1200);
 const PAUSE: Duration = Duration::from_millis(25);
 /// What is still so after this is not just being made or removed.
 const MOMENT: Duration = Duration::from_millis(250);
-
-/// What is done about a service that is not there.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub(super) enum Manner {
-    /// It is made.
-    Make,
-    /// It is not.
-    Find,
-}
 
 /// Sends the messages of one robot and channel. It stays on the thread that opened it.
 #[derive(Debug)]

@@ -21,6 +21,7 @@ use super::error::{Lost, OpenError, Remark};
 use super::gate::Gate;
 use super::key::{self, Key};
 use super::leftovers::Turn;
+use super::manner::Manner;
 use super::services::{self, Services};
 use super::{Node, claim, ground, leftovers, lock, segments};
 use crate::private::PrivateDirectory;
@@ -60,10 +61,13 @@ pub(crate) struct Residence {
 }
 
 impl Residence {
-    pub(crate) fn enter(root: &Path, prefix: &str) -> Result<Self, OpenError> {
+    pub(crate) fn enter(root: &Path, prefix: &str, manner: Manner) -> Result<Self, OpenError> {
         config::check(root, prefix)?;
         ground::check()?;
-        let directory = PrivateDirectory::make(root, is_ours)?;
+        let directory = match manner {
+            Manner::Make => PrivateDirectory::make(root, is_ours)?,
+            Manner::Find => PrivateDirectory::open(root, is_ours)?,
+        };
         config::check(directory.path(), prefix)?;
         let mut remarks: Vec<_> = directory
             .former_mode()
