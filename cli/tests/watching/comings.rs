@@ -100,3 +100,32 @@ fn what_can_be_no_name_or_two_forms_is_not_understood() {
         );
     }
 }
+
+/// As in the README's first page: the robots of a demo are in a place of their own.
+#[test]
+fn a_robot_is_found_where_it_runs_unless_that_is_in_several_places() {
+    let name = format!("only-{}", std::process::id());
+    let words = format!("listen {name} --json --count 2");
+    let (one, other) = (Ground::new(), Ground::new());
+    let mut robot = Robot::start(&one, &name, 1);
+    let ended = Coloc::start_anywhere(&words).end(|| robot.say());
+    assert_eq!(
+        (ended.status, ended.printed.len()),
+        (Some(0), 2),
+        "{ended:?}"
+    );
+    let said = format!("coloc: {name} runs in {}", one.root().display());
+    assert_eq!(ended.said[0], said, "{ended:?}");
+    let _second = Robot::start(&other, &name, 1);
+    let ended = Coloc::start_anywhere(&words).end(|| {});
+    assert_eq!(
+        (ended.status, ended.printed.len()),
+        (Some(1), 0),
+        "{ended:?}"
+    );
+    let names = |ground: &Ground| ended.said[0].contains(ground.root().to_str().unwrap());
+    assert!(
+        names(&one) && names(&other) && ended.said[0].contains("--root"),
+        "{ended:?}"
+    );
+}

@@ -38,16 +38,28 @@ impl Coloc {
         Self::of(child, Some(stdout))
     }
 
-    /// The same, with a reader of the test's own.
+    /// With these words, wherever robots run on this computer.
+    pub(crate) fn start_anywhere(words: &str) -> Self {
+        let mut child = Self::bare(words).stdout(Stdio::piped()).spawn().unwrap();
+        let stdout = lines(child.stdout.take().unwrap());
+        Self::of(child, Some(stdout))
+    }
+
+    /// The same as the first, with a reader of the test's own.
     pub(crate) fn start_into(words: &str, root: &Path, stdout: impl Into<Stdio>) -> Self {
         let child = Self::command(words, root).stdout(stdout).spawn().unwrap();
         Self::of(child, None)
     }
 
     fn command(words: &str, root: &Path) -> Command {
+        let mut command = Self::bare(words);
+        command.arg("--root").arg(root);
+        command
+    }
+
+    fn bare(words: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_coloc"));
         command.args(words.split_whitespace());
-        command.arg("--root").arg(root);
         command.stdin(Stdio::null()).stderr(Stdio::piped());
         command
     }
