@@ -8,7 +8,7 @@ use clap::Args;
 use self::hear::{Word, hear};
 use crate::demo::interrupt::Interrupt;
 use crate::output::{complain, print_line};
-use crate::place::{Found, Looked, PlaceArgs, look};
+use crate::place::{Found, Looked, Place, PlaceArgs, look};
 use crate::status::Status;
 
 /// The robots whose daemon runs on this computer, as this user, a line each.
@@ -36,7 +36,7 @@ pub(crate) fn command(args: &ListArgs) -> Status {
         Err(error) => return failed(&format!("cannot handle signals: {error}")),
     };
     let looked = look(&args.place);
-    let status = list(&looked, &interrupt);
+    let status = list(args, &looked, &interrupt);
     interrupt.signal().map_or(status, Status::Interrupted)
 }
 
@@ -45,13 +45,15 @@ fn failed(why: &str) -> Status {
     Status::Failed
 }
 
-fn list(looked: &Looked, interrupt: &Interrupt) -> Status {
+fn list(args: &ListArgs, looked: &Looked, interrupt: &Interrupt) -> Status {
     let mut status = Status::Done;
     let inhabited = |found: &&Found| !found.robots.is_empty();
     let here = looked.here.as_ref().ok().filter(inhabited);
     match &looked.here {
         Err(error) => status = failed(&error.to_string()),
-        Ok(found) if here.is_none() && looked.elsewhere.is_empty() => say_nobody(found),
+        Ok(found) if here.is_none() && looked.elsewhere.is_empty() => {
+            say_nobody(&found.place, args.place.root.is_some());
+        }
         Ok(_) => {}
     }
     for found in here.into_iter().chain(&looked.elsewhere) {
@@ -63,11 +65,17 @@ fn list(looked: &Looked, interrupt: &Interrupt) -> Status {
     status
 }
 
-fn say_nobody(found: &Found) {
+fn say_nobody(place: &Place, is_named: bool) {
+    let (robot, elsewhere) = if is_named {
+        ("no robot runs", "without --root every place is looked at")
+    } else {
+        (
+            "no robot of this user runs",
+            "nor is there one in any other place",
+        )
+    };
     complain(&format!(
-        "coloc: no robot runs here: looked in {}. Start one (colocd run robot.toml, or coloc demo); \
-         one whose configuration sets shm.root is looked for with --root",
-        found.place
+        "coloc: {robot} in {place}, {elsewhere}. Start one: colocd run robot.toml, or coloc demo"
     ));
 }
 

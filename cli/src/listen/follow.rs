@@ -1,19 +1,20 @@
 //! Listening to a robot that comes and goes.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use coloc_shm_types::{Estimate, Lost, RobotName, Space, Subscriber};
+use coloc_shm_types::{Estimate, Lost, RobotName, Subscriber};
 
 use super::args::ListenArgs;
+use super::ear::Ear;
 use super::form::Form;
 use super::hearing::{Hearing, News};
 use super::seek::{choose, wait};
+use super::silence::Silence;
 use super::{ListenError, outlet};
 use crate::demo::clock::now_ns;
 use crate::demo::interrupt::Interrupt;
 use crate::output::{complain, print_line, takes_no_more};
-use crate::place::Place;
 use crate::status::Status;
 
 /// Between two looks. A robot says a thousand estimates a second at most, and 16 wait.
@@ -22,70 +23,26 @@ const SECOND_NS: i64 = 1_000_000_000;
 
 pub(super) fn run(args: &ListenArgs) -> Result<Status, ListenError> {
     let interrupt = Interrupt::catch().map_err(ListenError::Signals)?;
+    let (place, runs) = choose(args)?;
     let mut follower = Follower::new(args);
-    if let Some(heading) = follower.form.beginning() {
-        print_line(heading);
-    }
-    let (mut place, runs) = choose(args)?;
     if !runs {
         follower.hearing.is_missed();
     }
-    while wait(&place, &args.robot, &interrupt)? {
-        place = args.place.at(place.root)?;
-        let ear = match Ear::open(&place, &args.robot) {
-            // It went just then.
-            Err(_) if !place.runs(&args.robot)? => continue,
-            ear => ear?,
-        };
-        let followed = follower.follow(&ear, &interrupt);
-        follower.tell_losses();
-        match followed {
-            Ok(()) => break,
-            Err(Lost(path)) => follower.lose(&path),
-        }
+    if let Some(heading) = follower.form.beginning() {
+        print_line(heading);
     }
+    follower.follow_at(place.root, args, &interrupt)?;
     Ok(interrupt.signal().map_or(Status::Done, Status::Interrupted))
 }
 
-/// What it is heard with.
-struct Ear {
-    estimates: Subscriber<Estimate>,
-    space: Space,
-    place: Place,
-}
-
-impl Ear {
-    fn open(place: &Place, robot: &RobotName) -> Result<Self, ListenError> {
-        let space = Space::join(&place.root, &place.prefix, "coloc-listen")?;
-        let estimates = space.subscriber(robot)?;
-        Ok(Self {
-            estimates,
-            space,
-            place: place.clone(),
-        })
-    }
-
-    fn why_silent(&self, robot: &RobotName) -> String {
-        let running = Space::running(&self.place.root).unwrap_or_default();
-        let own = running.iter().find(|one| one.robot == *robot);
-        match own.map(|own| own.who) {
-            None => "does not run any more, waiting for it".into(),
-            Some(None) => "runs and says nothing".into(),
-            Some(Some((_, process))) => {
-                format!("is silent, though process {process} acts for it")
-            }
-        }
-    }
-}
-
+/// One robot, wherever it is heard, and what was said of it.
 struct Follower<'a> {
     robot: &'a RobotName,
     form: Form,
     hearing: Hearing,
     /// When the shared memory was last looked at.
     checked_ns: i64,
-    /// What was last said of its silence.
-    why: Option<String>,
+    silence: Silence,
     /// Messages that were there and could not be read.
     unreadable: u64,
 }
@@ -97,15 +54,41 @@ impl<'a> Follower<'a> {
             form: Form::new(args),
             hearing: Hearing::begin(now_ns()),
             checked_ns: now_ns(),
-            why: None,
+            silence: Silence::default(),
             unreadable: 0,
         }
     }
 
+    /// Until nobody wants to hear more, however often the robot and its shared memory go and come back.
+    fn follow_at(
+        &mut self,
+        root: PathBuf,
+        args: &ListenArgs,
+        interrupt: &Interrupt,
+    ) -> Result<(), ListenError> {
+        let mut place = args.place.at(root)?;
+        while wait(&place, self.robot, interrupt)? {
+            place = args.place.at(place.root)?;
+            let ear = match Ear::open(&place, self.robot) {
+                // It went just then.
+                Err(_) if !place.runs(self.robot)? => continue,
+                ear => ear?,
+            };
+            let followed = self.follow(&ear, interrupt);
+            self.tell_losses();
+            match followed {
+                Ok(()) => break,
+                Err(Lost(path)) => self.lose(&path),
+            }
+        }
+        Ok(())
+    }
+
     /// Until nobody wants to hear more, or the shared memory is gone.
     fn follow(&mut self, ear: &Ear, interrupt: &Interrupt) -> Result<(), Lost> {
+        self.checked_ns = now_ns();
         while !interrupt.is_there() {
-            self.listen(&ear.estimates);
+            self.listen(ear.estimates());
             if self.is_done() {
                 break;
             }
@@ -145,7 +128,7 @@ impl<'a> Follower<'a> {
     fn take(&mut self, estimate: &Estimate) {
         let now_ns = now_ns();
         if let Some(news) = self.hearing.heard(&estimate.header, now_ns) {
-            self.why = None;
+            self.silence = Silence::default();
             self.tell(news);
         }
         if let Some(text) = self.form.text(estimate, now_ns) {
@@ -171,26 +154,29 @@ impl<'a> Follower<'a> {
 
     fn look_after(&mut self, ear: &Ear, now_ns: i64) -> Result<(), Lost> {
         if self.hearing.becomes_silent(now_ns) {
-            self.say_why(ear);
+            let news = self.silence.begins(ear.why_silent(self.robot));
+            self.say(news);
         }
         if now_ns - self.checked_ns >= SECOND_NS {
             self.checked_ns = now_ns;
-            self.tell_losses();
-            ear.space.check()?;
-            if self.hearing.is_silent() {
-                self.say_why(ear);
-            }
+            self.look_around(ear)?;
         }
         Ok(())
     }
 
-    /// Why it is not heard, unless that was said.
-    fn say_why(&mut self, ear: &Ear) {
-        let why = Some(ear.why_silent(self.robot));
-        if self.why != why {
-            self.why = why;
-            let why = self.why.as_deref().unwrap_or_default();
-            complain(&format!("coloc: {} {why}", self.robot));
+    /// What is worth it once a second.
+    fn look_around(&mut self, ear: &Ear) -> Result<(), Lost> {
+        self.tell_losses();
+        if self.hearing.is_silent() {
+            let news = self.silence.goes_on(ear.why_silent(self.robot));
+            self.say(news);
+        }
+        ear.check()
+    }
+
+    fn say(&self, news: Option<String>) {
+        if let Some(news) = news {
+            complain(&format!("coloc: {} {news}", self.robot));
         }
     }
 

@@ -6,6 +6,7 @@
 
 mod args;
 mod csv;
+mod ear;
 mod follow;
 mod form;
 mod hearing;
@@ -13,6 +14,7 @@ mod json;
 mod outlet;
 mod reading;
 mod seek;
+mod silence;
 mod table;
 mod tum;
 

@@ -129,7 +129,7 @@ fn a_daemon_is_listed_until_it_is_killed() {
         (Some(0), 0),
         "{ended:?}"
     );
-    assert!(ended.said[0].contains("no robot runs here"), "{ended:?}");
+    assert!(ended.said[0].contains("no robot runs in "), "{ended:?}");
 }
 
 #[test]
