@@ -169,6 +169,11 @@ fn remove(kind: Kind, folder: &Path) -> io::Result<bool> {
     Ok(true)
 }
 
+/// Whether somebody is in the shared memory at `root`.
+pub(crate) fn is_inhabited(root: &Path) -> bool {
+    root.exists() && lock(root).is_ok_and(|lock| lock.is_none())
+}
+
 /// The lock on a folder of this user; `None` if it is another's, or in use, or gone meanwhile. Links are not followed.
 fn lock(folder: &Path) -> io::Result<Option<File>> {
     let flags = OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;

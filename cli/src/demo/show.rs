@@ -22,7 +22,7 @@ use super::robot_file::{name, write_all};
 use super::table::{Progress, State, line, lines};
 use super::watch::Watch;
 use super::world::Stage;
-use crate::home::Home;
+use crate::home::{Home, is_inhabited};
 
 /// How often estimates are taken in: well before their queue of 16 ticks is full.
 const LISTEN_INTERVAL: Duration = Duration::from_millis(10);
@@ -221,7 +221,7 @@ impl Show {
             records,
             up,
             stalls,
-            left: left_behind(&self.root, &prefix),
+            left: left_for_good(&self.root, &prefix),
             trouble: stopped.and(heard).err(),
         }
     }
@@ -258,7 +258,22 @@ fn run_command(private_network: bool) -> String {
     format!("{enter}{} colocd run", program.display())
 }
 
-/// Files of the space that are still there although everybody has left it.
+/// Files of the space that are still there although everybody has left it. Somebody who listens from elsewhere takes a moment
+/// to leave, and takes out then what is there.
+fn left_for_good(root: &Path, prefix: &str) -> Vec<PathBuf> {
+    let deadline = Instant::now() + END_PATIENCE;
+    loop {
+        let left = left_behind(root, prefix);
+        if left.is_empty() || !is_inhabited(root) {
+            return left_behind(root, prefix);
+        }
+        if Instant::now() > deadline {
+            return Vec::new();
+        }
+        std::thread::sleep(LISTEN_INTERVAL);
+    }
+}
+
 fn left_behind(root: &Path, prefix: &str) -> Vec<PathBuf> {
     let entries = |folder: &Path| {
         std::fs::read_dir(folder)

@@ -6,7 +6,7 @@ use std::time::Duration;
 use coloc_shm_types::{Estimate, Lost, RobotName, Subscriber};
 
 use super::args::ListenArgs;
-use super::ear::Ear;
+use super::ear::{Ear, WhySilent};
 use super::form::Form;
 use super::hearing::{Hearing, News};
 use super::seek::{choose, wait};
@@ -33,6 +33,16 @@ pub(super) fn run(args: &ListenArgs) -> Result<Status, ListenError> {
     }
     follower.follow_at(place.root, args, &interrupt)?;
     Ok(interrupt.signal().map_or(Status::Done, Status::Interrupted))
+}
+
+/// Why it is not heard any more in one place.
+enum Parting {
+    /// Nobody wants to.
+    Enough,
+    /// It does not run. Who stayed would keep what it has left.
+    Gone,
+    /// The shared memory was taken away.
+    Lost(PathBuf),
 }
 
 /// One robot, wherever it is heard, and what was said of it.
@@ -74,28 +84,30 @@ impl<'a> Follower<'a> {
                 Err(_) if !place.runs(self.robot)? => continue,
                 ear => ear?,
             };
-            let followed = self.follow(&ear, interrupt);
+            let parting = self.follow(&ear, interrupt);
             self.tell_losses();
-            match followed {
-                Ok(()) => break,
-                Err(Lost(path)) => self.lose(&path),
+            match parting {
+                Parting::Enough => break,
+                Parting::Gone => {}
+                Parting::Lost(path) => self.lose(&path),
             }
         }
         Ok(())
     }
 
-    /// Until nobody wants to hear more, or the shared memory is gone.
-    fn follow(&mut self, ear: &Ear, interrupt: &Interrupt) -> Result<(), Lost> {
+    fn follow(&mut self, ear: &Ear, interrupt: &Interrupt) -> Parting {
         self.checked_ns = now_ns();
         while !interrupt.is_there() {
             self.listen(ear.estimates());
             if self.is_done() {
                 break;
             }
-            self.look_after(ear, now_ns())?;
+            if let Some(parting) = self.look_after(ear, now_ns()) {
+                return parting;
+            }
             outlet::pause(PAUSE);
         }
-        Ok(())
+        Parting::Enough
     }
 
     fn is_done(&self) -> bool {
@@ -152,26 +164,34 @@ impl<'a> Follower<'a> {
         complain(&format!("coloc: {} {said}", self.robot));
     }
 
-    fn look_after(&mut self, ear: &Ear, now_ns: i64) -> Result<(), Lost> {
+    fn look_after(&mut self, ear: &Ear, now_ns: i64) -> Option<Parting> {
         if self.hearing.becomes_silent(now_ns) {
-            let news = self.silence.begins(ear.why_silent(self.robot));
-            self.say(news);
+            return self.ask_why(ear, Silence::begins);
         }
-        if now_ns - self.checked_ns >= SECOND_NS {
-            self.checked_ns = now_ns;
-            self.look_around(ear)?;
+        if now_ns - self.checked_ns < SECOND_NS {
+            return None;
         }
-        Ok(())
+        self.checked_ns = now_ns;
+        self.tell_losses();
+        let silence = self.hearing.is_silent();
+        let gone = silence
+            .then(|| self.ask_why(ear, Silence::goes_on))
+            .flatten();
+        gone.or_else(|| ear.check().err().map(|Lost(path)| Parting::Lost(path)))
     }
 
-    /// What is worth it once a second.
-    fn look_around(&mut self, ear: &Ear) -> Result<(), Lost> {
-        self.tell_losses();
-        if self.hearing.is_silent() {
-            let news = self.silence.goes_on(ear.why_silent(self.robot));
-            self.say(news);
-        }
-        ear.check()
+    /// Says it as far as it is news to `silence`; whether it is gone, which is sure at once.
+    fn ask_why(
+        &mut self,
+        ear: &Ear,
+        silence: fn(&mut Silence, String) -> Option<String>,
+    ) -> Option<Parting> {
+        let why = ear.why_silent(self.robot);
+        let is_gone = matches!(why, WhySilent::Gone);
+        let told = if is_gone { Silence::begins } else { silence };
+        let news = told(&mut self.silence, why.to_string());
+        self.say(news);
+        is_gone.then_some(Parting::Gone)
     }
 
     fn say(&self, news: Option<String>) {

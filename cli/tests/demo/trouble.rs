@@ -1,5 +1,6 @@
 //! A team to which things happen: daemons are killed, people lose patience, the demo itself is killed.
 
+use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -45,6 +46,32 @@ fn a_daemon_that_is_killed_can_be_started_again_and_the_others_do_not_notice() {
         lines(2) >= lines(1) + 9,
         "its dead time is a gap in nine lines"
     );
+}
+
+/// As the README says, in another terminal.
+#[test]
+fn somebody_who_listens_to_a_robot_does_not_make_the_demo_fail() {
+    let mut demo = Demo::start(&["--robots", "1", "--seconds", "600"]);
+    demo.wait_for_line("1 of 1 up");
+    let root = demo.home().join("shm");
+    let mut listener = coloc()
+        .args(["listen", "robot1", "--json", "--root"])
+        .arg(&root)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut printed = BufReader::new(listener.stdout.take().unwrap()).lines();
+    assert!(printed.next().unwrap().unwrap().contains("\"robot1\""));
+    let rest = std::thread::spawn(|| printed.map_while(Result::ok).count());
+    demo.send("INT");
+    demo.end().assert_left_nothing();
+    assert!(shared_memory_of(&root).is_empty());
+    send(listener.id(), "INT");
+    assert_eq!(listener.wait().unwrap().code(), Some(130));
+    rest.join().unwrap();
+    let mut said = BufReader::new(listener.stderr.take().unwrap()).lines();
+    assert!(said.any(|line| line.unwrap().contains("does not run any more")));
 }
 
 /// Types the command that the demo shows for a daemon that is down.

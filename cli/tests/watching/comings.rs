@@ -25,6 +25,8 @@ fn a_robot_that_comes_goes_and_comes_back_is_followed() {
     coloc.wait_until_it_says("coloc: r1 speaks", || robot.say());
     drop(robot);
     coloc.wait_until_it_says("coloc: r1 does not run any more", || {});
+    let is_empty = || std::fs::read_dir(ground.root()).unwrap().count() == 0;
+    coloc.wait(|| {}, |_, _| is_empty());
     let mut robot = Robot::start(&ground, "r1", 1);
     coloc.wait_until_it_says("coloc: r1 speaks again, started anew, after ", || {
         robot.say();
