@@ -65,6 +65,65 @@ fn the_commands_of_the_readme_do_something() {
     }
 }
 
+/// `/run` and `/dev/shm` are the script's own, so that nobody else runs where it looks. The daemon is there before anybody
+/// is listed.
+const WATCH: &str = r#"
+mount -t tmpfs tmpfs /run && mount -t tmpfs tmpfs /dev/shm || exit 9
+"$1" colocd run "$2" >&2 &
+"$1" listen robot1 --count 1 >&2
+"$1" $3 | head -n 4
+kill $!
+wait $!
+"#;
+
+/// What `target/release/coloc` says beside the README's robot, in its usual place; nothing where that is not to be had.
+fn watched(arguments: &str) -> Option<Output> {
+    let unshare = || {
+        let mut command = Command::new("unshare");
+        command.args(["--map-root-user", "--mount", "--propagation", "private"]);
+        command
+    };
+    let tried = unshare().arg("true").output();
+    tried.ok().filter(|tried| tried.status.success())?;
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("robot.toml");
+    let readme = read("README.md");
+    let (_, rest) = readme.split_once("```toml\n").unwrap();
+    let (text, _) = rest.split_once("```").unwrap();
+    let bus = format!("local:{}/bus", directory.path().display());
+    std::fs::write(&file, text.replace("socketcan:can0", &bus)).unwrap();
+    let mut command = unshare();
+    command.args(["sh", "-c", WATCH, "sh", env!("CARGO_BIN_EXE_coloc")]);
+    command.arg(&file).arg(arguments);
+    command.env_remove("XDG_RUNTIME_DIR").output().ok()
+}
+
+#[test]
+fn who_runs_and_what_it_says_is_shown_by_the_commands_of_the_readme() {
+    let readme = read("README.md");
+    let commands = readme
+        .lines()
+        .filter_map(|line| line.strip_prefix("target/release/coloc "));
+    let commands: Vec<&str> = commands
+        .map(|line| line.split('#').next().unwrap().trim())
+        .collect();
+    assert_eq!(commands, ["list", "listen robot1"]);
+    for command in commands {
+        let Some(output) = watched(command) else {
+            println!("SKIPPED: `unshare --map-root-user --mount` is not allowed here");
+            return;
+        };
+        let said = String::from_utf8_lossy(&output.stderr);
+        let shown = String::from_utf8(output.stdout).unwrap();
+        let last = shown.lines().last().unwrap_or_default();
+        let is_robot = last.starts_with("robot1 ") || shown.lines().count() == 4;
+        assert!(
+            is_robot && last.contains(" finding      never_seen"),
+            "{shown}{said}"
+        );
+    }
+}
+
 /// Code in a document: the lines between fences, and what stands between backquotes in a line.
 fn code(text: &str) -> Vec<&str> {
     let mut fenced = false;
