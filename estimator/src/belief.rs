@@ -2,21 +2,22 @@
 
 use core::fmt;
 
-use crate::clip::positive_part;
 use crate::covariance::Covariance3;
+use crate::honest::Bend;
+use crate::parts::Parts;
 use crate::pose::Pose;
 
-/// Pose with total covariance P and its independent part `P_i`; the dependent part is `P_d = P − P_i`.
+/// Pose, its covariance in two parts, `P = P_i + P_d`, and the bend of its distribution.
 ///
 /// Units: m², m·rad, rad².
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct Belief {
     /// Mean.
     pub pose: Pose,
-    /// P, symmetric positive semidefinite.
-    pub total: Covariance3,
-    /// `P_i`, symmetric positive semidefinite; zero is a normal state.
-    pub independent: Covariance3,
+    /// `P_i` and `P_d`; that either is zero is a normal state.
+    pub parts: Parts,
+    /// `K_H`, zero for a Gaussian.
+    pub bend: Bend,
 }
 
 /// Why something is not a belief.
@@ -24,15 +25,15 @@ pub struct Belief {
 pub enum NotABelief {
     /// A coordinate is not a finite number.
     NotFinite,
-    /// `P − P_i` has a negative eigenvalue.
-    IndependentExceedsTotal,
+    /// `P_i` or `P_d` has a negative eigenvalue, or `P_d − k_a k_aᵀ/Ω_a − k_b k_bᵀ/Ω_b` has: so much bend it cannot hold.
+    BendExceedsDependent,
 }
 
 impl fmt::Display for NotABelief {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NotFinite => "a coordinate of the pose is not a finite number",
-            Self::IndependentExceedsTotal => "the independent covariance exceeds the total",
+            Self::BendExceedsDependent => "its bend is more than its dependent covariance holds",
         })
     }
 }
@@ -40,74 +41,70 @@ impl fmt::Display for NotABelief {
 impl core::error::Error for NotABelief {}
 
 impl Belief {
-    /// A belief that owes nothing to anybody: `P_i = P` (the initial state of Algorithm 4).
+    /// A Gaussian that owes nothing to anybody: `P_i = P` (the initial state of Algorithm 4).
     #[must_use]
     pub fn independent(pose: Pose, covariance: Covariance3) -> Self {
+        Self::gaussian(pose, Parts::independent(covariance))
+    }
+
+    /// A belief without a bend.
+    #[must_use]
+    pub fn gaussian(pose: Pose, parts: Parts) -> Self {
         Self {
             pose,
-            total: covariance,
-            independent: covariance,
+            parts,
+            bend: Bend::ZERO,
         }
     }
 
-    /// A belief from outside: finite, and `P_i` a part of P.
+    /// A belief from outside: finite, and its bend no more than `P_d` holds.
     ///
     /// # Errors
     /// What it is not.
-    pub fn new(
-        pose: Pose,
-        total: Covariance3,
-        independent: Covariance3,
-    ) -> Result<Self, NotABelief> {
-        if !pose.is_finite() {
+    pub fn new(pose: Pose, parts: Parts, bend: Bend) -> Result<Self, NotABelief> {
+        let belief = Self { pose, parts, bend };
+        if !(pose.is_finite() && belief.is_finite()) {
             return Err(NotABelief::NotFinite);
         }
-        if !total.contains(&independent) {
-            return Err(NotABelief::IndependentExceedsTotal);
-        }
-        Ok(Self {
-            pose,
-            total,
-            independent,
-        })
+        let heading = belief.heading_variance();
+        let holds = parts.dependent.contains(&bend.covariance(heading));
+        holds
+            .then_some(belief)
+            .ok_or(NotABelief::BendExceedsDependent)
     }
 
-    /// Makes P no smaller than its parts: `P := P_i + (P − P_i)⁺` where `P − P_i` has an eigenvalue below zero by more than
-    /// rounding. The cubature transform, of P and `P_i` each by itself, comes to that where the heading is uncertain; what
-    /// is fused is always the two parts, so this only says what is meant.
+    /// P
+    #[must_use]
+    pub fn total(&self) -> Covariance3 {
+        self.parts.total()
+    }
+
+    /// `P_φφ` \[rad²\].
     #[inline]
-    pub fn keep_parts(&mut self) {
-        if !self.total.contains(&self.independent) {
-            self.total = self.total_of_parts();
-        }
+    pub(crate) fn heading_variance(&self) -> f64 {
+        self.parts.independent.symmetric().pp + self.parts.dependent.symmetric().pp
     }
 
-    #[cold]
-    fn total_of_parts(&self) -> Covariance3 {
-        let (total, independent) = (self.total.symmetric(), self.independent.symmetric());
-        Covariance3::trusted(&(independent + positive_part(&(total - independent))))
-    }
-
-    /// Whether the pose and all variances are numbers.
+    /// Whether the pose, all variances and the bend are numbers.
     #[must_use]
     #[inline]
     pub(crate) fn is_finite(&self) -> bool {
-        let ([a, b, c], [d, e, f]) = (self.total.variances(), self.independent.variances());
+        let [a, b, c] = self.parts.independent.variances();
+        let [d, e, f] = self.parts.dependent.variances();
         let Pose { x, y, phi } = self.pose;
-        let all = [a, b, c, d, e, f, x, y, phi];
+        let all = [a, b, c, d, e, f, x, y, phi, self.bend.sum()];
         all.iter().sum::<f64>().is_finite()
     }
 
-    /// Everything that was known is now shared: `P_i := 0` (Algorithm 4, line 19).
+    /// Everything that was known is now shared: `P_d := P`, `P_i := 0` (Algorithm 4, line 19). The bend stays.
     pub fn make_dependent(&mut self) {
-        self.independent = Covariance3::ZERO;
+        self.parts = Parts::dependent(self.total());
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::{Motion, propagate};
 
     fn diagonal(variances: [f64; 3]) -> Covariance3 {
         Covariance3::diagonal(variances).unwrap()
@@ -115,65 +112,61 @@ mod tests {
 
     #[test]
     fn a_belief_from_outside_is_one_or_is_refused() {
-        let (pose, total) = (Pose::new(1.0, 2.0, 3.0), diagonal([0.1, 0.2, 0.3]));
-        assert!(Belief::new(pose, total, total).is_ok());
+        let (pose, part) = (Pose::new(1.0, 2.0, 3.0), diagonal([0.1, 0.2, 0.3]));
+        let parts = Parts {
+            independent: part,
+            dependent: part,
+        };
+        assert!(Belief::new(pose, parts, Bend::ZERO).is_ok());
         let nowhere = Pose {
             x: f64::NAN,
             ..pose
         };
         assert_eq!(
-            Belief::new(nowhere, total, total),
+            Belief::new(nowhere, parts, Bend::ZERO),
             Err(NotABelief::NotFinite)
         );
-        let more = diagonal([0.1, 0.2001, 0.3]);
-        assert_eq!(
-            Belief::new(pose, total, more),
-            Err(NotABelief::IndependentExceedsTotal)
-        );
-    }
-
-    /// The points on a heading known to 1 rad turn by more than a right angle: less of their sine is across.
-    #[test]
-    fn parts_that_the_cubature_made_larger_than_the_whole_are_kept() {
-        let belief = Belief {
-            pose: Pose::default(),
-            total: diagonal([1e-4, 1e-4, 1.0]),
-            independent: diagonal([1e-4, 1e-4, 0.49]),
+        let bent = |x: f64| Bend {
+            along: [x, 0.0, 0.0],
+            across: [0.0; 3],
         };
-        let noise = diagonal([0.0; 3]);
-        let moved = propagate(
-            &belief,
-            &Motion::Holonomic {
-                velocity: [1.0, 0.0, 0.0],
-                noise,
-            },
-            1.0,
-        );
-        assert!(!moved.total.contains(&moved.independent), "the case is one");
-        let mut kept = moved;
-        kept.keep_parts();
-        assert!(kept.total.contains(&kept.independent) && kept.total.contains(&moved.total));
+        assert!(Belief::new(pose, parts, bent(0.1)).is_ok());
         assert_eq!(
-            (kept.pose, kept.independent),
-            (moved.pose, moved.independent)
+            Belief::new(pose, parts, bent(0.2)), // Ω_a is ½ (1 − exp(−0.6))² = 0.102.
+            Err(NotABelief::BendExceedsDependent)
         );
-        let once = kept;
-        kept.keep_parts();
-        assert_eq!(kept, once);
+        assert_eq!(
+            Belief::new(pose, parts, bent(f64::NAN)),
+            Err(NotABelief::NotFinite)
+        );
     }
 
     #[test]
-    fn what_is_sound_is_left_alone_to_the_bit() {
-        let total = Covariance3::from_row_major([0.1, 0.03, 0.0, 0.03, 0.1, 0.01, 0.0, 0.01, 0.3]);
-        for part in [0.0, 1.0 / 3.0, 1.0] {
-            let belief = Belief {
-                independent: total.unwrap().scaled(part),
-                total: total.unwrap(),
-                pose: Pose::default(),
-            };
-            let mut kept = belief;
-            kept.keep_parts();
-            assert_eq!(kept, belief);
-        }
+    fn who_knows_the_heading_exactly_has_no_bend() {
+        let parts = Parts::dependent(diagonal([1.0, 1.0, 0.0]));
+        let bend = Bend {
+            along: [0.0; 3],
+            across: [0.0, 1e-3, 0.0],
+        };
+        assert_eq!(
+            Belief::new(Pose::default(), parts, bend),
+            Err(NotABelief::BendExceedsDependent)
+        );
+    }
+
+    #[test]
+    fn what_becomes_dependent_keeps_its_bend() {
+        let bend = Bend {
+            along: [0.01, 0.0, 0.0],
+            across: [0.0, 0.02, 0.0],
+        };
+        let parts = Parts {
+            independent: diagonal([1.0, 2.0, 3.0]),
+            dependent: diagonal([4.0, 5.0, 6.0]),
+        };
+        let mut belief = Belief::new(Pose::default(), parts, bend).unwrap();
+        belief.make_dependent();
+        assert_eq!(belief.parts, Parts::dependent(diagonal([5.0, 7.0, 9.0])));
+        assert_eq!(belief.bend, bend);
     }
 }

@@ -13,8 +13,11 @@
 
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
-use crate::factor::{self, Factor};
+use crate::factor;
+use crate::honest::Bend;
+use crate::parts::Parts;
 use crate::pose::Pose;
+use crate::rotate::rotated;
 use crate::symmetric::Symmetric3;
 use crate::turn::turns;
 use crate::twin::Twin;
@@ -55,7 +58,8 @@ impl Dimension {
     };
 }
 
-/// `belief ⊕ displacement`: mean and total covariance from P, independent covariance from `P_i` in its place.
+/// `belief ⊕ displacement`: mean and total covariance from P, independent covariance from `P_i` in its place. The dependent
+/// part is what is left, and may have lost its sign ([`Parts::with_its_sign`]); a Gaussian has no bend.
 #[inline]
 pub(crate) fn compose(belief: &Belief, displacement: &Displacement) -> Belief {
     let Displacement {
@@ -67,12 +71,20 @@ pub(crate) fn compose(belief: &Belief, displacement: &Displacement) -> Belief {
     let (sin, cos) = libm::sincos(phi);
     let a = [cos * dx - sin * dy, sin * dx + cos * dy];
     let noise = rotated(noise, sin, cos);
-    let Image { shortening, spread } = image(&belief.total, &belief.independent, a, dimension);
+    let Parts {
+        independent,
+        dependent,
+    } = &belief.parts;
+    let total = dependent.symmetric() + independent.symmetric();
+    let Image { shortening, spread } = image(&total, &independent.symmetric(), a, dimension);
     let (ax, ay) = (a[0] - shortening * a[0], a[1] - shortening * a[1]);
     Belief {
         pose: Pose::new(x + ax, y + ay, phi + turn),
-        total: Covariance3::trusted(&(spread.total() + noise)),
-        independent: Covariance3::trusted(&(spread.independent() + noise)),
+        parts: Parts {
+            independent: Covariance3::trusted(&(spread.independent() + noise)),
+            dependent: Covariance3::trusted(&(spread.total() - spread.independent())),
+        },
+        bend: Bend::ZERO,
     }
 }
 
@@ -87,8 +99,8 @@ struct Image {
 /// Both covariances at once. It is not inlined so that its results meet side by side in memory: that is where the
 /// compiler begins to make one instruction of two.
 #[inline(never)]
-fn image(total: &Covariance3, independent: &Covariance3, a: [f64; 2], n: &Dimension) -> Image {
-    let root = Root::new(&total.symmetric(), &independent.symmetric());
+fn image(total: &Symmetric3, independent: &Symmetric3, a: [f64; 2], n: &Dimension) -> Image {
+    let root = Root::new(total, independent);
     let turns = Turns::new(&root.phi, n);
     Image {
         shortening: turns.mean.total,
@@ -118,7 +130,7 @@ struct Spread([Twin; 6]);
 
 impl Root {
     /// By minors, so that no division waits for another: with `m = xx·yy − xy²` and `c = xx·yp − xy·xp` the pivots are
-    /// `xx`, `m/xx` and `pp − xp²/xx − c²/(xx·m)`. As in [`Factor`], a pivot that is rounding has a zero column.
+    /// `xx`, `m/xx` and `pp − xp²/xx − c²/(xx·m)`. As in [`factor::Factor`], a pivot that is rounding has a zero column.
     #[inline]
     fn new(total: &Symmetric3, independent: &Symmetric3) -> Self {
         let entry = |entry: fn(&Symmetric3) -> f64| Twin {
@@ -222,32 +234,6 @@ impl Spread {
             pp: pp.independent,
         }
     }
-}
-
-/// `Γ N Γᵀ`, so that a singular N stays one to rounding.
-#[inline]
-fn rotated(noise: &Symmetric3, sin: f64, cos: f64) -> Symmetric3 {
-    if noise.xy != 0.0 {
-        return rotated_by_columns(noise, sin, cos);
-    }
-    Symmetric3 {
-        xx: cos * cos * noise.xx + sin * sin * noise.yy,
-        xy: cos * sin * (noise.xx - noise.yy),
-        xp: cos * noise.xp - sin * noise.yp,
-        yy: sin * sin * noise.xx + cos * cos * noise.yy,
-        yp: sin * noise.xp + cos * noise.yp,
-        pp: noise.pp,
-    }
-}
-
-/// Column by column of `N = L D Lᵀ`: with x and y correlated, the direct sum would cancel where N is singular.
-fn rotated_by_columns(noise: &Symmetric3, sin: f64, cos: f64) -> Symmetric3 {
-    let factor = Factor::new(noise);
-    let [l21, l31, l32] = factor.lower;
-    let [d1, d2, d3] = factor.pivots;
-    Symmetric3::outer(d1, [cos - sin * l21, sin + cos * l21, l31])
-        + Symmetric3::outer(d2, [-sin, cos, l32])
-        + Symmetric3::outer(d3, [0.0, 0.0, 1.0])
 }
 
 #[inline]

@@ -38,7 +38,7 @@ const LARGEST: f64 = 1e60;
 
 /// A symmetric positive semidefinite 3×3 matrix over `[x, y, φ]` (or `[v_x, v_y, ω]`).
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
-pub struct Covariance3(Matrix3<f64>);
+pub struct Covariance3(Symmetric3);
 
 /// A symmetric positive semidefinite 2×2 matrix over `[x, y]` (or `[v, ω]`).
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
@@ -46,15 +46,14 @@ pub struct Covariance2(Matrix2<f64>);
 
 impl Covariance3 {
     /// No uncertainty at all.
-    pub const ZERO: Self = Self(Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0));
+    pub const ZERO: Self = Self(Symmetric3::ZERO);
 
     /// Checks `matrix`; what is stored is exactly symmetric.
     ///
     /// # Errors
     /// What is wrong with the matrix, in the order of [`NotACovariance`].
     pub fn new(matrix: Matrix3<f64>) -> Result<Self, NotACovariance> {
-        let symmetric = checked(&matrix)?;
-        Ok(Self::trusted(&symmetric))
+        checked(&matrix).map(Self)
     }
 
     /// [`Self::new`] of the nine entries, row by row.
@@ -74,7 +73,7 @@ impl Covariance3 {
         other: &Self,
     ) -> Result<Self, NotACovariance> {
         let matrix = Matrix3::from_row_slice(&entries);
-        let part = symmetrized(&matrix, &(matrix + other.0))?;
+        let part = symmetrized(&matrix, &(matrix + other.matrix()))?;
         if is_semidefinite_beside(&part, &(part + other.symmetric())) {
             Ok(Self::trusted(&part))
         } else {
@@ -92,29 +91,25 @@ impl Covariance3 {
 
     /// Uncorrelated coordinates; a variance below zero counts as zero, one that is no number or too large as the largest.
     pub(crate) fn clamped_diagonal(variances: [f64; 3]) -> Self {
-        Self(Matrix3::from_diagonal(&variances.map(clamped).into()))
+        let [xx, yy, pp] = variances.map(clamped);
+        Self(Symmetric3 {
+            xx,
+            yy,
+            pp,
+            ..Symmetric3::ZERO
+        })
     }
 
     /// What the algorithms computed: symmetric by its type, positive semidefinite by their construction.
     #[inline]
     pub(crate) fn trusted(s: &Symmetric3) -> Self {
-        Self(Matrix3::new(
-            s.xx, s.xy, s.xp, s.xy, s.yy, s.yp, s.xp, s.yp, s.pp,
-        ))
+        Self(*s)
     }
 
     /// The six numbers to compute with.
     #[inline]
     pub(crate) fn symmetric(&self) -> Symmetric3 {
-        let m = &self.0;
-        Symmetric3 {
-            xx: m.m11,
-            xy: m.m21,
-            xp: m.m31,
-            yy: m.m22,
-            yp: m.m32,
-            pp: m.m33,
-        }
+        self.0
     }
 
     /// `factor · Σ`; a factor below zero counts as zero. Where the result is no covariance that can be computed with,
@@ -123,7 +118,7 @@ impl Covariance3 {
     #[inline]
     pub fn scaled(&self, factor: f64) -> Self {
         let scaled = self.0 * positive(factor);
-        if (scaled.m11 + scaled.m22) + scaled.m33 <= LARGEST {
+        if (scaled.xx + scaled.yy) + scaled.pp <= LARGEST {
             return Self(scaled);
         }
         Self::clamped_diagonal([LARGEST; 3])
@@ -132,20 +127,20 @@ impl Covariance3 {
     /// With no variance below that of `floor`, whose variances are added where they are missing.
     #[must_use]
     pub fn with_floor(&self, floor: [f64; 3]) -> Self {
-        let mut raised = self.0;
-        for (axis, least) in floor.into_iter().enumerate() {
-            if let Some(variance) = raised.get_mut((axis, axis)) {
-                *variance = variance.max(clamped(least));
-            }
-        }
-        Self(raised)
+        let [xx, yy, pp] = floor.map(clamped);
+        Self(Symmetric3 {
+            xx: self.0.xx.max(xx),
+            yy: self.0.yy.max(yy),
+            pp: self.0.pp.max(pp),
+            ..self.0
+        })
     }
 
     /// Its diagonal.
     #[must_use]
     #[inline]
     pub fn variances(&self) -> [f64; 3] {
-        [self.0.m11, self.0.m22, self.0.m33]
+        [self.0.xx, self.0.yy, self.0.pp]
     }
 
     /// Whether `Σ − part` is positive semidefinite, to rounding: so that both are what they are called.
@@ -158,17 +153,22 @@ impl Covariance3 {
 
     /// The matrix.
     #[must_use]
-    pub fn matrix(&self) -> &Matrix3<f64> {
-        &self.0
+    pub fn matrix(&self) -> Matrix3<f64> {
+        Matrix3::from_row_slice(&self.to_row_major())
     }
 
     /// The nine entries, row by row.
     #[must_use]
     pub fn to_row_major(&self) -> [f64; 9] {
-        let m = &self.0;
-        [
-            m.m11, m.m12, m.m13, m.m21, m.m22, m.m23, m.m31, m.m32, m.m33,
-        ]
+        let Symmetric3 {
+            xx,
+            xy,
+            xp,
+            yy,
+            yp,
+            pp,
+        } = self.0;
+        [xx, xy, xp, xy, yy, yp, xp, yp, pp]
     }
 }
 

@@ -44,7 +44,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
     #[must_use]
     pub fn belief_at(&self, stamp: Stamp) -> Option<Belief> {
         let known = self.history.begins() <= stamp && stamp <= self.now;
-        known.then(|| self.history.belief_at(stamp, &self.settings.odometry))
+        known.then(|| self.history.belief_at(stamp, &self.settings))
     }
 
     /// Where the robot is believed to be at `stamp`, by what the last [`step`] knew.
@@ -53,7 +53,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         let drive = self.history.drive_at(stamp, &self.settings.odometry);
         Estimate {
             stamp,
-            belief: self.history.belief_at(stamp, &self.settings.odometry),
+            belief: self.history.belief_at(stamp, &self.settings),
             velocity: drive.velocity(),
             velocity_covariance: drive.covariance(stamp, &self.settings.odometry),
             odometry: drive.state(),

@@ -12,8 +12,9 @@ use crate::fusion::fuse;
 use crate::motion::{Motion, propagate};
 use crate::output::Verdict;
 use crate::pace::Pace;
+use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::settings::Settings;
+use crate::settings::{FusionSettings, Propagation, Settings};
 use crate::stamp::Stamp;
 
 /// What is carried from one measurement to the next.
@@ -23,6 +24,8 @@ pub(crate) struct Filter {
     belief: Belief,
     /// Poses were exchanged in this event: `P_i := 0` once no neighbour's pose can follow (Algorithm 4, line 19).
     exchanged: bool,
+    /// Something of the belief may be known to others, or by them: it has been told or has heard, or began so.
+    met: bool,
     /// Of the neighbours' poses up to here.
     pace: Pace,
 }
@@ -40,28 +43,30 @@ impl Filter {
         Self {
             belief,
             exchanged: false,
+            met: belief.parts.dependent != Covariance3::ZERO,
             pace: Pace::beginning(stamp),
         }
     }
 
     /// `dt_s` seconds of `motion` pass.
     #[inline]
-    pub(crate) fn predict(&mut self, motion: &Motion, dt_s: f64) {
+    pub(crate) fn predict(&mut self, motion: &Motion, dt_s: f64, propagation: Propagation) {
         self.close();
-        self.belief = propagate(&self.belief, motion, dt_s);
+        self.belief = propagate(&self.belief, motion, dt_s, propagation);
     }
 
     /// Algorithm 2: where the robot that was seen is.
-    pub(crate) fn tell(&self, relative: &Pose, covariance: &Covariance3) -> GlobalPose {
-        let mut told = to_global(&self.belief, relative, covariance);
-        let mut belief = Belief {
-            pose: told.pose,
-            total: told.total,
-            independent: told.independent,
-        };
-        belief.keep_parts();
-        told.total = belief.total;
-        told
+    pub(crate) fn tell(
+        &self,
+        relative: &Pose,
+        covariance: &Covariance3,
+        propagation: Propagation,
+    ) -> GlobalPose {
+        let told = to_global(&self.belief, relative, covariance, propagation);
+        GlobalPose {
+            parts: kept(&told.parts, propagation),
+            ..told
+        }
     }
 
     /// It was told.
@@ -78,9 +83,9 @@ impl Filter {
         settings: &Settings,
     ) -> Gate {
         self.pace = self.pace.heard(stamp);
-        let fusion = fuse(&self.belief, received, &self.pace.damped(&settings.fusion));
+        let fusion = fuse(&self.belief, received, &self.damped(&settings.fusion));
         self.belief = fusion.belief;
-        self.exchanged = true;
+        (self.exchanged, self.met) = (true, true);
         Gate {
             accepted: fusion.accepted,
             d2: fusion.d2,
@@ -109,14 +114,38 @@ impl Filter {
         if self.exchanged {
             self.belief.make_dependent();
             self.exchanged = false;
+            self.met = true;
         }
     }
 
     /// The belief once no neighbour's pose can follow at this stamp.
     #[inline]
-    pub(crate) fn settle(mut self) -> Belief {
+    pub(crate) fn settle(mut self, propagation: Propagation) -> Belief {
         self.close();
+        self.belief.parts = kept(&self.belief.parts, propagation);
         self.belief
+    }
+
+    /// How the next pose is weighed. What is damped is forgetting what others may have helped to learn. Curvature makes the
+    /// belief of a robot that never met anybody dependent too, on itself: it gives up nothing by hearing its first word.
+    #[inline]
+    fn damped(&self, settings: &FusionSettings) -> FusionSettings {
+        if self.met {
+            return self.pace.damped(settings);
+        }
+        FusionSettings {
+            damping: 1.0,
+            ..*settings
+        }
+    }
+}
+
+/// Only the paper's difference can lose its sign.
+#[inline]
+fn kept(parts: &Parts, propagation: Propagation) -> Parts {
+    match propagation {
+        Propagation::Honest => *parts,
+        Propagation::Paper => parts.with_its_sign(),
     }
 }
 
@@ -150,30 +179,66 @@ mod tests {
             filter.told(settings);
             filter
         };
+        let settle = |filter: Filter| filter.settle(Propagation::Honest);
         let told = after(&Settings::default());
         assert_eq!(
             told.belief,
             predicted().belief,
             "neighbours' poses of this event still see it"
         );
-        assert_eq!(told.settle().independent, Covariance3::ZERO);
-        assert_eq!(told.settle().total, predicted().belief.total);
-        assert_eq!(after(&Settings::paper()).settle(), predicted().belief);
+        let total = predicted().belief.total();
+        assert_eq!(settle(told).parts, Parts::dependent(total));
+        assert_eq!(settle(after(&Settings::paper())), predicted().belief);
     }
 
     #[test]
     fn hearing_moves_the_independent_part_even_if_the_gate_refuses() {
         let improbable = GlobalPose {
             pose: Pose::new(100.0, 0.0, 0.0),
-            total: Covariance3::diagonal([0.01, 0.01, 0.001]).unwrap(),
-            independent: Covariance3::ZERO,
+            parts: Parts::dependent(Covariance3::diagonal([0.01, 0.01, 0.001]).unwrap()),
         };
         for settings in [Settings::default(), Settings::paper()] {
             let mut heard = predicted();
             let gate = heard.hear(Stamp::default(), &improbable, &settings);
             assert!(matches!(gate.verdict(), Verdict::Gated { d2 } if d2 > 1e4));
             assert_eq!(heard.belief, predicted().belief);
-            assert_eq!(heard.settle().independent, Covariance3::ZERO);
+            let settled = heard.settle(settings.propagation);
+            assert_eq!(settled.parts.independent, Covariance3::ZERO);
         }
+    }
+
+    /// Parked for a while with a poor heading and never met: what is dependent is curvature alone.
+    #[test]
+    fn who_has_met_nobody_gives_up_nothing_by_the_first_word() {
+        let motion = Motion::Nonholonomic {
+            velocity: [1.0, 0.0],
+            noise: Covariance2::diagonal([0.01, 0.01]).unwrap(),
+        };
+        let wanders = |mut filter: Filter| {
+            filter.predict(&motion, 1.0, Propagation::Honest);
+            filter
+        };
+        let word = GlobalPose {
+            pose: Pose::new(1.0, 0.0, 0.0),
+            parts: Parts::dependent(Covariance3::diagonal([0.001; 3]).unwrap()),
+        };
+        let settings = Settings::default();
+        let (mut alone, mut other) = (wanders(predicted()), predicted());
+        assert_ne!(alone.belief.parts.dependent, Covariance3::ZERO);
+        other.told(&settings);
+        other = wanders(other);
+        let half = Stamp::default() + crate::stamp::Span::from_millis(500);
+        let heading = |filter: &mut Filter, stamp| {
+            let gate = filter.hear(stamp, &word, &settings);
+            assert!(matches!(gate.verdict(), Verdict::Accepted { .. }));
+            filter.belief.total().variances()[2]
+        };
+        let first = heading(&mut alone, half);
+        assert!(first < 0.0015, "{first}");
+        assert!(
+            heading(&mut other, half) > 1.2 * first,
+            "who has met weighs it"
+        );
+        assert!(alone.met && alone.damped(&settings.fusion).damping < 1.0);
     }
 }

@@ -4,8 +4,9 @@ use crate::belief::Belief;
 use crate::covariance::{Covariance2, Covariance3};
 use crate::factor::Factor;
 use crate::gate::accepts;
+use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::symmetric::Symmetric3;
+use crate::symmetric::{Square3, Symmetric3};
 
 /// Result of [`update`].
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -21,38 +22,52 @@ pub struct FixUpdate {
 /// `own` after a fix at `position` \[m\] with noise `covariance` (`R_A`, m²), if d² ≤ `gate` (χ², two degrees of
 /// freedom; infinite accepts everything).
 ///
-/// The gate uses `H P Hᵀ + R_A`; P and `P_i` are updated in Joseph's form with the gain of P.
+/// The gate uses `H P Hᵀ + R_A`; both parts are updated in Joseph's form with the gain of P, and the bend shrinks
+/// ([`crate::honest`]).
 #[must_use]
 pub fn update(own: &Belief, position: [f64; 2], covariance: &Covariance2, gate: f64) -> FixUpdate {
     let noise = embedded(covariance);
-    let total = own.total.symmetric();
+    let total = own.total().symmetric();
     let innovation_inverse = Factor::new(&(position_block(&total) + noise)).inverse();
     let innovation = [position[0] - own.pose.x, position[1] - own.pose.y, 0.0];
     let d2 = innovation_inverse.quadratic(innovation);
+    let refused = FixUpdate {
+        belief: *own,
+        accepted: false,
+        d2,
+    };
     if !accepts(d2, gate) {
-        return FixUpdate {
-            belief: *own,
-            accepted: false,
-            d2,
-        };
+        return refused;
     }
-    let gain = total.times(&innovation_inverse);
-    let [dx, dy, dphi] = gain.apply(innovation);
-    let joseph = |p: &Covariance3| {
-        let p = gain.complement().congruence(&p.symmetric()) + gain.congruence(&noise);
-        Covariance3::trusted(&p)
-    };
-    let belief = Belief {
-        pose: Pose::new(own.pose.x + dx, own.pose.y + dy, own.pose.phi + dphi),
-        total: joseph(&own.total),
-        independent: joseph(&own.independent),
-    };
-    let accepted = belief.is_finite();
+    let belief = updated(own, innovation, &total.times(&innovation_inverse), &noise);
+    if !belief.is_finite() {
+        return refused;
+    }
     FixUpdate {
-        belief: if accepted { belief } else { *own },
-        accepted,
+        belief,
+        accepted: true,
         d2,
     }
+}
+
+/// With the gain W: `P_i⁺ = (I − W) P_i (I − W)ᵀ + W R Wᵀ`, `P_d⁺ = (I − W) P_d (I − W)ᵀ`.
+#[inline]
+fn updated(own: &Belief, innovation: [f64; 3], gain: &Square3, noise: &Symmetric3) -> Belief {
+    let [dx, dy, dphi] = gain.apply(innovation);
+    let complement = gain.complement();
+    let left = |part: &Covariance3| complement.congruence(&part.symmetric());
+    let independent = left(&own.parts.independent) + gain.congruence(noise);
+    let mut belief = Belief {
+        pose: Pose::new(own.pose.x + dx, own.pose.y + dy, own.pose.phi + dphi),
+        parts: Parts {
+            independent: Covariance3::trusted(&independent),
+            dependent: Covariance3::trusted(&left(&own.parts.dependent)),
+        },
+        bend: own.bend,
+    };
+    let (before, after) = (own.heading_variance(), belief.heading_variance());
+    belief.bend = own.bend.measured(&complement, before, after);
+    belief
 }
 
 /// `Hᵀ A H`: with zeros for the heading, the 2×2 algebra is that of 3×3 matrices (the inverse is the generalised
@@ -102,8 +117,9 @@ mod tests {
     fn a_perfect_fix_is_believed() {
         let told = update(&belief(), [1.1, 1.9], &Covariance2::ZERO, f64::INFINITY).belief;
         assert!((told.pose.x - 1.1).abs() < 1e-15 && (told.pose.y - 1.9).abs() < 1e-15);
-        assert!(told.total.matrix().m11.abs() < 1e-17 && told.total.matrix().m22.abs() < 1e-17);
-        assert!(told.total.matrix().m33 > 0.0 && told.total.matrix().m33 < 0.01);
+        let [xx, yy, pp] = told.total().variances();
+        assert!(xx.abs() < 1e-17 && yy.abs() < 1e-17);
+        assert!(pp > 0.0 && pp < 0.01);
     }
 
     #[test]

@@ -3,10 +3,10 @@
 //! ```text
 //! P₁ = P_d/α + P_i ;  P₂ = R_d/(1−α) + R_i ;  K = P₁ (P₁+P₂)⁻¹
 //! x̂⁺ = x̂ + K ν ;  P_i⁺ = (I−K) P_i (I−K)ᵀ + K R_i Kᵀ
-//! P⁺ = (I−K) (P_d/α) (I−K)ᵀ + K (R_d/(1−α)) Kᵀ + P_i⁺
+//! P_d⁺ = (I−K) (P_d/α) (I−K)ᵀ + K (R_d/(1−α)) Kᵀ
 //! ```
 //!
-//! The last line equals `(I−K) P₁` and is positive semidefinite by construction.
+//! Both parts are positive semidefinite by construction; their sum is `P⁺ = (I−K) P₁`.
 
 use crate::angle::wrap;
 use crate::belief::Belief;
@@ -14,6 +14,7 @@ use crate::convert::GlobalPose;
 use crate::covariance::Covariance3;
 use crate::factor::Factor;
 use crate::gate::accepts;
+use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::settings::{FusionSettings, GateWeight};
 use crate::split::Split;
@@ -42,8 +43,8 @@ pub struct Fusion {
 /// is the Kalman filter's update. If neither covariance has an independent part, it is covariance intersection.
 #[must_use]
 pub fn fuse(own: &Belief, received: &GlobalPose, settings: &FusionSettings) -> Fusion {
-    let prior = Split::new(&own.total, &own.independent);
-    let message = Split::new(&received.total, &received.independent);
+    let prior = Split::new(&own.parts);
+    let message = Split::new(&received.parts);
     let innovation = innovation(&own.pose, &received.pose);
     let (alpha, weights) = choose(&prior, &message, settings);
     let inverse = Factor::new(&weights.combine(&prior, &message)).inverse();
@@ -61,8 +62,8 @@ pub fn fuse(own: &Belief, received: &GlobalPose, settings: &FusionSettings) -> F
             d2,
         };
     }
-    let belief = Gains::new(&prior, &message, weights, &inverse)
-        .update(&own.pose, innovation, &prior, &message);
+    let belief =
+        Gains::new(&prior, &message, weights, &inverse).update(own, innovation, &prior, &message);
     let accepted = belief.is_finite();
     Fusion {
         belief: if accepted { belief } else { *own },
@@ -177,16 +178,21 @@ impl Gains {
         }
     }
 
-    /// \[35–37\]
+    /// \[35–37\], in parts; the bend shrinks ([`crate::honest`]).
     #[inline]
-    fn update(&self, pose: &Pose, innovation: [f64; 3], prior: &Split, message: &Split) -> Belief {
+    fn update(&self, own: &Belief, innovation: [f64; 3], prior: &Split, message: &Split) -> Belief {
         let [dx, dy, dphi] = self.gain.apply(innovation);
         let independent = self.complement.congruence(&prior.independent)
             + self.gain.congruence(&message.independent);
+        let (before, after) = (own.heading_variance(), independent.pp + self.dependent.pp);
+        let Pose { x, y, phi } = own.pose;
         Belief {
-            pose: Pose::new(pose.x + dx, pose.y + dy, pose.phi + dphi),
-            total: Covariance3::trusted(&(self.dependent + independent)),
-            independent: Covariance3::trusted(&independent),
+            pose: Pose::new(x + dx, y + dy, phi + dphi),
+            parts: Parts {
+                independent: Covariance3::trusted(&independent),
+                dependent: Covariance3::trusted(&self.dependent),
+            },
+            bend: own.bend.measured(&self.complement, before, after),
         }
     }
 }
@@ -199,7 +205,7 @@ mod tests {
     #[test]
     fn weights_are_one_together_at_the_ends_too() {
         let flat = Covariance3::diagonal([1.0, 0.0, 0.0]).unwrap();
-        let flat = Split::new(&flat, &Covariance3::ZERO);
+        let flat = Split::new(&Parts::dependent(flat));
         for (own, received) in [(0.0, 1.0), (1.0, 0.0), (0.25, 0.75)] {
             let weights = inside(Weights { own, received }, &flat, &flat);
             assert!(weights.own > 0.0 && weights.received > 0.0);

@@ -6,19 +6,20 @@
 //! noise:
 //!
 //! ```text
-//! d, Q_d = mean and covariance of 0 ⊕ δ₁ ⊕ … ⊕ δ_N        velocity d/t, noise Q_d/(T t), t: time from end to end
+//! t, Δ, D = mean and covariance of 0 ⊕ δ₁ ⊕ … ⊕ δ_N        velocity d/T, noise D_0/(T₀ T), T: time from end to end
 //! ```
 //!
-//! A robot that knows its heading is then where the single steps would have taken it, as uncertain, to rounding. One that
-//! does not differs in the fourth order of its heading's σ: with 0.1 rad by less than a thousandth of a percent of the way.
-//! A measurement in the middle of a joined sample finds the robot on the chord, so [`join`] makes no sample longer than it
-//! must be.
+//! with d and `D_0` those of the arc that leads there ([`crate::honest`]; of the paper's letter, t and D themselves). The
+//! robot is then where the single steps would have taken it, as uncertain, to rounding, whatever it knew of its heading
+//! (of the paper's letter, to the fourth order of its heading's σ). Which part of it is dependent, and the bend, differ by what the
+//! joined samples' own noise bends. A measurement in the middle of a joined sample finds the robot on the arc from end to end,
+//! so [`join`] makes no sample longer than it must be.
 
 use crate::belief::Belief;
+use crate::honest::Increments;
 use crate::kind::OdometrySample;
 use crate::motion::{Motion, propagate};
-use crate::pose::Pose;
-use crate::settings::OdometrySettings;
+use crate::settings::{Propagation, Settings};
 use crate::stamp::Span;
 
 /// Puts `samples` into at most `most` places at the front, and says how many these are: neighbours are joined, evenly, until
@@ -26,7 +27,7 @@ use crate::stamp::Span;
 /// one source to the next, nothing is joined.
 ///
 /// `samples` are in the order of time; what is behind those that are left is of no use any more.
-pub fn join(samples: &mut [OdometrySample], most: usize, settings: &OdometrySettings) -> usize {
+pub fn join(samples: &mut [OdometrySample], most: usize, settings: &Settings) -> usize {
     let each = samples.len().div_ceil(most.max(1)).max(1);
     let (mut taken, mut left) = (0, 0);
     while let Some(rest) = samples.get(taken..).filter(|rest| !rest.is_empty()) {
@@ -53,7 +54,7 @@ fn follows(one: &OdometrySample, next: &OdometrySample) -> bool {
 
 /// The one sample that moves a robot as `samples` do; `None` if there is none, or they do not follow one upon the other.
 #[must_use]
-pub fn joined(samples: &[OdometrySample], settings: &OdometrySettings) -> Option<OdometrySample> {
+pub fn joined(samples: &[OdometrySample], settings: &Settings) -> Option<OdometrySample> {
     let (first, last) = (samples.first()?, samples.last()?);
     if samples.len() == 1 {
         return Some(*first); // As it is, to the last bit.
@@ -69,23 +70,29 @@ pub fn joined(samples: &[OdometrySample], settings: &OdometrySettings) -> Option
 }
 
 /// The velocity and noise that over `span` make the displacement of all the samples.
-fn mean_motion(samples: &[OdometrySample], span: Span, settings: &OdometrySettings) -> Motion {
-    let (period_s, span_s) = (settings.reference_period.as_seconds(), span.as_seconds());
+fn mean_motion(samples: &[OdometrySample], span: Span, settings: &Settings) -> Motion {
+    let odometry = &settings.odometry;
     let mut turn = 0.0;
     let moved = samples.iter().fold(Belief::default(), |belief, sample| {
         let dt = sample.stamp - sample.start;
         let [.., omega] = sample.motion.velocity();
         turn += omega * dt.as_seconds(); // Beyond π too.
-        propagate(
-            &belief,
-            &settings.measured(&sample.motion, dt),
-            dt.as_seconds(),
-        )
+        let motion = odometry.measured(&sample.motion, dt);
+        propagate(&belief, &motion, dt.as_seconds(), settings.propagation)
     });
-    let Pose { x, y, .. } = moved.pose;
+    let whole = Increments {
+        translation: [moved.pose.x, moved.pose.y],
+        turn,
+        noise: moved.total(),
+    };
+    let (held, noise) = match settings.propagation {
+        Propagation::Honest => whole.held(),
+        Propagation::Paper => ([moved.pose.x, moved.pose.y, turn], whole.noise),
+    };
+    let (period_s, span_s) = (odometry.reference_period.as_seconds(), span.as_seconds());
     Motion::Holonomic {
-        velocity: [x / span_s, y / span_s, turn / span_s],
-        noise: moved.total.scaled(1.0 / (period_s * span_s)),
+        velocity: held.map(|it| it / span_s),
+        noise: noise.scaled(1.0 / (period_s * span_s)),
     }
 }
 
@@ -93,6 +100,8 @@ fn mean_motion(samples: &[OdometrySample], span: Span, settings: &OdometrySettin
 mod tests {
     use super::*;
     use crate::covariance::{Covariance2, Covariance3};
+    use crate::parts::Parts;
+    use crate::pose::Pose;
     use crate::stamp::Stamp;
 
     const PERIOD: Span = Span::from_millis(5);
@@ -120,11 +129,11 @@ mod tests {
     }
 
     fn stepped(belief: Belief, samples: &[OdometrySample]) -> Belief {
-        let settings = OdometrySettings::default();
+        let settings = Settings::default();
         samples.iter().fold(belief, |belief, sample| {
             let dt = sample.stamp - sample.start;
-            let motion = settings.measured(&sample.motion, dt);
-            propagate(&belief, &motion, dt.as_seconds())
+            let motion = settings.odometry.measured(&sample.motion, dt);
+            propagate(&belief, &motion, dt.as_seconds(), settings.propagation)
         })
     }
 
@@ -134,16 +143,11 @@ mod tests {
         let heading = crate::angle::wrap(a.phi - b.phi);
         let mean = [a.x - b.x, a.y - b.y, heading].into_iter();
         let mut relative: f64 = 0.0;
-        for (p, q) in [
-            (one.total, other.total),
-            (one.independent, other.independent),
-        ] {
-            let (p, q) = (p.matrix(), q.matrix());
-            for i in 0..3 {
-                for j in 0..3 {
-                    let scale = libm::sqrt(q[(i, i)] * q[(j, j)]);
-                    relative = relative.max((p[(i, j)] - q[(i, j)]).abs() / scale);
-                }
+        let (p, q) = (one.total().matrix(), other.total().matrix());
+        for i in 0..3 {
+            for j in 0..3 {
+                let scale = libm::sqrt(q[(i, i)] * q[(j, j)]);
+                relative = relative.max((p[(i, j)] - q[(i, j)]).abs() / scale);
             }
         }
         [mean.fold(0.0, |m: f64, d| m.max(d.abs())), relative]
@@ -153,17 +157,17 @@ mod tests {
         let total = Covariance2::diagonal([0.01, sigma * sigma]).unwrap();
         let [xx, .., pp] = total.to_row_major();
         let covariance = Covariance3::diagonal([xx, xx, pp]).unwrap();
-        Belief {
-            pose: Pose::new(3.0, -2.0, 2.5),
-            total: covariance,
+        let parts = Parts {
             independent: covariance.scaled(0.25),
-        }
+            dependent: covariance.scaled(0.75),
+        };
+        Belief::gaussian(Pose::new(3.0, -2.0, 2.5), parts)
     }
 
     #[test]
     fn from_a_pose_that_is_certain_it_is_the_single_steps_to_rounding() {
         let samples = winding::<400>();
-        let one = [joined(&samples, &OdometrySettings::default()).unwrap()];
+        let one = [joined(&samples, &Settings::default()).unwrap()];
         let [singly, at_once] = [&samples[..], &one].map(|way| stepped(Belief::default(), way));
         let [mean, spread] = difference(&at_once, &singly);
         assert!(mean < 1e-13 && spread < 1e-12, "{mean:e} {spread:e}");
@@ -184,7 +188,7 @@ mod tests {
             (0.1, 40, [3e-5, 2e-2]),
         ] {
             let mut few = samples;
-            let count = join(&mut few, most, &OdometrySettings::default());
+            let count = join(&mut few, most, &Settings::default());
             let [singly, joined] =
                 [&samples[..], &few[..count]].map(|way| stepped(start(sigma), way));
             let found = difference(&joined, &singly);
@@ -211,9 +215,9 @@ mod tests {
     fn samples_are_joined_evenly_until_they_fit() {
         let mut samples = winding::<10>();
         let before = samples;
-        assert_eq!(join(&mut samples, 10, &OdometrySettings::default()), 10);
+        assert_eq!(join(&mut samples, 10, &Settings::default()), 10);
         assert_eq!(samples, before, "what fits is left alone to the bit");
-        assert_eq!(join(&mut samples, 4, &OdometrySettings::default()), 4);
+        assert_eq!(join(&mut samples, 4, &Settings::default()), 4);
         let left = samples.get(..4).unwrap();
         assert!(
             left.iter()
@@ -231,7 +235,7 @@ mod tests {
 
     #[test]
     fn across_a_gap_or_from_source_to_source_nothing_is_joined() {
-        let settings = OdometrySettings::default();
+        let settings = Settings::default();
         let mut samples = winding::<6>();
         samples[2].start = samples[2].start + Span::from_nanos(1);
         samples[4].source = 9;

@@ -214,6 +214,7 @@ mod tests {
     use super::*;
     use crate::covariance::{Covariance2, Covariance3};
     use crate::motion::Motion;
+    use crate::parts::Parts;
     use crate::pose::Pose;
 
     fn odometry(source: u16, start: i64, stamp: i64) -> Key {
@@ -247,8 +248,7 @@ mod tests {
                 ..Origin::counted(sequence)
             },
             pose: Pose::default(),
-            total: Covariance3::ZERO,
-            independent: Covariance3::ZERO,
+            parts: Parts::ZERO,
         }
         .key()
     }

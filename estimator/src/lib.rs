@@ -32,6 +32,7 @@ pub mod fix;
 pub mod fusion;
 pub mod gate;
 pub mod history;
+pub mod honest;
 pub mod input;
 pub mod join;
 pub mod kind;
@@ -44,6 +45,7 @@ pub mod pace;
 pub mod parts;
 pub mod pose;
 mod root;
+mod rotate;
 pub mod settings;
 mod split;
 pub mod stamp;
@@ -59,6 +61,7 @@ pub use estimator::{Estimator, step};
 pub use fix::FixUpdate;
 pub use fusion::{Fusion, fuse};
 pub use history::{MOST_SLOTS, Slot};
+pub use honest::{Bend, Increments};
 pub use input::TickInputs;
 pub use kind::{
     Kind, Measurement, NeighbourPose, OdometrySample, Origin, PositionFix, RobotId, Sighting,
@@ -69,5 +72,5 @@ pub use output::{Estimate, OdometryState, OutgoingPose, Report, Source, TickOutp
 pub use pace::Pace;
 pub use parts::Parts;
 pub use pose::Pose;
-pub use settings::{Floors, FusionSettings, OdometrySettings, Settings};
+pub use settings::{Floors, FusionSettings, OdometrySettings, Propagation, Settings};
 pub use stamp::{Span, Stamp};

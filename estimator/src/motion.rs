@@ -3,6 +3,8 @@
 use crate::belief::Belief;
 use crate::compose::{Dimension, Displacement, compose};
 use crate::covariance::{Covariance2, Covariance3};
+use crate::honest::{Swept, step};
+use crate::settings::Propagation;
 use crate::symmetric::Symmetric3;
 
 /// A velocity and the covariance of its noise, for the two kinds of drive \[1\].
@@ -50,10 +52,7 @@ impl Motion {
     /// Q of `[v_x, v_y, ω]`.
     #[must_use]
     pub fn covariance(&self) -> Covariance3 {
-        match self {
-            Self::Nonholonomic { noise, .. } => Covariance3::trusted(&without_sideways(noise)),
-            Self::Holonomic { noise, .. } => *noise,
-        }
+        Covariance3::trusted(&self.noise())
     }
 
     /// The same velocity with noise `factor · Q`; a factor that is not a positive finite number counts as zero.
@@ -72,29 +71,50 @@ impl Motion {
     }
 }
 
-/// Algorithm 1: the belief after `dt_s` seconds of `motion`, \[11–17\]; `dt_s` is finite and not negative.
+/// Algorithm 1: the belief after `dt_s` seconds of `motion`, \[11–17\] or as [`crate::honest`] has it; `dt_s` is finite and not
+/// negative.
 ///
 /// Where no time passes, nothing changes, to the last bit.
 #[must_use]
-pub fn propagate(belief: &Belief, motion: &Motion, dt_s: f64) -> Belief {
+#[inline]
+pub fn propagate(belief: &Belief, motion: &Motion, dt_s: f64, propagation: Propagation) -> Belief {
     if dt_s == 0.0 {
         return *belief;
     }
-    compose(belief, &motion.over(dt_s))
+    match propagation {
+        Propagation::Honest => step(belief, &motion.swept(belief.pose.phi, dt_s)).belief,
+        Propagation::Paper => compose(belief, &motion.over(dt_s)),
+    }
 }
 
 impl Motion {
+    /// The arc of `dt_s` seconds, from the heading `phi`.
+    #[inline]
+    fn swept(&self, phi: f64, dt_s: f64) -> Swept {
+        let held = self.velocity().map(|u| dt_s * u);
+        Swept::arc(phi, held, &(self.noise() * (dt_s * dt_s)))
+    }
+
     /// `δt ū` with the covariance `δt² Q` of its noise.
     #[inline]
     fn over(&self, dt_s: f64) -> Displacement {
-        let (noise, dimension) = match self {
-            Self::Nonholonomic { noise, .. } => (without_sideways(noise), &Dimension::FIVE),
-            Self::Holonomic { noise, .. } => (noise.symmetric(), &Dimension::SIX),
+        let dimension = match self {
+            Self::Nonholonomic { .. } => &Dimension::FIVE,
+            Self::Holonomic { .. } => &Dimension::SIX,
         };
         Displacement {
             mean: self.velocity().map(|u| dt_s * u),
-            noise: noise * (dt_s * dt_s),
+            noise: self.noise() * (dt_s * dt_s),
             dimension,
+        }
+    }
+
+    /// Q of `[v_x, v_y, ω]`.
+    #[inline]
+    fn noise(&self) -> Symmetric3 {
+        match self {
+            Self::Nonholonomic { noise, .. } => without_sideways(noise),
+            Self::Holonomic { noise, .. } => noise.symmetric(),
         }
     }
 }
@@ -114,6 +134,8 @@ fn without_sideways(noise: &Covariance2) -> Symmetric3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::honest::{Bend, Increments};
+    use crate::parts::Parts;
     use crate::pose::Pose;
 
     const Q: [f64; 4] = [0.04, 0.002, 0.002, 0.01];
@@ -130,18 +152,28 @@ mod tests {
         let covariance =
             Covariance3::from_row_major([0.1, 0.03, 0.0, 0.03, 0.1, 0.01, 0.0, 0.01, 0.3]).unwrap();
         let belief = Belief::independent(Pose::new(1.0, 2.0, 3.0), covariance);
-        assert_eq!(propagate(&belief, &motion(), 0.0), belief);
+        assert_eq!(
+            propagate(&belief, &motion(), 0.0, Propagation::Honest),
+            belief
+        );
     }
 
     #[test]
     fn from_certainty_only_the_noise_remains() {
-        let moved = propagate(&Belief::default(), &motion(), 2.0);
-        assert_eq!(moved.pose, Pose::new(1.0, 0.0, 0.4));
-        assert_eq!(moved.total, moved.independent);
-        let expected =
+        let moved = |it| propagate(&Belief::default(), &motion(), 2.0, it);
+        let paper = moved(Propagation::Paper);
+        assert_eq!(paper.pose, Pose::new(1.0, 0.0, 0.4));
+        assert_eq!(paper.parts.dependent, Covariance3::ZERO);
+        let noise =
             Covariance3::from_row_major([0.16, 0.0, 0.008, 0.0, 0.0, 0.0, 0.008, 0.0, 0.04])
                 .unwrap();
-        assert!((moved.total.matrix() - expected.matrix()).abs().max() < 1e-17);
+        assert!((paper.total().matrix() - noise.matrix()).abs().max() < 1e-17);
+        let arc = Increments::arc([1.0, 0.0, 0.4], &noise);
+        let honest = moved(Propagation::Honest);
+        let [x, y] = arc.translation;
+        assert_eq!(honest.pose, Pose::new(x, y, 0.4));
+        assert_eq!(honest.parts, Parts::independent(arc.noise));
+        assert_eq!(honest.bend, Bend::ZERO);
     }
 
     #[test]

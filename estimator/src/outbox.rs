@@ -4,7 +4,6 @@ use crate::convert::GlobalPose;
 use crate::kind::{Kind, Sighting};
 use crate::list::FixedList;
 use crate::output::{OutgoingPose, Report, Source, Verdict};
-use crate::parts::Parts;
 use crate::stamp::Stamp;
 
 /// Poses that one tick can send.
@@ -48,7 +47,7 @@ impl Outbox {
             by: sighting.origin.source,
             stamp: sighting.stamp,
             pose: seen.pose,
-            parts: Parts::of(&seen.total, &seen.independent),
+            parts: seen.parts,
         });
         self.overflowed += u32::from(!fitted);
     }

@@ -1,8 +1,8 @@
-//! A covariance in its two parts, as it is told to others.
+//! A covariance in its two parts, as it is kept and as it is told to others.
 
-use crate::belief::Belief;
+use crate::clip::positive_part;
 use crate::covariance::{Covariance3, NotACovariance};
-use crate::split::Split;
+use crate::symmetric::Symmetric3;
 
 /// `P = P_i + P_d`. Both parts are said, so that a reader need not subtract: a difference may lose its sign.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
@@ -14,13 +14,38 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Of a covariance and its independent part: `P_d = P − P_i`, its negative eigenvalues set to zero.
+    /// Neither part of anything.
+    pub const ZERO: Self = Self {
+        independent: Covariance3::ZERO,
+        dependent: Covariance3::ZERO,
+    };
+
+    /// All of it independent.
+    #[must_use]
+    pub fn independent(covariance: Covariance3) -> Self {
+        Self {
+            independent: covariance,
+            dependent: Covariance3::ZERO,
+        }
+    }
+
+    /// All of it dependent.
+    #[must_use]
+    pub fn dependent(covariance: Covariance3) -> Self {
+        Self {
+            independent: Covariance3::ZERO,
+            dependent: covariance,
+        }
+    }
+
+    /// Of a covariance that comes from elsewhere as a whole, and its independent part: `P_d = P − P_i`, its negative eigenvalues
+    /// set to zero.
     #[must_use]
     pub fn of(total: &Covariance3, independent: &Covariance3) -> Self {
-        let split = Split::new(total, independent);
+        let difference = total.symmetric() - independent.symmetric();
         Self {
             independent: *independent,
-            dependent: Covariance3::trusted(&split.dependent),
+            dependent: Covariance3::trusted(&positive_part(&difference)),
         }
     }
 
@@ -41,18 +66,43 @@ impl Parts {
         })
     }
 
+    /// Where `P_d` is a difference that lost its sign by more than rounding, without its negative eigenvalues: the cubature
+    /// transform of P and `P_i`, each by itself, comes to that where the heading is uncertain.
+    #[inline]
+    #[must_use]
+    pub(crate) fn with_its_sign(&self) -> Self {
+        if self.total().contains(&self.independent) {
+            return *self;
+        }
+        let dependent = positive_part(&self.dependent.symmetric());
+        Self {
+            dependent: Covariance3::trusted(&dependent),
+            ..*self
+        }
+    }
+
+    /// With no variance of the whole below that of `floor`. What is added may be anything: it is dependent.
+    #[must_use]
+    pub(crate) fn with_floor(&self, floor: [f64; 3]) -> Self {
+        let total = self.total();
+        let (raised, before) = (total.with_floor(floor).symmetric(), total.symmetric());
+        let dependent = self.dependent.symmetric();
+        Self {
+            dependent: Covariance3::trusted(&Symmetric3 {
+                xx: dependent.xx + (raised.xx - before.xx),
+                yy: dependent.yy + (raised.yy - before.yy),
+                pp: dependent.pp + (raised.pp - before.pp),
+                ..dependent
+            }),
+            ..*self
+        }
+    }
+
     /// P, no smaller than its parts.
+    #[inline]
     #[must_use]
     pub fn total(&self) -> Covariance3 {
         Covariance3::trusted(&(self.independent.symmetric() + self.dependent.symmetric()))
-    }
-}
-
-impl Belief {
-    /// Its covariance in both parts.
-    #[must_use]
-    pub fn parts(&self) -> Parts {
-        Parts::of(&self.total, &self.independent)
     }
 }
 

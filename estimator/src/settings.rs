@@ -44,6 +44,18 @@ pub struct FusionSettings {
     pub gate_weight: GateWeight,
 }
 
+/// How a belief is carried through a motion or a sighting.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub enum Propagation {
+    /// Along arcs, with the bend of the distribution carried ([`crate::honest`]): the covariance holds however long no
+    /// measurement comes and however uncertain the heading is.
+    #[default]
+    Honest,
+    /// The paper's letter: along the heading at the start, a Gaussian made at every step by one cubature transform for the
+    /// covariance and one for its independent part.
+    Paper,
+}
+
 /// How the estimate goes on between and after odometry samples.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct OdometrySettings {
@@ -73,6 +85,8 @@ pub struct Floors {
 /// All settings of one estimator.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Settings {
+    /// Algorithms 1 and 2.
+    pub propagation: Propagation,
     /// Algorithm 3.
     pub fusion: FusionSettings,
     /// Accept a fix if d² is at most this (χ² with two degrees of freedom).
@@ -136,10 +150,11 @@ impl OdometrySettings {
 }
 
 impl Settings {
-    /// The paper to the letter ([`FusionSettings::paper`]).
+    /// The paper to the letter ([`Propagation::Paper`], [`FusionSettings::paper`]).
     #[must_use]
     pub fn paper() -> Self {
         Self {
+            propagation: Propagation::Paper,
             fusion: FusionSettings::paper(),
             ..Self::default()
         }
@@ -149,6 +164,7 @@ impl Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            propagation: Propagation::default(),
             fusion: FusionSettings::default(),
             position_gate: CHI2_2_99,
             floors: Floors::default(),

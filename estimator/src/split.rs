@@ -1,8 +1,8 @@
 //! A covariance in its two parts, as split covariance intersection uses it.
 
 use crate::clip::positive_part;
-use crate::covariance::Covariance3;
 use crate::factor::Factor;
+use crate::parts::Parts;
 use crate::symmetric::Symmetric3;
 
 /// A dependent part up to this part of the total, entry by entry, is the rounding of zero.
@@ -20,22 +20,20 @@ pub(crate) struct Split {
 }
 
 impl Split {
-    /// `P_d = P − P_i`, negative eigenvalues set to zero.
+    /// `P_d` without what is below zero by more than rounding: so it may come from outside, or from the paper's difference.
     #[inline]
-    pub(crate) fn new(total: &Covariance3, independent: &Covariance3) -> Self {
-        let (total, independent) = (total.symmetric(), independent.symmetric());
-        let difference = total - independent;
-        if is_nothing(&difference, &total) {
-            return Self {
-                dependent: Symmetric3::default(),
-                independent,
-                is_independent: true,
-            };
-        }
+    pub(crate) fn new(parts: &Parts) -> Self {
+        let (dependent, independent) = (parts.dependent.symmetric(), parts.independent.symmetric());
+        let is_independent = is_nothing(&dependent, &(dependent + independent));
+        let dependent = if is_independent {
+            Symmetric3::ZERO
+        } else {
+            positive_part(&dependent)
+        };
         Self {
-            dependent: positive_part(&difference),
+            dependent,
             independent,
-            is_independent: false,
+            is_independent,
         }
     }
 
@@ -81,23 +79,32 @@ fn is_nothing(d: &Symmetric3, t: &Symmetric3) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::covariance::Covariance3;
 
-    fn split(total: [f64; 3], independent: [f64; 3]) -> Split {
-        Split::new(
-            &Covariance3::diagonal(total).unwrap(),
-            &Covariance3::diagonal(independent).unwrap(),
-        )
+    fn split(independent: [f64; 3], dependent: [f64; 3]) -> Split {
+        let [independent, dependent] = [independent, dependent].map(|[xx, yy, pp]| {
+            Covariance3::trusted(&Symmetric3 {
+                xx,
+                yy,
+                pp,
+                ..Symmetric3::ZERO
+            })
+        });
+        Split::new(&Parts {
+            independent,
+            dependent,
+        })
     }
 
     #[test]
     fn rounding_is_no_dependent_part() {
-        assert!(split([1.0, 1e-8, 0.0], [1.0 - 1e-13, 1e-8, 0.0]).is_independent);
-        assert!(!split([1.0, 1e-8, 0.0], [1.0, 1e-8 - 1e-18, 0.0]).is_independent);
+        assert!(split([1.0, 1e-8, 0.0], [1e-13, 0.0, 0.0]).is_independent);
+        assert!(!split([1.0, 1e-8, 0.0], [0.0, 1e-18, 0.0]).is_independent);
     }
 
     #[test]
-    fn more_independent_than_total_is_clipped() {
-        let split = split([1.0, 1.0, 1.0], [0.5, 1.1, 0.5]);
+    fn a_variance_below_zero_is_clipped() {
+        let split = split([0.5, 1.1, 0.5], [0.5, -0.1, 0.5]);
         assert_eq!(split.dependent.yy, 0.0);
         assert_eq!((split.dependent.xx, split.dependent.pp), (0.5, 0.5));
     }

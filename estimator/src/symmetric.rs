@@ -20,6 +20,15 @@ pub(crate) struct Symmetric3 {
 pub(crate) struct Square3(pub(crate) [[f64; 3]; 3]);
 
 impl Symmetric3 {
+    pub(crate) const ZERO: Self = Self {
+        xx: 0.0,
+        xy: 0.0,
+        xp: 0.0,
+        yy: 0.0,
+        yp: 0.0,
+        pp: 0.0,
+    };
+
     /// `w · c cᵀ`
     #[inline]
     pub(crate) fn outer(w: f64, c: [f64; 3]) -> Self {

@@ -4,8 +4,9 @@
 use coloc_estimator::noise::Variance;
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimate, Estimator, Kind, Measurement, Motion,
-    NeighbourPose, OdometryNoise, OdometrySample, OdometryState, Origin, Pose, PositionFix, Report,
-    RobotId, Settings, Sighting, Slot, Source, Span, Stamp, TickInputs, TickOutputs, Verdict, step,
+    NeighbourPose, OdometryNoise, OdometrySample, OdometryState, Origin, Parts, Pose, PositionFix,
+    Report, RobotId, Settings, Sighting, Slot, Source, Span, Stamp, TickInputs, TickOutputs,
+    Verdict, step,
 };
 
 type Robot = Estimator<Vec<Slot>>;
@@ -96,7 +97,7 @@ fn idle(robot: &mut Robot, stamp: i64) -> Estimate {
 }
 
 fn x_variance(estimate: &Estimate) -> f64 {
-    estimate.belief.total.matrix()[(0, 0)]
+    estimate.belief.total().matrix()[(0, 0)]
 }
 
 fn assert_near(found: f64, expected: f64) {
@@ -421,8 +422,7 @@ fn heard(total: Covariance3) -> NeighbourPose {
             ..Origin::default()
         },
         pose: Pose::default(),
-        total,
-        independent: Covariance3::ZERO,
+        parts: Parts::dependent(total),
     }
 }
 
@@ -586,7 +586,7 @@ fn noise_beyond_all_numbers_is_not_taken_for_none() {
 
 /// Finite, and as uncertain as can be, ahead and about where ahead is.
 fn is_lost(estimate: &Estimate) -> bool {
-    let Belief { total, pose, .. } = estimate.belief;
+    let (total, pose) = (estimate.belief.total(), estimate.belief.pose);
     let p = total.matrix();
     let [along, _, heading] = total.variances();
     pose.is_finite() && p.iter().all(|entry| entry.is_finite()) && along.min(heading) > 1e20

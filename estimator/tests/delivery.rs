@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Measurement, Motion, NeighbourPose,
-    OdometrySample, Origin, Pose, PositionFix, RobotId, Settings, Sighting, Slot, Span, Stamp,
-    TickInputs, Verdict, step,
+    OdometrySample, Origin, Parts, Pose, PositionFix, RobotId, Settings, Sighting, Slot, Span,
+    Stamp, TickInputs, Verdict, step,
 };
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -172,7 +172,10 @@ fn measurement() -> impl Strategy<Value = Measurement> {
     );
     let neighbour = (stamps(), robots(), poses(), covariances(), 0.0..1.0).prop_map(
         |(stamp, sender, pose, total, own)| {
-            let independent = total.scaled(own);
+            let parts = Parts {
+                independent: total.scaled(own),
+                dependent: total.scaled(1.0 - own),
+            };
             Measurement::Neighbour(NeighbourPose {
                 stamp,
                 origin: Origin {
@@ -180,8 +183,7 @@ fn measurement() -> impl Strategy<Value = Measurement> {
                     ..Origin::default()
                 },
                 pose,
-                total,
-                independent,
+                parts,
             })
         },
     );
@@ -299,11 +301,12 @@ fn promptly(deliveries: &[Delivery], settings: &Settings) -> Schedule {
 
 fn bits(belief: &Belief) -> Vec<u64> {
     let pose = [belief.pose.x, belief.pose.y, belief.pose.phi];
+    let parts = [belief.parts.independent, belief.parts.dependent];
     let entries = pose
-        .iter()
-        .chain(belief.total.matrix())
-        .chain(belief.independent.matrix());
-    entries.map(|entry| entry.to_bits()).collect()
+        .into_iter()
+        .chain(parts.into_iter().flat_map(|part| part.to_row_major()))
+        .chain(belief.bend.to_array());
+    entries.map(f64::to_bits).collect()
 }
 
 /// The beliefs at and between the ticks of the last 100 ms, and now.

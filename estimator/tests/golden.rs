@@ -5,7 +5,8 @@
 
 use coloc_estimator::settings::{Criterion, FusionSettings};
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, GlobalPose, Motion, Pose, fuse, propagate, to_global,
+    Belief, Covariance2, Covariance3, GlobalPose, Motion, Parts, Pose, Propagation, fuse,
+    propagate, to_global,
 };
 
 /// `[xx, xy, xφ, yy, yφ, φφ]`
@@ -47,10 +48,10 @@ fn tv1_without_sideways_velocity() {
         velocity: [0.5, 0.2],
         noise,
     };
-    let tick = propagate(&prior(), &motion, 0.02);
+    let tick = propagate(&prior(), &motion, 0.02, Propagation::Paper);
     assert_pose(tick.pose, [1.008_732_121_046, 2.004_770_379_469, 0.504]);
     assert_covariance(
-        &tick.total,
+        &tick.total(),
         [
             0.039_981_828_158,
             0.006_031_942_071,
@@ -60,11 +61,11 @@ fn tv1_without_sideways_velocity() {
             0.010_004,
         ],
     );
-    assert_eq!(tick.total, tick.independent);
-    let second = propagate(&prior(), &motion, 1.0);
+    assert_eq!(tick.parts.dependent, Covariance3::ZERO);
+    let second = propagate(&prior(), &motion, 1.0, Propagation::Paper);
     assert_pose(second.pose, [1.436_606_052_301, 2.238_518_973_453, 0.7]);
     assert_covariance(
-        &second.total,
+        &second.total(),
         [
             0.041_550_183_227,
             0.007_623_091_464,
@@ -83,10 +84,10 @@ fn tv2_with_sideways_velocity() {
         velocity: [0.5, 0.1, 0.2],
         noise,
     };
-    let tick = propagate(&prior(), &motion, 0.02);
+    let tick = propagate(&prior(), &motion, 0.02, Propagation::Paper);
     assert_pose(tick.pose, [1.007_778_076_188, 2.006_516_829_682, 0.504]);
     assert_covariance(
-        &tick.total,
+        &tick.total(),
         [
             0.039_975_085_81,
             0.006_035_051_227,
@@ -102,10 +103,15 @@ fn tv2_with_sideways_velocity() {
 fn tv3_sighting_in_the_common_frame() {
     let degree = 1.0_f64.to_radians();
     let noise = Covariance3::diagonal([0.05 * 0.05, 0.05 * 0.05, degree * degree]).unwrap();
-    let seen = to_global(&prior(), &Pose::new(3.0, -1.0, 0.3), &noise);
+    let seen = to_global(
+        &prior(),
+        &Pose::new(3.0, -1.0, 0.3),
+        &noise,
+        Propagation::Paper,
+    );
     assert_pose(seen.pose, [4.096_686_617_028, 2.557_903_962_249, 0.8]);
     assert_covariance(
-        &seen.total,
+        &seen.total(),
         [
             0.044_477_562_298,
             -0.003_008_365_738,
@@ -124,18 +130,17 @@ fn tv5(own_part: f64, received_part: f64) -> (Belief, GlobalPose) {
         covariance(TV5),
         Covariance3::diagonal([0.06, 0.05, 0.01]).unwrap(),
     );
-    let own = Belief {
-        pose: Pose::new(1.0, 2.0, 3.1),
-        total,
-        independent: total.scaled(own_part),
+    let parts = |whole: Covariance3, share: f64| Parts {
+        independent: whole.scaled(share),
+        dependent: whole.scaled(1.0 - share),
     };
+    let own = Belief::gaussian(Pose::new(1.0, 2.0, 3.1), parts(total, own_part));
     let pose = Pose::new(1.2, 1.9, -3.1);
     (
         own,
         GlobalPose {
             pose,
-            total: message,
-            independent: message.scaled(received_part),
+            parts: parts(message, received_part),
         },
     )
 }
@@ -161,7 +166,7 @@ fn tv5_split_covariance_intersection_at_one_half() {
         [1.119_520_059_225, 1.945_582_672_283, -3.128_541_823_042],
     );
     assert_covariance(
-        &half.belief.total,
+        &half.belief.total(),
         [
             0.063_176_090_018,
             0.002_587_712_915,
@@ -172,7 +177,7 @@ fn tv5_split_covariance_intersection_at_one_half() {
         ],
     );
     assert_covariance(
-        &half.belief.independent,
+        &half.belief.parts.independent,
         [
             0.011_711_907_96,
             0.000_316_014_087,
@@ -189,7 +194,7 @@ fn tv6_optimal_weights() {
     let (own, message) = tv5(0.4, 0.25);
     let trace = fuse(&own, &message, &FusionSettings::paper());
     assert!((trace.alpha - 0.168_590).abs() < 1e-6, "{}", trace.alpha);
-    assert!((trace.belief.total.matrix().trace() - 0.117_454_490).abs() < 1e-9);
+    assert!((trace.belief.total().matrix().trace() - 0.117_454_490).abs() < 1e-9);
     let criterion = Criterion::Determinant;
     let determinant = fuse(
         &own,
@@ -204,7 +209,7 @@ fn tv6_optimal_weights() {
         "{}",
         determinant.alpha
     );
-    assert!((determinant.belief.total.matrix().determinant() - 2.868_807e-5).abs() < 1e-11);
+    assert!((determinant.belief.total().matrix().determinant() - 2.868_807e-5).abs() < 1e-11);
 }
 
 #[test]
@@ -217,7 +222,7 @@ fn tv7_kalman_filter() {
         [1.123_764_973_556, 1.943_348_399_131, -3.126_881_379_877],
     );
     assert_covariance(
-        &fusion.belief.total,
+        &fusion.belief.total(),
         [
             0.037_372_356_885,
             0.001_450_489_943,

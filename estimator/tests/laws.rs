@@ -4,8 +4,8 @@
 
 use coloc_estimator::settings::{Criterion, FusionSettings, GateWeight};
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Fusion, GlobalPose, Motion, Pose, fix, fuse, propagate,
-    to_global,
+    Belief, Covariance2, Covariance3, Fusion, GlobalPose, Motion, Parts, Pose, Propagation, fix,
+    fuse, propagate, to_global,
 };
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use proptest::prelude::*;
@@ -63,25 +63,17 @@ fn belief() -> impl Strategy<Value = Belief> {
         factor(),
         prop_oneof![1 => Just(0.0), 1 => Just(1.0), 4 => 0.0..1.0],
     )
-        .prop_map(|(pose, dependent, independent, share)| Belief {
-            pose,
-            total: Covariance3::new(dependent * (1.0 - share) + independent * share).unwrap(),
-            independent: Covariance3::new(independent * share).unwrap(),
+        .prop_map(|(pose, dependent, independent, share)| {
+            let parts = Parts {
+                independent: Covariance3::new(independent * share).unwrap(),
+                dependent: Covariance3::new(dependent * (1.0 - share)).unwrap(),
+            };
+            Belief::gaussian(pose, parts)
         })
 }
 
 fn message() -> impl Strategy<Value = GlobalPose> {
-    belief().prop_map(
-        |Belief {
-             pose,
-             total,
-             independent,
-         }| GlobalPose {
-            pose,
-            total,
-            independent,
-        },
-    )
+    belief().prop_map(|Belief { pose, parts, .. }| GlobalPose { pose, parts })
 }
 
 fn settings() -> impl Strategy<Value = FusionSettings> {
@@ -113,15 +105,27 @@ fn motion() -> impl Strategy<Value = Motion> {
     })
 }
 
-/// Finite, and both covariances are what [`Covariance3::new`] accepts.
+/// Finite, and its parts are what a peer accepts.
 fn assert_valid(belief: &Belief) {
     assert!(belief.pose.is_finite(), "{belief:?}");
-    for covariance in [belief.total, belief.independent] {
-        assert_eq!(
-            Covariance3::new(*covariance.matrix()),
-            Ok(covariance),
-            "{belief:?}"
-        );
+    let [independent, dependent] = [belief.parts.independent, belief.parts.dependent];
+    let again = Parts::from_row_major(independent.to_row_major(), dependent.to_row_major());
+    assert_eq!(again, Ok(belief.parts), "{belief:?}");
+    let total = belief.total();
+    assert_eq!(Covariance3::new(total.matrix()), Ok(total), "{belief:?}");
+}
+
+/// The dependent part that the paper makes is a difference, and goes out without what is below zero.
+fn as_told(belief: &Belief) -> Belief {
+    let parts = Parts::of(&belief.total(), &belief.parts.independent);
+    Belief { parts, ..*belief }
+}
+
+/// `share` of it independent.
+fn parts(whole: &Covariance3, share: f64) -> Parts {
+    Parts {
+        independent: whole.scaled(share),
+        dependent: whole.scaled(1.0 - share),
     }
 }
 
@@ -133,9 +137,11 @@ proptest! {
         own in belief(), motion in motion(), sighting in (pose(), covariance()), message in message(),
         settings in settings(), at in [unit(), unit()],
     ) {
-        assert_valid(&propagate(&own, &motion, 0.5));
-        let GlobalPose { pose, total, independent } = to_global(&own, &sighting.0, &sighting.1);
-        assert_valid(&Belief { pose, total, independent });
+        for propagation in [Propagation::Honest, Propagation::Paper] {
+            assert_valid(&as_told(&propagate(&own, &motion, 0.5, propagation)));
+            let GlobalPose { pose, parts } = to_global(&own, &sighting.0, &sighting.1, propagation);
+            assert_valid(&as_told(&Belief::gaussian(pose, parts)));
+        }
         let fusion = fuse(&own, &message, &settings);
         assert!(fusion.accepted && fusion.d2 >= 0.0 && (0.0..=1.0).contains(&fusion.alpha), "{fusion:?}");
         assert_valid(&fusion.belief);
@@ -148,11 +154,12 @@ proptest! {
     fn singular_covariances_leave_no_variance_below_zero(
         own in line(), independent in 0.0..=1.0, told in line(), settings in settings(), at in [unit(), unit()],
     ) {
-        let own = Belief { pose: Pose::default(), total: own, independent: own.scaled(independent) };
-        let message = GlobalPose { pose: Pose::default(), total: told, independent: told.scaled(1.0 - independent) };
+        let own = Belief::gaussian(Pose::default(), parts(&own, independent));
+        let message = GlobalPose { pose: Pose::default(), parts: parts(&told, 1.0 - independent) };
         let noise = Covariance2::new(told.matrix().fixed_view::<2, 2>(0, 0).into_owned()).unwrap();
         for belief in [fix::update(&own, at, &noise, f64::INFINITY).belief, fuse(&own, &message, &settings).belief] {
-            let variances = [belief.total.variances(), belief.independent.variances()];
+            let Belief { parts: Parts { independent, dependent }, .. } = belief;
+            let variances = [independent.variances(), dependent.variances()];
             prop_assert!(variances.iter().flatten().all(|variance| *variance >= 0.0), "{belief:?}");
         }
     }
@@ -161,7 +168,7 @@ proptest! {
     fn fusing_never_makes_the_trace_larger(own in belief(), message in message(), damping in 0.05..=1.0) {
         let settings = FusionSettings { damping, gate: f64::INFINITY, ..FusionSettings::paper() };
         let Fusion { belief, .. } = fuse(&own, &message, &settings);
-        let (before, after) = (own.total.matrix().trace(), belief.total.matrix().trace());
+        let (before, after) = (own.total().matrix().trace(), belief.total().matrix().trace());
         prop_assert!(after <= before * (1.0 + 1e-9), "{after} after {before}");
     }
 
@@ -173,7 +180,7 @@ proptest! {
         let settings = FusionSettings { gate: f64::INFINITY, ..FusionSettings::paper() };
         let greedy = fuse(&own, &message, &settings);
         let damped = fuse(&own, &message, &FusionSettings { damping, ..settings });
-        let [before, best, cost] = [own, greedy.belief, damped.belief].map(|b| b.total.matrix().trace());
+        let [before, best, cost] = [own, greedy.belief, damped.belief].map(|b| b.total().matrix().trace());
         if damped.alpha.to_bits() == greedy.alpha.to_bits() {
             return Ok(()); // Nothing to weigh, or an end.
         }
@@ -186,13 +193,13 @@ proptest! {
         own in (pose(), covariance()), told in (pose(), covariance()), settings in settings(),
     ) {
         let belief = Belief::independent(own.0, own.1);
-        let message = GlobalPose { pose: told.0, total: told.1, independent: told.1 };
+        let message = GlobalPose { pose: told.0, parts: Parts::independent(told.1) };
         let fusion = fuse(&belief, &message, &settings);
         let (p, r) = (own.1.matrix(), told.1.matrix());
         let Some(inverse) = regular_inverse(&(p + r)) else { return Ok(()) };
         let expected = p - p * inverse * p;
-        assert_close(&fusion.belief.total, &expected, p);
-        prop_assert_eq!(fusion.belief.total, fusion.belief.independent);
+        assert_close(&fusion.belief.total(), &expected, &p);
+        prop_assert_eq!(fusion.belief.parts.dependent, Covariance3::ZERO);
         let innovation = Vector3::new(
             told.0.x - own.0.x,
             told.0.y - own.0.y,
@@ -206,19 +213,19 @@ proptest! {
     fn without_independent_parts_it_is_covariance_intersection(
         own in (pose(), covariance()), told in (pose(), covariance()),
     ) {
-        let belief = Belief { pose: own.0, total: own.1, independent: Covariance3::ZERO };
-        let message = GlobalPose { pose: told.0, total: told.1, independent: Covariance3::ZERO };
+        let belief = Belief::gaussian(own.0, Parts::dependent(own.1));
+        let message = GlobalPose { pose: told.0, parts: Parts::dependent(told.1) };
         let settings = FusionSettings { gate: f64::INFINITY, ..FusionSettings::paper() };
         let fusion = fuse(&belief, &message, &settings);
-        prop_assert_eq!(fusion.belief.independent, Covariance3::ZERO);
-        let (Some(p), Some(r)) = (regular_inverse(own.1.matrix()), regular_inverse(told.1.matrix())) else {
+        prop_assert_eq!(fusion.belief.parts.independent, Covariance3::ZERO);
+        let (Some(p), Some(r)) = (regular_inverse(&own.1.matrix()), regular_inverse(&told.1.matrix())) else {
             return Ok(());
         };
         let intersection = |alpha: f64| (p * alpha + r * (1.0 - alpha)).try_inverse().unwrap();
-        assert_close(&fusion.belief.total, &intersection(fusion.alpha), own.1.matrix());
+        assert_close(&fusion.belief.total(), &intersection(fusion.alpha), &own.1.matrix());
         for alpha in [0.0, 0.1, 0.5, 0.9, 1.0, fusion.alpha - 0.01, fusion.alpha + 0.01] {
             let cost = intersection(alpha.clamp(0.0, 1.0)).trace();
-            prop_assert!(fusion.belief.total.matrix().trace() <= cost * (1.0 + 1e-9));
+            prop_assert!(fusion.belief.total().matrix().trace() <= cost * (1.0 + 1e-9));
         }
     }
 
@@ -226,8 +233,8 @@ proptest! {
     fn no_other_weight_is_better(
         own in belief(), message in message(), of_determinant in any::<bool>(), heading_lever_m in 0.1..=10.0,
     ) {
-        let [p_i, r_i] = [own.independent, message.independent].map(|c| *c.matrix());
-        let [p_d, r_d] = [own.total.matrix() - p_i, message.total.matrix() - r_i];
+        let [p_i, r_i] = [own.parts, message.parts].map(|it| it.independent.matrix());
+        let [p_d, r_d] = [own.parts, message.parts].map(|it| it.dependent.matrix());
         if regular_inverse(&p_d).and(regular_inverse(&r_d)).is_none() {
             return Ok(());
         }
@@ -239,7 +246,7 @@ proptest! {
             measure(&(p2 * (p1 + p2).try_inverse().unwrap() * p1))
         };
         let settings = FusionSettings { criterion, heading_lever_m, gate: f64::INFINITY, ..FusionSettings::paper() };
-        let found = measure(fuse(&own, &message, &settings).belief.total.matrix());
+        let found = measure(&fuse(&own, &message, &settings).belief.total().matrix());
         for alpha in (1..100).map(|percent| f64::from(percent) / 100.0) {
             prop_assert!(found <= cost(alpha) * (1.0 + 1e-6), "{found} but {} at {alpha}", cost(alpha));
         }
@@ -249,13 +256,13 @@ proptest! {
     fn a_fix_is_the_kalman_filters_update(own in belief(), at in [unit(), unit()], r in [scale(), scale()]) {
         let noise = Covariance2::diagonal(r).unwrap();
         let updated = fix::update(&own, at, &noise, f64::INFINITY);
-        let p = own.total.matrix();
+        let p = own.total().matrix();
         let s = p.fixed_view::<2, 2>(0, 0) + noise.matrix();
         let correlation = s.m12 * s.m12 / (s.m11 * s.m22);
         prop_assume!(correlation < 1.0 - 1e-6);
         let Some(inverse) = s.try_inverse() else { return Ok(()) };
         let gain = p.fixed_view::<3, 2>(0, 0) * inverse;
-        assert_close(&updated.belief.total, &(p - gain * p.fixed_view::<2, 3>(0, 0)), p);
+        assert_close(&updated.belief.total(), &(p - gain * p.fixed_view::<2, 3>(0, 0)), &p);
         let innovation = Vector2::new(at[0] - own.pose.x, at[1] - own.pose.y);
         let x = own.pose.x + (gain * innovation).x;
         prop_assert!((updated.belief.pose.x - x).abs() < 1e-6);
@@ -299,11 +306,13 @@ fn a_belief_stays_valid_over_a_hundred_thousand_steps() {
     for step in 0..100_000 {
         let velocity = [draw(&part), draw(&angle)];
         let noise = Covariance2::diagonal([5.075 * velocity[0] * velocity[0], 0.345]).unwrap();
-        own = propagate(&own, &Motion::Nonholonomic { velocity, noise }, 0.02);
+        let propagation = [Propagation::Honest, Propagation::Paper][usize::from(step % 200 > 150)];
+        let motion = Motion::Nonholonomic { velocity, noise };
+        own = propagate(&own, &motion, 0.02, propagation);
         let event = draw(&part);
         if event < 0.2 {
             let relative = Pose::new(draw(&angle), draw(&angle), draw(&angle));
-            let mut told = to_global(&neighbour, &relative, &sighting);
+            let mut told = to_global(&neighbour, &relative, &sighting, propagation);
             told.pose = own.pose;
             own = fuse(&own, &told, &settings[step % 2]).belief;
         }
@@ -313,7 +322,7 @@ fn a_belief_stays_valid_over_a_hundred_thousand_steps() {
         if event > 0.98 {
             own = fix::update(&own, [own.pose.x, own.pose.y], &position, 9.0).belief;
         }
-        assert_valid(&own);
+        assert_valid(&as_told(&own));
         core::mem::swap(&mut own, &mut neighbour);
     }
 }

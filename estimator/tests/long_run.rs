@@ -3,8 +3,8 @@
 
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Measurement, Motion, NeighbourPose,
-    OdometrySample, Origin, Pose, PositionFix, RobotId, Settings, Sighting, Slot, Span, Stamp,
-    TickInputs, TickOutputs, Verdict, step,
+    OdometrySample, Origin, Parts, Pose, PositionFix, RobotId, Settings, Sighting, Slot, Span,
+    Stamp, TickInputs, TickOutputs, Verdict, step,
 };
 
 const TICKS: i64 = 1_000_000;
@@ -179,11 +179,14 @@ impl Robot {
 
     fn neighbour(&mut self) -> Option<NeighbourPose> {
         self.rarely()?;
-        let total = self.random.covariance();
-        let independent = if self.random.chance(2) {
-            total.scaled(0.5)
+        let half = self.random.covariance().scaled(0.5);
+        let parts = if self.random.chance(2) {
+            Parts {
+                independent: half,
+                dependent: half,
+            }
         } else {
-            Covariance3::ZERO
+            Parts::dependent(half.scaled(2.0))
         };
         Some(NeighbourPose {
             stamp: self.random.stamp(self.now),
@@ -192,8 +195,7 @@ impl Robot {
                 ..Origin::counted(self.sequence)
             },
             pose: self.random.near(self.here),
-            total,
-            independent,
+            parts,
         })
     }
 
@@ -229,8 +231,14 @@ impl Account {
 }
 
 fn is_sound(belief: &Belief) -> bool {
-    let is_covariance = |p: &Covariance3| Covariance3::new(*p.matrix()).is_ok();
-    belief.pose.is_finite() && is_covariance(&belief.total) && is_covariance(&belief.independent)
+    let Parts {
+        independent,
+        dependent,
+    } = belief.parts;
+    let as_told =
+        Parts::from_row_major(independent.to_row_major(), dependent.to_row_major()).is_ok();
+    let whole = Covariance3::new(belief.total().matrix()).is_ok();
+    belief.pose.is_finite() && as_told && whole
 }
 
 #[test]

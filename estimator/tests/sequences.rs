@@ -199,14 +199,14 @@ impl Fleet {
             };
             let scale = symmetric(total).diagonal().map(f64::sqrt);
             assert_covariance(
-                &belief.total,
+                &belief.total(),
                 &symmetric(total),
                 &scale,
                 &format!("P, {place}"),
             );
             let independent = symmetric(&given.expected.P_ind[index]);
             assert_covariance(
-                &belief.independent,
+                &belief.parts.independent,
                 &independent,
                 &scale,
                 &format!("P_i, {place}"),
@@ -361,8 +361,7 @@ fn received((sender, outgoing): &(RobotId, OutgoingPose)) -> NeighbourPose {
             ..Origin::default()
         },
         pose: outgoing.pose,
-        total: outgoing.parts.total(),
-        independent: outgoing.parts.independent,
+        parts: outgoing.parts,
     }
 }
 

@@ -5,7 +5,7 @@ use crate::filter::Filter;
 use crate::kind::OdometrySample;
 use crate::motion::Motion;
 use crate::output::OdometryState;
-use crate::settings::OdometrySettings;
+use crate::settings::{OdometrySettings, Settings};
 use crate::stamp::{Span, Stamp};
 
 /// The velocity in force at a moment.
@@ -70,9 +70,10 @@ impl Leg {
 
     /// Brings the filter from the leg's beginning `from` to its end.
     #[inline]
-    pub(crate) fn predict(&self, filter: &mut Filter, from: Stamp, settings: &OdometrySettings) {
-        let motion = self.drive.motion(from, self.until, settings);
-        filter.predict(&motion, (self.until - from).as_seconds());
+    pub(crate) fn predict(&self, filter: &mut Filter, from: Stamp, settings: &Settings) {
+        let motion = self.drive.motion(from, self.until, &settings.odometry);
+        let dt_s = (self.until - from).as_seconds();
+        filter.predict(&motion, dt_s, settings.propagation);
     }
 }
 

@@ -23,7 +23,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             .filter(|entry| entry.stamp() <= until)
         {
             let mut after = *self.checkpoint_before(self.evaluated);
-            self.predict(&mut after, entry.stamp(), &settings.odometry);
+            self.predict(&mut after, entry.stamp(), settings);
             let world = (!entry.announced).then_some(&mut *outbox);
             entry.measurement.apply(&mut after.filter, settings, world);
             after.samples += usize::from(entry.measurement.as_odometry().is_some());
@@ -36,10 +36,8 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     }
 
     /// The belief at `stamp` as the up-to-date entries give it; the base's belief for a stamp before it.
-    pub(crate) fn belief_at(&self, stamp: Stamp, settings: &OdometrySettings) -> Belief {
-        let mut belief = self.filter_at(stamp, settings).settle();
-        belief.keep_parts();
-        belief
+    pub(crate) fn belief_at(&self, stamp: Stamp, settings: &Settings) -> Belief {
+        self.filter_at(stamp, settings).settle(settings.propagation)
     }
 
     /// What drives the robot at `stamp`, that is over the instant which ends there.
@@ -50,7 +48,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     }
 
     /// The filter at `stamp` as the up-to-date entries give it.
-    pub(crate) fn filter_at(&self, stamp: Stamp, settings: &OdometrySettings) -> Filter {
+    pub(crate) fn filter_at(&self, stamp: Stamp, settings: &Settings) -> Filter {
         let next = self.entries.first_after(stamp).min(self.evaluated);
         let mut checkpoint = *self.checkpoint_before(next);
         self.predict(&mut checkpoint, stamp, settings);
@@ -59,10 +57,10 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
 
     /// Brings a checkpoint forward to `to`.
     #[inline]
-    fn predict(&self, checkpoint: &mut Checkpoint, to: Stamp, settings: &OdometrySettings) {
+    fn predict(&self, checkpoint: &mut Checkpoint, to: Stamp, settings: &Settings) {
         while checkpoint.stamp < to {
             let from = checkpoint.stamp;
-            let leg = self.leg(from, to, checkpoint.samples, settings);
+            let leg = self.leg(from, to, checkpoint.samples, &settings.odometry);
             leg.predict(&mut checkpoint.filter, from, settings);
             checkpoint.stamp = leg.until;
         }

@@ -2,10 +2,10 @@
 
 use super::{Key, Kind, Measured, Origin, RobotId, check_numbers, check_variances};
 use crate::convert::GlobalPose;
-use crate::covariance::Covariance3;
 use crate::filter::Filter;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
+use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
@@ -19,10 +19,8 @@ pub struct NeighbourPose {
     pub origin: Origin,
     /// y*, in the common frame.
     pub pose: Pose,
-    /// R* = R*_i + R*_d.
-    pub total: Covariance3,
-    /// R*_i.
-    pub independent: Covariance3,
+    /// R*_i and R*_d.
+    pub parts: Parts,
 }
 
 impl NeighbourPose {
@@ -45,13 +43,13 @@ impl Measured for NeighbourPose {
 
     fn check(&self) -> Result<(), Verdict> {
         check_numbers(self.pose.to_vector().as_slice())?;
-        check_variances(&self.total.variances())
+        check_variances(&self.parts.total().variances())
     }
 
     /// What is added may be anything: it is dependent.
     fn with_floor(&self, floors: &Floors) -> Self {
         Self {
-            total: self.total.with_floor(floors.neighbour),
+            parts: self.parts.with_floor(floors.neighbour),
             ..*self
         }
     }
@@ -59,8 +57,7 @@ impl Measured for NeighbourPose {
     fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>) {
         let received = GlobalPose {
             pose: self.pose,
-            total: self.total,
-            independent: self.independent,
+            parts: self.parts,
         };
         let gate = filter.hear(self.stamp, &received, settings);
         if let Some(world) = world {

@@ -52,7 +52,8 @@ impl Measured for Sighting {
     /// The belief is still the predicted one: sightings come before all that changes it.
     fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>) {
         if let Some(world) = world {
-            world.send(self, &filter.tell(&self.relative, &self.covariance));
+            let seen = filter.tell(&self.relative, &self.covariance, settings.propagation);
+            world.send(self, &seen);
         }
         filter.told(settings);
     }

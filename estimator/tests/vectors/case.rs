@@ -1,7 +1,7 @@
 //! What all cases have in common: moments, and the tolerances of the vectors' README.
 
 use coloc_estimator::angle::wrap;
-use coloc_estimator::{Belief, Covariance3, Pose};
+use coloc_estimator::{Belief, Covariance3, Parts, Pose};
 use nalgebra::Matrix3;
 use serde::Deserialize;
 
@@ -31,11 +31,8 @@ pub(crate) struct Moments {
 
 impl Moments {
     pub(crate) fn belief(&self) -> Belief {
-        Belief {
-            pose: pose(self.x),
-            total: covariance(&self.P),
-            independent: covariance(&self.P_ind),
-        }
+        let (total, independent) = (covariance(&self.P), covariance(&self.P_ind));
+        Belief::gaussian(pose(self.x), Parts::of(&total, &independent))
     }
 }
 
@@ -82,10 +79,10 @@ impl Tolerance {
                 "{name}: pose[{i}] off by {error:e}, {allowed:e} allowed"
             );
         }
-        self.check_covariance(&format!("{name}: P"), &belief.total, &expected.P, sigma);
+        self.check_covariance(&format!("{name}: P"), &belief.total(), &expected.P, sigma);
         self.check_covariance(
             &format!("{name}: P_i"),
-            &belief.independent,
+            &belief.parts.independent,
             &expected.P_ind,
             sigma,
         );
@@ -109,7 +106,7 @@ impl Tolerance {
             }
         }
         assert!(
-            Covariance3::new(*found.matrix()).is_ok(),
+            Covariance3::new(found.matrix()).is_ok(),
             "{name} is no covariance"
         );
     }
@@ -125,10 +122,6 @@ pub(crate) fn pose([x, y, phi]: [f64; 3]) -> Pose {
 
 pub(crate) fn covariance(rows: &Rows) -> Covariance3 {
     Covariance3::new(Matrix3::from_fn(|i, j| rows[i][j])).unwrap()
-}
-
-pub(crate) fn sum(a: &Rows, b: &Rows) -> Rows {
-    core::array::from_fn(|i| core::array::from_fn(|j| a[i][j] + b[i][j]))
 }
 
 #[derive(Deserialize)]

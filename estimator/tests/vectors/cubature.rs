@@ -1,6 +1,8 @@
 //! Algorithms 1 and 2.
 
-use coloc_estimator::{Belief, Covariance2, Covariance3, GlobalPose, Motion, propagate, to_global};
+use coloc_estimator::{
+    Belief, Covariance2, Covariance3, GlobalPose, Motion, Propagation, propagate, to_global,
+};
 use nalgebra::{Matrix2, Matrix3};
 use serde::Deserialize;
 
@@ -8,7 +10,7 @@ use crate::case::{self, CUBATURE, File, Moments, Rows, covariance, sigma};
 use crate::support::read_vectors;
 
 #[derive(Deserialize)]
-struct Propagation {
+struct Propagated {
     #[serde(flatten)]
     prior: Moments,
     u: Vec<f64>,
@@ -16,7 +18,7 @@ struct Propagation {
     dt: f64,
 }
 
-impl Propagation {
+impl Propagated {
     fn motion(&self) -> Motion {
         match *self.u.as_slice() {
             [v, omega] => Motion::Nonholonomic {
@@ -34,7 +36,7 @@ impl Propagation {
 
 #[test]
 fn propagation() {
-    let Some(file) = read_vectors::<File<Propagation, Moments>>("propagation.json") else {
+    let Some(file) = read_vectors::<File<Propagated, Moments>>("propagation.json") else {
         return;
     };
     assert!(!file.cases.is_empty());
@@ -43,6 +45,7 @@ fn propagation() {
             &case.input.prior.belief(),
             &case.input.motion(),
             case.input.dt,
+            Propagation::Paper,
         );
         CUBATURE.check(&case.name(), &moved, &case.expected);
     }
@@ -72,11 +75,12 @@ fn conversion() {
     assert!(!file.cases.is_empty());
     for case in &file.cases {
         let Conversion { observer, y, R } = &case.input;
-        let GlobalPose {
-            pose,
-            total,
-            independent,
-        } = to_global(&observer.belief(), &case::pose(*y), &covariance(R));
+        let GlobalPose { pose, parts } = to_global(
+            &observer.belief(),
+            &case::pose(*y),
+            &covariance(R),
+            Propagation::Paper,
+        );
         let Converted {
             y_star,
             R_star,
@@ -88,16 +92,8 @@ fn conversion() {
             P: *R_star,
             P_ind: *R_ind,
         };
-        CUBATURE.check(
-            &case.name(),
-            &Belief {
-                pose,
-                total,
-                independent,
-            },
-            &expected,
-        );
-        let dependent = total.matrix() - independent.matrix();
+        CUBATURE.check(&case.name(), &Belief::gaussian(pose, parts), &expected);
+        let dependent = parts.dependent.matrix();
         let sigma = sigma(R_star);
         for (i, row) in R_dep.iter().enumerate() {
             for (j, value) in row.iter().enumerate() {

@@ -1,10 +1,10 @@
 //! Algorithm 3, greedy and damped.
 
 use coloc_estimator::settings::{Criterion, FusionSettings};
-use coloc_estimator::{GlobalPose, fuse};
+use coloc_estimator::{GlobalPose, Parts, fuse};
 use serde::Deserialize;
 
-use crate::case::{Case, File, Fused, Moments, Rows, covariance, fusion_tolerance, pose, sum};
+use crate::case::{Case, File, Fused, Moments, Rows, fusion_tolerance, pose};
 use crate::support::read_vectors;
 
 #[derive(Deserialize)]
@@ -21,10 +21,10 @@ struct Received {
 
 impl Received {
     fn message(&self) -> GlobalPose {
+        let row_major = |rows: &Rows| rows.as_flattened().try_into().unwrap();
         GlobalPose {
             pose: pose(self.y_star),
-            total: covariance(&sum(&self.R_ind, &self.R_dep)),
-            independent: covariance(&self.R_ind),
+            parts: Parts::from_row_major(row_major(&self.R_ind), row_major(&self.R_dep)).unwrap(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Rivals that are special cases of Algorithm 3.
 
 use coloc_estimator::settings::{Criterion, FusionSettings};
-use coloc_estimator::{Belief, GlobalPose, fuse};
+use coloc_estimator::{Belief, GlobalPose, Parts, fuse};
 use serde::Deserialize;
 
 use crate::case::{File, Moments, Rows, covariance, fusion_tolerance, pose};
@@ -33,9 +33,9 @@ fn rivals_that_are_special_cases() {
     let mut checked = 0;
     for case in &file.cases {
         let (criterion, independent, tol) = match case.tag.as_str() {
-            "nb" => (Criterion::Trace, 1.0, 1e-9),
-            "ci_trace" => (Criterion::Trace, 0.0, 1e-6),
-            "ci_det" => (Criterion::Determinant, 0.0, 1e-6),
+            "nb" => (Criterion::Trace, true, 1e-9),
+            "ci_trace" => (Criterion::Trace, false, 1e-6),
+            "ci_det" => (Criterion::Determinant, false, 1e-6),
             _ => continue,
         };
         let Baseline {
@@ -46,15 +46,15 @@ fn rivals_that_are_special_cases() {
             gate,
         } = &case.input;
         let (own, total) = (covariance(P), covariance(R_star));
-        let prior = Belief {
-            pose: pose(*x),
-            total: own,
-            independent: own.scaled(independent),
+        let all = if independent {
+            Parts::independent
+        } else {
+            Parts::dependent
         };
+        let prior = Belief::gaussian(pose(*x), all(own));
         let message = GlobalPose {
             pose: pose(*y_star),
-            total,
-            independent: total.scaled(independent),
+            parts: all(total),
         };
         let gate = gate.unwrap_or(f64::INFINITY);
         let fusion = fuse(
@@ -68,7 +68,7 @@ fn rivals_that_are_special_cases() {
         );
         let Baselined { accepted, x, P } = case.expected;
         assert_eq!(fusion.accepted, accepted, "{}", case.name());
-        let P_ind = fusion.belief.independent.matrix();
+        let P_ind = fusion.belief.parts.independent.matrix();
         let P_ind = core::array::from_fn(|i| core::array::from_fn(|j| P_ind[(i, j)]));
         fusion_tolerance(tol).check(&case.name(), &fusion.belief, &Moments { x, P, P_ind });
         checked += 1;

@@ -1,0 +1,47 @@
+//! What a measurement leaves of the bend.
+//!
+//! With the gain W and the heading's variance s before and s⁺ after:
+//!
+//! ```text
+//! k_a⁺ = ϱ² (I − W) k_a      k_b⁺ = ϱ³ (I − W) k_b      ϱ = min(1, s⁺/s), 1 where s = 0
+//! ```
+//!
+//! Not zero: where weak measurements come often, that would bring the forgetting back at their rate. A good one makes the bend
+//! vanish by itself. As `Ω_a ~ s²` and `Ω_b ~ s³`, `[[P_d, K_H], [K_Hᵀ, Ω]]` stays positive semidefinite, and with it `P_d`.
+
+use super::Bend;
+use crate::symmetric::Square3;
+
+impl Bend {
+    /// After a measurement with `I − W` that took the heading's variance from `before` to `after` \[rad²\].
+    #[inline]
+    pub(crate) fn measured(&self, complement: &Square3, before: f64, after: f64) -> Self {
+        let ratio = if after < before { after / before } else { 1.0 };
+        let square = ratio * ratio;
+        Self {
+            along: complement.apply(self.along).map(|it| square * it),
+            across: complement.apply(self.across).map(|it| square * ratio * it),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BEND: Bend = Bend {
+        along: [1.0, 2.0, 3.0],
+        across: [4.0, 5.0, 6.0],
+    };
+    const NOTHING_LEARNT: Square3 = Square3([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+
+    #[test]
+    fn it_shrinks_with_the_headings_variance_and_never_grows() {
+        let halved = BEND.measured(&NOTHING_LEARNT, 0.2, 0.1);
+        assert_eq!(halved.along, BEND.along.map(|it| 0.25 * it));
+        assert_eq!(halved.across, BEND.across.map(|it| 0.125 * it));
+        for (before, after) in [(0.0, 0.0), (0.1, 0.1), (0.1, 0.2)] {
+            assert_eq!(BEND.measured(&NOTHING_LEARNT, before, after), BEND);
+        }
+    }
+}
