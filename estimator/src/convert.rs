@@ -3,7 +3,7 @@
 use crate::belief::Belief;
 use crate::compose::{Dimension, Displacement, compose};
 use crate::covariance::Covariance3;
-use crate::honest::{Increments, step};
+use crate::honest::{Increments, advance};
 use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::settings::Propagation;
@@ -51,7 +51,7 @@ fn seen_honestly(observer: &Belief, relative: &Pose, covariance: &Covariance3) -
         turn: relative.phi,
         noise: *covariance,
     };
-    step(observer, &sighting.swept(observer.pose.phi)).belief
+    advance(observer, &sighting).belief
 }
 
 fn seen_by_cubature(observer: &Belief, relative: &Pose, covariance: &Covariance3) -> Belief {

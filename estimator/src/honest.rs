@@ -46,4 +46,4 @@ pub use arc::Increments;
 pub(crate) use arc::Swept;
 pub use bend::Bend;
 pub(crate) use step::step;
-pub use step::{Map, Moved};
+pub use step::{Map, Moved, advance};

@@ -1,7 +1,7 @@
 //! One step of what passes without a measurement.
 
 use super::circle::{Circle, kept};
-use super::{Bend, Swept};
+use super::{Bend, Increments, Swept};
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::factor::Factor;
@@ -26,6 +26,12 @@ pub struct Moved {
     pub belief: Belief,
     /// A, for whoever carries a correlation with others along.
     pub map: Map,
+}
+
+/// `belief` after what was measured of a motion in its body frame.
+#[must_use]
+pub fn advance(belief: &Belief, increments: &Increments) -> Moved {
+    step(belief, &increments.swept(belief.pose.phi))
 }
 
 /// `belief` after the displacement.

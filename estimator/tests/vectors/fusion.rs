@@ -4,7 +4,7 @@ use coloc_estimator::settings::{Criterion, FusionSettings};
 use coloc_estimator::{GlobalPose, Parts, fuse};
 use serde::Deserialize;
 
-use crate::case::{Case, File, Fused, Moments, Rows, fusion_tolerance, pose};
+use crate::case::{Case, File, Fused, Moments, Rows, covariance, fusion_tolerance, pose};
 use crate::support::read_vectors;
 
 #[derive(Deserialize)]
@@ -21,10 +21,11 @@ struct Received {
 
 impl Received {
     fn message(&self) -> GlobalPose {
-        let row_major = |rows: &Rows| rows.as_flattened().try_into().unwrap();
+        let total =
+            core::array::from_fn(|i| core::array::from_fn(|j| self.R_ind[i][j] + self.R_dep[i][j]));
         GlobalPose {
             pose: pose(self.y_star),
-            parts: Parts::from_row_major(row_major(&self.R_ind), row_major(&self.R_dep)).unwrap(),
+            parts: Parts::of(&covariance(&total), &covariance(&self.R_ind)),
         }
     }
 
