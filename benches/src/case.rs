@@ -2,21 +2,31 @@
 
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::noise::OdometryNoise;
-use coloc_estimator::{Belief, Covariance2, Covariance3, Motion, NotACovariance, Pose};
+use coloc_estimator::{
+    Belief, Bend, Covariance2, Covariance3, Motion, NotACovariance, Parts, Pose,
+};
 
 /// A regular belief: neither part is singular.
 ///
 /// # Errors
 /// None, unless a number of this file is changed for the worse.
 pub fn belief() -> Result<Belief, NotACovariance> {
-    Ok(Belief {
-        pose: Pose::new(4.9, 1.2, -2.2),
-        total: Covariance3::from_row_major([
-            4e-3, 6e-4, 2e-4, 6e-4, 9e-3, -3e-4, 2e-4, -3e-4, 1e-3,
-        ])?,
+    let parts = Parts {
         independent: Covariance3::from_row_major([
             1e-3, 2e-4, 5e-5, 2e-4, 2e-3, -1e-4, 5e-5, -1e-4, 3e-4,
         ])?,
+        dependent: Covariance3::from_row_major([
+            3e-3, 4e-4, 1.5e-4, 4e-4, 7e-3, -2e-4, 1.5e-4, -2e-4, 7e-4,
+        ])?,
+    };
+    let bend = Bend {
+        along: [-2e-6, 1e-6, 0.0],
+        across: [3e-7, 1e-6, 0.0],
+    };
+    Ok(Belief {
+        pose: Pose::new(4.9, 1.2, -2.2),
+        parts,
+        bend,
     })
 }
 
@@ -29,8 +39,10 @@ pub fn received(share: f64) -> Result<GlobalPose, NotACovariance> {
         Covariance3::from_row_major([1.2e-2, -1e-3, 3e-4, -1e-3, 1.6e-2, 2e-4, 3e-4, 2e-4, 2e-3])?;
     Ok(GlobalPose {
         pose: Pose::new(4.95, 1.15, -2.18),
-        total,
-        independent: total.scaled(share),
+        parts: Parts {
+            independent: total.scaled(share),
+            dependent: total.scaled(1.0 - share),
+        },
     })
 }
 

@@ -137,11 +137,7 @@ impl Robot {
 
     fn neighbour(&mut self, sender: usize, stamp: Stamp) -> NeighbourPose {
         self.sequence += 1;
-        let GlobalPose {
-            pose,
-            total,
-            independent,
-        } = self.word;
+        let GlobalPose { pose, parts } = self.word;
         NeighbourPose {
             stamp,
             origin: Origin {
@@ -149,8 +145,7 @@ impl Robot {
                 ..Origin::counted(self.sequence)
             },
             pose,
-            total,
-            independent,
+            parts,
         }
     }
 

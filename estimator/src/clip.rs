@@ -1,14 +1,18 @@
 //! The nearest positive semidefinite matrix: negative eigenvalues set to zero.
 //!
-//! A dependent part is the difference of two cubature results and can come out slightly indefinite; one
-//! eigenvalue of −1e-11 was seen to drive the weight of split covariance intersection to its end.
+//! A dependent part that is the difference of two cubature results, or comes from outside, can be slightly indefinite; one
+//! eigenvalue of −1e-11 was seen to drive the weight of split covariance intersection to its end. What is below zero
+//! by rounding alone is left as it is.
 
 use crate::symmetric::Symmetric3;
 
 /// Jacobi converges quadratically: four sweeps do, the rest is margin.
 const SWEEPS: usize = 10;
 
-/// `a` with its negative eigenvalues set to zero; `a` itself if it has none.
+/// An eigenvalue below zero by no more than this part of the largest is rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// `a` with its negative eigenvalues set to zero; `a` itself if it has none beyond rounding.
 #[inline]
 pub(crate) fn positive_part(a: &Symmetric3) -> Symmetric3 {
     if is_positive_definite(a) {
@@ -30,6 +34,10 @@ fn is_positive_definite(a: &Symmetric3) -> bool {
 #[cold]
 fn rebuilt(a: &Symmetric3) -> Symmetric3 {
     let (values, vectors) = eigen(a);
+    let [least, largest] = [f64::min, f64::max].map(|of| values.into_iter().fold(0.0, of));
+    if least >= -ROUNDING * largest {
+        return *a;
+    }
     let mut sum = Symmetric3::default();
     for (value, vector) in values.into_iter().zip(vectors) {
         sum = sum + Symmetric3::outer(value.max(0.0), vector);
@@ -95,6 +103,14 @@ mod tests {
     fn a_positive_matrix_is_left_alone() {
         let a = composed([3.0, 1e-9, 2.0]);
         assert_eq!(positive_part(&a), a);
+    }
+
+    #[test]
+    fn rounding_is_left_alone() {
+        for values in [[3.0, 0.0, 2.0], [3.0, -1e-15, 2.0], [0.0, 0.0, 0.0]] {
+            let a = composed(values);
+            assert_eq!(positive_part(&a), a);
+        }
     }
 
     #[test]

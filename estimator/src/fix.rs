@@ -6,7 +6,7 @@ use crate::factor::Factor;
 use crate::gate::accepts;
 use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::symmetric::{Square3, Symmetric3};
+use crate::symmetric::Symmetric3;
 
 /// Result of [`update`].
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -26,11 +26,10 @@ pub struct FixUpdate {
 /// ([`crate::honest`]).
 #[must_use]
 pub fn update(own: &Belief, position: [f64; 2], covariance: &Covariance2, gate: f64) -> FixUpdate {
-    let noise = embedded(covariance);
     let total = own.total().symmetric();
-    let innovation_inverse = Factor::new(&(position_block(&total) + noise)).inverse();
-    let innovation = [position[0] - own.pose.x, position[1] - own.pose.y, 0.0];
-    let d2 = innovation_inverse.quadratic(innovation);
+    let inverse = Factor::new(&innovation_covariance(&total, covariance)).inverse();
+    let innovation = [position[0] - own.pose.x, position[1] - own.pose.y];
+    let d2 = inverse.quadratic([innovation[0], innovation[1], 0.0]);
     let refused = FixUpdate {
         belief: *own,
         accepted: false,
@@ -39,7 +38,7 @@ pub fn update(own: &Belief, position: [f64; 2], covariance: &Covariance2, gate: 
     if !accepts(d2, gate) {
         return refused;
     }
-    let belief = updated(own, innovation, &total.times(&innovation_inverse), &noise);
+    let belief = Gain::new(&total, &inverse).update(own, innovation, covariance);
     if !belief.is_finite() {
         return refused;
     }
@@ -50,45 +49,97 @@ pub fn update(own: &Belief, position: [f64; 2], covariance: &Covariance2, gate: 
     }
 }
 
-/// With the gain W: `P_i⁺ = (I − W) P_i (I − W)ᵀ + W R Wᵀ`, `P_d⁺ = (I − W) P_d (I − W)ᵀ`.
+/// `S = H P Hᵀ + R_A`. With zeros for the heading, its generalised inverse is that of the 2×2 matrix.
 #[inline]
-fn updated(own: &Belief, innovation: [f64; 3], gain: &Square3, noise: &Symmetric3) -> Belief {
-    let [dx, dy, dphi] = gain.apply(innovation);
-    let complement = gain.complement();
-    let left = |part: &Covariance3| complement.congruence(&part.symmetric());
-    let independent = left(&own.parts.independent) + gain.congruence(noise);
-    let mut belief = Belief {
-        pose: Pose::new(own.pose.x + dx, own.pose.y + dy, own.pose.phi + dphi),
-        parts: Parts {
-            independent: Covariance3::trusted(&independent),
-            dependent: Covariance3::trusted(&left(&own.parts.dependent)),
-        },
-        bend: own.bend,
-    };
-    let (before, after) = (own.heading_variance(), belief.heading_variance());
-    belief.bend = own.bend.measured(&complement, before, after);
-    belief
-}
-
-/// `Hᵀ A H`: with zeros for the heading, the 2×2 algebra is that of 3×3 matrices (the inverse is the generalised
-/// one, so `P (Hᵀ S H)⁻` is `[K 0]`).
-fn embedded(a: &Covariance2) -> Symmetric3 {
-    let a = a.matrix();
+fn innovation_covariance(p: &Symmetric3, noise: &Covariance2) -> Symmetric3 {
+    let noise = noise.matrix();
     Symmetric3 {
-        xx: a.m11,
-        xy: a.m21,
-        yy: a.m22,
-        ..Symmetric3::default()
+        xx: p.xx + noise.m11,
+        yy: p.yy + noise.m22,
+        xy: p.xy + noise.m21,
+        ..Symmetric3::ZERO
     }
 }
 
-/// `Hᵀ H P Hᵀ H`
-fn position_block(p: &Symmetric3) -> Symmetric3 {
-    Symmetric3 {
-        xx: p.xx,
-        xy: p.xy,
-        yy: p.yy,
-        ..Symmetric3::default()
+/// `W = P Hᵀ S⁻¹`, 3×2.
+struct Gain([[f64; 2]; 3]);
+
+impl Gain {
+    #[inline]
+    fn new(p: &Symmetric3, inverse: &Symmetric3) -> Self {
+        let Symmetric3 { xx, xy, yy, .. } = *inverse;
+        let row = |[x, y]: [f64; 2]| [x * xx + y * xy, x * xy + y * yy];
+        Self([row([p.xx, p.xy]), row([p.xy, p.yy]), row([p.xp, p.yp])])
+    }
+
+    /// `W v`
+    #[inline]
+    fn apply(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        self.0.map(|[wx, wy]| wx * x + wy * y)
+    }
+
+    /// `(I − W H) v`
+    #[inline]
+    fn left(&self, [x, y, p]: [f64; 3]) -> [f64; 3] {
+        let [[xx, xy], [yx, yy], [px, py]] = self.0;
+        [
+            (1.0 - xx) * x - xy * y,
+            (1.0 - yy) * y - yx * x,
+            p - (px * x + py * y),
+        ]
+    }
+
+    /// `(I − W H) P (I − W H)ᵀ`, of P's columns: a sum of squares, as [`crate::symmetric::Square3::congruence`] is.
+    #[inline]
+    fn left_of(&self, part: &Covariance3) -> Symmetric3 {
+        let Factor {
+            lower: [l21, l31, l32],
+            pivots: [d1, d2, d3],
+            ..
+        } = Factor::new(&part.symmetric());
+        let rest = Symmetric3::outer(d1, self.left([1.0, l21, l31]))
+            + Symmetric3::outer(d2, self.left([0.0, 1.0, l32]));
+        Symmetric3 {
+            pp: rest.pp + d3,
+            ..rest
+        }
+    }
+
+    /// `W R Wᵀ`
+    #[inline]
+    fn brought(&self, noise: &Covariance2) -> Symmetric3 {
+        let noise = noise.matrix();
+        let Factor {
+            lower: [l21, ..],
+            pivots: [d1, d2, _],
+            ..
+        } = Factor::new(&Symmetric3 {
+            xx: noise.m11,
+            yy: noise.m22,
+            xy: noise.m21,
+            ..Symmetric3::ZERO
+        });
+        Symmetric3::outer(d1, self.apply([1.0, l21]))
+            + Symmetric3::outer(d2, self.apply([0.0, 1.0]))
+    }
+
+    /// `P_i⁺ = (I − W H) P_i (I − W H)ᵀ + W R Wᵀ`, `P_d⁺ = (I − W H) P_d (I − W H)ᵀ`.
+    #[inline]
+    fn update(&self, own: &Belief, innovation: [f64; 2], noise: &Covariance2) -> Belief {
+        let [dx, dy, dphi] = self.apply(innovation);
+        let Pose { x, y, phi } = own.pose;
+        let independent = self.left_of(&own.parts.independent) + self.brought(noise);
+        let dependent = self.left_of(&own.parts.dependent);
+        let after = independent.pp + dependent.pp;
+        let bend = own.bend.mapped(|k| self.left(k));
+        Belief {
+            pose: Pose::new(x + dx, y + dy, phi + dphi),
+            parts: Parts {
+                independent: Covariance3::trusted(&independent),
+                dependent: Covariance3::trusted(&dependent),
+            },
+            bend: bend.shrunk(own.heading_variance(), after),
+        }
     }
 }
 

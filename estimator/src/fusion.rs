@@ -192,7 +192,10 @@ impl Gains {
                 independent: Covariance3::trusted(&independent),
                 dependent: Covariance3::trusted(&self.dependent),
             },
-            bend: own.bend.measured(&self.complement, before, after),
+            bend: own
+                .bend
+                .mapped(|k| self.complement.apply(k))
+                .shrunk(before, after),
         }
     }
 }

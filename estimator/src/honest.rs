@@ -40,6 +40,7 @@ mod arc;
 mod bend;
 mod circle;
 mod measure;
+mod plane;
 mod step;
 
 pub use arc::Increments;

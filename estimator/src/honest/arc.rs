@@ -11,6 +11,7 @@
 
 use core::f64::consts::PI;
 
+use super::plane::Plane;
 use crate::angle::wrap;
 use crate::covariance::{Covariance2, Covariance3};
 use crate::factor::Factor;
@@ -19,6 +20,18 @@ use crate::symmetric::{Square3, Symmetric3};
 
 /// Half a turn below which g and g' are series \[rad\].
 const SERIES: f64 = 0.1;
+
+/// Of g: `1 − h²/6 (1 − h²/20 (1 − h²/42 (1 − h²/72)))`.
+const G: [f64; 4] = [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5_040.0, 1.0 / 362_880.0];
+
+/// Of g': `−h/3 (1 − h²/10 (1 − h²/28 (1 − h²/54 (1 − h²/88))))`.
+const SLOPE: [f64; 5] = [
+    -1.0 / 3.0,
+    1.0 / 30.0,
+    -1.0 / 840.0,
+    1.0 / 45_360.0,
+    -1.0 / 3_991_680.0,
+];
 
 /// A displacement in the body frame at its start, a turn, and the covariance of their noise.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
@@ -35,7 +48,7 @@ pub struct Increments {
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) struct Swept {
     /// `r` \[m\]
-    pub(crate) way: [f64; 2],
+    pub(crate) way: Plane,
     /// Δ \[rad\]
     pub(crate) turn: f64,
     /// `[[N, ρ], [ρᵀ, q]]`
@@ -49,7 +62,7 @@ impl Increments {
     pub fn arc(held: [f64; 3], noise: &Covariance3) -> Self {
         let Swept { way, turn, noise } = Swept::arc(0.0, held, &noise.symmetric());
         Self {
-            translation: way,
+            translation: [way.x, way.y],
             turn,
             noise: Covariance3::trusted(&noise),
         }
@@ -102,7 +115,7 @@ impl Increments {
         let (sin, cos) = libm::sincos(phi);
         let [x, y] = self.translation;
         Swept {
-            way: [cos * x - sin * y, sin * x + cos * y],
+            way: Plane::new(cos * x - sin * y, sin * x + cos * y),
             turn: self.turn,
             noise: rotated(&self.noise.symmetric(), sin, cos),
         }
@@ -117,15 +130,11 @@ impl Swept {
         let half = 0.5 * turn;
         let (sin, cos) = libm::sincos(phi + half);
         let (g, slope) = chord(half);
-        let held = [cos * x - sin * y, sin * x + cos * y];
-        let way = [g * held[0], g * held[1]];
-        let by_turn = [
-            0.5 * (slope * held[0] - way[1]),
-            0.5 * (slope * held[1] + way[0]),
-        ];
+        let held = Plane::new(cos * x - sin * y, sin * x + cos * y);
+        let way = g * held;
         let jacobian = Jacobian {
-            ahead: [g * cos, g * sin],
-            by_turn,
+            ahead: g * Plane::new(cos, sin),
+            by_turn: 0.5 * (slope * held + way.left()),
         };
         Self {
             way,
@@ -147,9 +156,9 @@ fn chord(half: f64) -> (f64, f64) {
         return wide_chord(half);
     }
     let z = half * half;
-    let g = 1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0 * (1.0 - z / 72.0)));
-    let slope = 1.0 - z / 10.0 * (1.0 - z / 28.0 * (1.0 - z / 54.0 * (1.0 - z / 88.0)));
-    (g, -half / 3.0 * slope)
+    let g = 1.0 + z * (G[0] + z * (G[1] + z * (G[2] + z * G[3])));
+    let slope = SLOPE[0] + z * (SLOPE[1] + z * (SLOPE[2] + z * (SLOPE[3] + z * SLOPE[4])));
+    (g, half * slope)
 }
 
 #[cold]
@@ -161,8 +170,8 @@ fn wide_chord(half: f64) -> (f64, f64) {
 
 /// `J₃` in the common frame: its first column, which turned by a right angle is the second, and its third.
 struct Jacobian {
-    ahead: [f64; 2],
-    by_turn: [f64; 2],
+    ahead: Plane,
+    by_turn: Plane,
 }
 
 impl Jacobian {
@@ -172,14 +181,17 @@ impl Jacobian {
         if noise.xy != 0.0 || noise.xp != 0.0 || noise.yp != 0.0 {
             return self.carry_columns(noise);
         }
-        let ([cos, sin], [x, y]) = (self.ahead, self.by_turn);
-        let (xp, yp) = (noise.pp * x, noise.pp * y);
+        let (ahead, by_turn) = (self.ahead, self.by_turn);
+        let squares = ahead.times(ahead);
+        let with_turn = noise.pp * by_turn;
+        let variances =
+            noise.xx * squares + noise.yy * squares.swapped() + with_turn.times(by_turn);
         Symmetric3 {
-            xx: cos * cos * noise.xx + sin * sin * noise.yy + xp * x,
-            xy: cos * sin * (noise.xx - noise.yy) + xp * y,
-            xp,
-            yy: sin * sin * noise.xx + cos * cos * noise.yy + yp * y,
-            yp,
+            xx: variances.x,
+            yy: variances.y,
+            xp: with_turn.x,
+            yp: with_turn.y,
+            xy: ahead.x * ahead.y * (noise.xx - noise.yy) + with_turn.x * by_turn.y,
             pp: noise.pp,
         }
     }
@@ -196,12 +208,8 @@ impl Jacobian {
 
     #[inline]
     fn apply(&self, [x, y, turn]: [f64; 3]) -> [f64; 3] {
-        let ([cos, sin], by_turn) = (self.ahead, self.by_turn);
-        [
-            cos * x - sin * y + by_turn[0] * turn,
-            sin * x + cos * y + by_turn[1] * turn,
-            turn,
-        ]
+        let moved = x * self.ahead + y * self.ahead.left() + turn * self.by_turn;
+        [moved.x, moved.y, turn]
     }
 }
 
@@ -262,8 +270,8 @@ mod tests {
             ..Symmetric3::ZERO
         };
         let jacobian = Jacobian {
-            ahead: [0.6, 0.7],
-            by_turn: [-0.3, 0.2],
+            ahead: Plane::new(0.6, 0.7),
+            by_turn: Plane::new(-0.3, 0.2),
         };
         let (plain, columns) = (jacobian.carry(&noise), jacobian.carry_columns(&noise));
         let pairs = plain.rows().into_iter().zip(columns.rows());

@@ -1,7 +1,6 @@
 //! How the distribution's bend lies to the direction.
 
 use super::circle::Circle;
-use super::step::Map;
 use crate::covariance::Covariance3;
 use crate::symmetric::Symmetric3;
 
@@ -41,7 +40,7 @@ impl Bend {
     /// `k_a k_aᵀ/Ω_a + k_b k_bᵀ/Ω_b`: as much of the covariance as the direction explains beyond what is linear, where the
     /// heading's variance is `s` \[rad²\].
     pub(crate) fn covariance(&self, s: f64) -> Covariance3 {
-        let circle = Circle::of(s);
+        let circle = Circle::of(s, 0.0);
         let explained = |k: [f64; 3], variance: f64| {
             let is_straight = k.iter().all(|it| *it == 0.0);
             let weight = if is_straight { 0.0 } else { 1.0 / variance };
@@ -54,12 +53,12 @@ impl Bend {
         Covariance3::trusted(&(along + across))
     }
 
-    /// `A K`
+    /// Column by column.
     #[inline]
-    pub(crate) fn mapped(&self, map: &Map) -> Self {
+    pub(crate) fn mapped(&self, map: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
         Self {
-            along: map.apply(self.along),
-            across: map.apply(self.across),
+            along: map(self.along),
+            across: map(self.across),
         }
     }
 

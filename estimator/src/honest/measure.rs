@@ -10,17 +10,17 @@
 //! vanish by itself. As `Ω_a ~ s²` and `Ω_b ~ s³`, `[[P_d, K_H], [K_Hᵀ, Ω]]` stays positive semidefinite, and with it `P_d`.
 
 use super::Bend;
-use crate::symmetric::Square3;
 
 impl Bend {
-    /// After a measurement with `I − W` that took the heading's variance from `before` to `after` \[rad²\].
+    /// Of `(I − W) K_H`, after a measurement that took the heading's variance from `before` to `after` \[rad²\].
     #[inline]
-    pub(crate) fn measured(&self, complement: &Square3, before: f64, after: f64) -> Self {
+    pub(crate) fn shrunk(&self, before: f64, after: f64) -> Self {
         let ratio = if after < before { after / before } else { 1.0 };
         let square = ratio * ratio;
+        let cube = square * ratio;
         Self {
-            along: complement.apply(self.along).map(|it| square * it),
-            across: complement.apply(self.across).map(|it| square * ratio * it),
+            along: self.along.map(|it| square * it),
+            across: self.across.map(|it| cube * it),
         }
     }
 }
@@ -33,15 +33,14 @@ mod tests {
         along: [1.0, 2.0, 3.0],
         across: [4.0, 5.0, 6.0],
     };
-    const NOTHING_LEARNT: Square3 = Square3([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
 
     #[test]
     fn it_shrinks_with_the_headings_variance_and_never_grows() {
-        let halved = BEND.measured(&NOTHING_LEARNT, 0.2, 0.1);
+        let halved = BEND.shrunk(0.2, 0.1);
         assert_eq!(halved.along, BEND.along.map(|it| 0.25 * it));
         assert_eq!(halved.across, BEND.across.map(|it| 0.125 * it));
         for (before, after) in [(0.0, 0.0), (0.1, 0.1), (0.1, 0.2)] {
-            assert_eq!(BEND.measured(&NOTHING_LEARNT, before, after), BEND);
+            assert_eq!(BEND.shrunk(before, after), BEND);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! One step of what passes without a measurement.
 
-use super::circle::{Circle, kept};
+use super::circle::Circle;
+use super::plane::Plane;
 use super::{Bend, Increments, Swept};
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
@@ -37,21 +38,17 @@ pub fn advance(belief: &Belief, increments: &Increments) -> Moved {
 /// `belief` after the displacement.
 #[inline]
 pub(crate) fn step(belief: &Belief, swept: &Swept) -> Moved {
-    let (independent, dependent) = (
-        belief.parts.independent.symmetric(),
-        belief.parts.dependent.symmetric(),
-    );
-    let circle = Circle::of(independent.pp + dependent.pp);
-    let [x, y] = swept.way;
-    let map = Map {
-        by_heading: [-circle.mean * y, circle.mean * x],
-    };
-    let bend = belief.bend.mapped(&map);
+    let independent = belief.parts.independent.symmetric();
+    let dependent = belief.parts.dependent.symmetric();
+    let circle = Circle::of(independent.pp + dependent.pp, swept.noise.pp);
+    let mean_way = circle.mean * swept.way;
+    let map = Map::new(mean_way.left());
+    let bend = belief.bend.mapped(|k| map.apply(k));
     let added = shortened(&swept.noise, circle.mean);
     let bent = curvature(&circle, swept, &bend);
-    let Pose { x: px, y: py, phi } = belief.pose;
+    let Pose { x, y, phi } = belief.pose;
     let belief = Belief {
-        pose: Pose::new(px + circle.mean * x, py + circle.mean * y, phi + swept.turn),
+        pose: Pose::new(x + mean_way.x, y + mean_way.y, phi + swept.turn),
         parts: Parts {
             independent: Covariance3::trusted(&(map.congruence(&independent) + added)),
             dependent: Covariance3::trusted(&(map.congruence(&dependent) + bent)),
@@ -67,29 +64,34 @@ fn shortened(noise: &Symmetric3, e: f64) -> Symmetric3 {
     let square = e * e;
     Symmetric3 {
         xx: square * noise.xx,
-        xy: square * noise.xy,
-        xp: e * noise.xp,
         yy: square * noise.yy,
+        xp: e * noise.xp,
         yp: e * noise.yp,
+        xy: square * noise.xy,
         pp: noise.pp,
     }
 }
 
-/// `ΔH`, and between position and heading `κ_a r + κ_b J r`; `bend` is `(h, κ)`.
+/// `ΔH`, and between position and heading `κ_a r + κ_b J r`; `bend` is `(h, κ)`. `½ F²` and `½ F (2 − F)` are Ω_a and C_b.
 #[inline]
 fn curvature(circle: &Circle, swept: &Swept, bend: &Bend) -> Symmetric3 {
-    let ([x, y], noise) = (swept.way, &swept.noise);
-    let ([ax, ay, ap], [bx, by, bp]) = (bend.along, bend.across);
-    let (along, across, sine) = (circle.along, circle.across, circle.sine); // ½ F² and ½ F (2 − F) are Ω_a and C_b.
+    let (way, noise) = (swept.way, &swept.noise);
+    let (left, spread) = (way.left(), Plane::new(noise.xx, noise.yy));
+    let ((along, along_heading), (across, across_heading)) =
+        (parted(bend.along), parted(bend.across));
+    let squares = way.times(way) + spread;
+    let own = circle.along * squares + circle.across * left.times(left);
+    let variances =
+        2.0 * (way.times(along) + left.times(across)) + own + circle.sine * spread.swapped();
+    let with_heading = along_heading * way + across_heading * left;
+    let crossed = way.times(along.swapped()) + left.times(across.swapped());
     Symmetric3 {
-        xx: 2.0 * (x * ax - y * bx)
-            + (along * (x * x + noise.xx) + across * (y * y) + sine * noise.yy),
-        xy: (x * ay + y * ax) + (x * bx - y * by) + (along - across) * (x * y)
-            - (sine - along) * noise.xy,
-        xp: ap * x - bp * y,
-        yy: 2.0 * (y * ay + x * by)
-            + (along * (y * y + noise.yy) + across * (x * x) + sine * noise.xx),
-        yp: ap * y + bp * x,
+        xx: variances.x,
+        yy: variances.y,
+        xp: with_heading.x,
+        yp: with_heading.y,
+        xy: (crossed.x + crossed.y) + (circle.along - circle.across) * (way.x * way.y)
+            - (circle.sine - circle.along) * noise.xy,
         pp: 0.0,
     }
 }
@@ -97,25 +99,36 @@ fn curvature(circle: &Circle, swept: &Swept, bend: &Bend) -> Symmetric3 {
 /// `k⁺`; `bend` is `(h, κ)`.
 #[inline]
 fn bent_further(circle: &Circle, swept: &Swept, bend: &Bend) -> Bend {
-    let ([x, y], Symmetric3 { xp, yp, pp, .. }) = (swept.way, swept.noise);
-    let ([ax, ay, ap], [bx, by, bp]) = (bend.along, bend.across);
-    let (along, across, sine) = (circle.along, circle.across, circle.sine);
-    let kept = kept(pp);
+    let (way, with_turn) = (swept.way, Plane::new(swept.noise.xp, swept.noise.yp));
+    let ((along, along_heading), (across, across_heading)) =
+        (parted(bend.along), parted(bend.across));
+    let along = along + circle.along * way - circle.sine * with_turn.left();
+    let across = across + circle.across * way.left() + circle.along * with_turn;
     Bend {
-        along: [
-            kept * (ax + along * x + sine * yp),
-            kept * (ay + along * y - sine * xp),
-            kept * ap,
-        ],
-        across: [
-            kept * (bx - across * y + along * xp),
-            kept * (by + across * x + along * yp),
-            kept * bp,
-        ],
+        along: joined(circle.kept * along, circle.kept * along_heading),
+        across: joined(circle.kept * across, circle.kept * across_heading),
     }
 }
 
+/// `(h, κ)`
+#[inline]
+fn parted([x, y, heading]: [f64; 3]) -> (Plane, f64) {
+    (Plane::new(x, y), heading)
+}
+
+#[inline]
+fn joined(position: Plane, heading: f64) -> [f64; 3] {
+    [position.x, position.y, heading]
+}
+
 impl Map {
+    #[inline]
+    fn new(by_heading: Plane) -> Self {
+        Self {
+            by_heading: [by_heading.x, by_heading.y],
+        }
+    }
+
     /// `A v`
     #[inline]
     pub(crate) fn apply(&self, [x, y, p]: [f64; 3]) -> [f64; 3] {
@@ -127,19 +140,21 @@ impl Map {
     #[inline]
     pub(crate) fn congruence(&self, p: &Symmetric3) -> Symmetric3 {
         let [ax, ay] = self.by_heading;
-        let (xp, yp) = (p.xp + ax * p.pp, p.yp + ay * p.pp);
-        let product = Symmetric3 {
-            xx: p.xx + ax * (p.xp + xp),
-            xy: p.xy + ax * p.yp + ay * xp,
-            xp,
-            yy: p.yy + ay * (p.yp + yp),
-            yp,
-            pp: p.pp,
-        };
-        if product.xx < CANCELLED * p.xx || product.yy < CANCELLED * p.yy {
+        let map = Plane::new(ax, ay);
+        let before = Plane::new(p.xp, p.yp);
+        let after = before + p.pp * map;
+        let variances = Plane::new(p.xx, p.yy) + map.times(before + after);
+        if variances.x < CANCELLED * p.xx || variances.y < CANCELLED * p.yy {
             return self.congruence_by_columns(p);
         }
-        product
+        Symmetric3 {
+            xx: variances.x,
+            yy: variances.y,
+            xp: after.x,
+            yp: after.y,
+            xy: p.xy + ax * p.yp + ay * after.x,
+            pp: p.pp,
+        }
     }
 
     /// The columns' own squares cannot cancel.

@@ -8,7 +8,7 @@ use coloc_benches::case;
 use coloc_benches::hot::{self, Arrivals, Hot};
 use coloc_benches::robot::{DEFAULT_SLOTS, Robot};
 use coloc_estimator::settings::{Criterion, FusionSettings};
-use coloc_estimator::{NotACovariance, convert, fix, fusion, gate, propagate};
+use coloc_estimator::{NotACovariance, Propagation, convert, fix, fusion, gate, propagate};
 
 /// A hot function with its inputs.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -97,13 +97,23 @@ impl Case {
             Self::Propagate => {
                 let (belief, motion) = (case::belief()?, case::motion());
                 repeat(iterations, || {
-                    propagate(black_box(&belief), black_box(&motion), 0.02)
+                    propagate(
+                        black_box(&belief),
+                        black_box(&motion),
+                        0.02,
+                        Propagation::Honest,
+                    )
                 });
             }
             Self::Convert => {
                 let (belief, (relative, noise)) = (case::belief()?, case::sighting()?);
                 repeat(iterations, || {
-                    convert::to_global(black_box(&belief), black_box(&relative), black_box(&noise))
+                    convert::to_global(
+                        black_box(&belief),
+                        black_box(&relative),
+                        black_box(&noise),
+                        Propagation::Honest,
+                    )
                 });
             }
             Self::FuseTrace => fuse(iterations, Criterion::Trace, false)?,
