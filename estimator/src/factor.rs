@@ -12,6 +12,9 @@ pub(crate) const RELATIVE: f64 = 1e-14;
 /// A pivot below this counts as zero: 1e-50 m is no distance, and its reciprocal must stay finite.
 pub(crate) const ABSOLUTE: f64 = 1e-100;
 
+/// Rounding may have taken this part of a diagonal entry from its pivot.
+const LOST: f64 = 2e-15;
+
 /// A matrix whose pivots all exceed this part of their diagonal entries is far from singular.
 const REGULAR: f64 = 1e-6;
 
@@ -58,6 +61,24 @@ impl Factor {
             yp: r3m32,
             pp: r3,
         }
+    }
+
+    /// `[y_1, y_2, y_3]` of `v = L y`, for a v whose square is no more than A holds: of each coordinate what is left of it when its
+    /// pivot has lost to rounding what it may have lost.
+    #[inline]
+    pub(crate) fn held(&self, a: &Symmetric3, [x, y, p]: [f64; 3]) -> [f64; 3] {
+        let ([l21, l31, l32], [d1, d2, d3]) = (self.lower, self.pivots);
+        let [r1, r2, r3] = self.reciprocals;
+        let second = y - l21 * x;
+        let third = p - l31 * x - l32 * second;
+        let held = |pivot: f64, reciprocal: f64, diagonal: f64| {
+            (pivot - LOST * diagonal).max(0.0) * reciprocal
+        };
+        [
+            held(d1, r1, a.xx) * x,
+            held(d2, r2, a.yy) * second,
+            held(d3, r3, a.pp) * third,
+        ]
     }
 
     /// Whether each coordinate of `a`, the matrix that was factored, keeps some of its variance once those before

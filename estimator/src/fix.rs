@@ -4,9 +4,10 @@ use crate::belief::Belief;
 use crate::covariance::{Covariance2, Covariance3};
 use crate::factor::Factor;
 use crate::gate::accepts;
+use crate::honest;
 use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::symmetric::Symmetric3;
+use crate::symmetric::{Square3, Symmetric3};
 
 /// Result of [`update`].
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -78,31 +79,11 @@ impl Gain {
         self.0.map(|[wx, wy]| wx * x + wy * y)
     }
 
-    /// `(I − W H) v`
+    /// `I − W H`
     #[inline]
-    fn left(&self, [x, y, p]: [f64; 3]) -> [f64; 3] {
+    fn complement(&self) -> Square3 {
         let [[xx, xy], [yx, yy], [px, py]] = self.0;
-        [
-            (1.0 - xx) * x - xy * y,
-            (1.0 - yy) * y - yx * x,
-            p - (px * x + py * y),
-        ]
-    }
-
-    /// `(I − W H) P (I − W H)ᵀ`, of P's columns: a sum of squares, as [`crate::symmetric::Square3::congruence`] is.
-    #[inline]
-    fn left_of(&self, part: &Covariance3) -> Symmetric3 {
-        let Factor {
-            lower: [l21, l31, l32],
-            pivots: [d1, d2, d3],
-            ..
-        } = Factor::new(&part.symmetric());
-        let rest = Symmetric3::outer(d1, self.left([1.0, l21, l31]))
-            + Symmetric3::outer(d2, self.left([0.0, 1.0, l32]));
-        Symmetric3 {
-            pp: rest.pp + d3,
-            ..rest
-        }
+        Square3([[1.0 - xx, -xy, 0.0], [-yx, 1.0 - yy, 0.0], [-px, -py, 1.0]])
     }
 
     /// `W R Wᵀ`
@@ -128,10 +109,12 @@ impl Gain {
     fn update(&self, own: &Belief, innovation: [f64; 2], noise: &Covariance2) -> Belief {
         let [dx, dy, dphi] = self.apply(innovation);
         let Pose { x, y, phi } = own.pose;
-        let independent = self.left_of(&own.parts.independent) + self.brought(noise);
-        let dependent = self.left_of(&own.parts.dependent);
+        let complement = self.complement();
+        let independent =
+            complement.congruence(&own.parts.independent.symmetric()) + self.brought(noise);
+        let dependent = own.parts.dependent.symmetric();
+        let (dependent, bend) = honest::left(&dependent, &own.bend, &complement);
         let after = independent.pp + dependent.pp;
-        let bend = own.bend.mapped(|k| self.left(k));
         Belief {
             pose: Pose::new(x + dx, y + dy, phi + dphi),
             parts: Parts {

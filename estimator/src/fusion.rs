@@ -14,6 +14,7 @@ use crate::convert::GlobalPose;
 use crate::covariance::Covariance3;
 use crate::factor::Factor;
 use crate::gate::accepts;
+use crate::honest::{self, Bend};
 use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::settings::{FusionSettings, GateWeight};
@@ -62,8 +63,8 @@ pub fn fuse(own: &Belief, received: &GlobalPose, settings: &FusionSettings) -> F
             d2,
         };
     }
-    let belief =
-        Gains::new(&prior, &message, weights, &inverse).update(own, innovation, &prior, &message);
+    let belief = Gains::new((&prior, &own.bend), &message, weights, &inverse)
+        .update(own, innovation, &prior, &message);
     let accepted = belief.is_finite();
     Fusion {
         belief: if accepted { belief } else { *own },
@@ -147,34 +148,44 @@ struct Gains {
     complement: Square3,
     /// `(I−K) (P_d/α) (I−K)ᵀ + K (R_d/(1−α)) Kᵀ`
     dependent: Symmetric3,
+    /// `(I−K) K_H`
+    bend: Bend,
 }
 
 impl Gains {
     /// From `M⁻¹`. `K = (1−α) A M⁻¹` and `I−K = α B M⁻¹`: the smaller one is computed, so that both ends are exact.
     #[inline]
-    fn new(prior: &Split, message: &Split, weights: Weights, inverse: &Symmetric3) -> Self {
+    fn new(
+        (prior, bend): (&Split, &Bend),
+        message: &Split,
+        weights: Weights,
+        inverse: &Symmetric3,
+    ) -> Self {
         let Weights { own, received } = weights;
         if own >= 0.5 {
             let per_weight = prior.bound(own).times(inverse);
             let gain = per_weight.scaled(received);
             let complement = gain.complement();
-            let dependent = complement.congruence(&prior.dependent) * (1.0 / own)
-                + per_weight.congruence(&message.dependent) * received;
+            let (left, bend) = honest::left(&prior.dependent, bend, &complement);
+            let dependent =
+                left * (1.0 / own) + per_weight.congruence(&message.dependent) * received;
             return Self {
                 gain,
                 complement,
                 dependent,
+                bend,
             };
         }
         let per_weight = message.bound(received).times(inverse);
         let complement = per_weight.scaled(own);
         let gain = complement.complement();
-        let dependent = per_weight.congruence(&prior.dependent) * own
-            + gain.congruence(&message.dependent) * (1.0 / received);
+        let (left, bend) = honest::left(&prior.dependent, bend, &per_weight);
+        let dependent = left * own + gain.congruence(&message.dependent) * (1.0 / received);
         Self {
             gain,
             complement,
             dependent,
+            bend: bend.mapped(|k| k.map(|it| own * it)),
         }
     }
 
@@ -192,10 +203,7 @@ impl Gains {
                 independent: Covariance3::trusted(&independent),
                 dependent: Covariance3::trusted(&self.dependent),
             },
-            bend: own
-                .bend
-                .mapped(|k| self.complement.apply(k))
-                .shrunk(before, after),
+            bend: self.bend.shrunk(before, after),
         }
     }
 }

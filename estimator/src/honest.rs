@@ -46,5 +46,6 @@ mod step;
 pub use arc::Increments;
 pub(crate) use arc::Swept;
 pub use bend::Bend;
+pub(crate) use measure::left;
 pub(crate) use step::step;
 pub use step::{Map, Moved, advance};

@@ -16,6 +16,10 @@ pub(crate) struct Symmetric3 {
     pub(crate) pp: f64,
 }
 
+/// `G L` of a positive semidefinite `A = L D Lᵀ`. `G A Gᵀ` is made of it, a sum of squares: in the plain product terms cancel where G
+/// takes A's range to next to nothing, and what rounding has left below zero would stay while the rest shrinks.
+pub(crate) struct Columns([[f64; 3]; 3]);
+
 /// Any 3×3 matrix, row by row: gains and products of symmetric matrices.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) struct Square3(pub(crate) [[f64; 3]; 3]);
@@ -115,25 +119,26 @@ impl Square3 {
         Self([[1.0 - a, -b, -c], [-d, 1.0 - e, -f], [-g, -h, 1.0 - i]])
     }
 
-    /// `G A Gᵀ` of a positive semidefinite A. Of A's columns, so that it is a sum of squares: in the plain product terms cancel
-    /// where G takes A's range to next to nothing, and what rounding has left below zero would stay while the rest shrinks.
+    /// `G L`
     #[inline]
+    pub(crate) fn columns(&self, factor: &Factor) -> Columns {
+        let ([[x1, x2, x3], [y1, y2, y3], [p1, p2, p3]], [l21, l31, l32]) = (self.0, factor.lower);
+        Columns([
+            [
+                x1 + l21 * x2 + l31 * x3,
+                y1 + l21 * y2 + l31 * y3,
+                p1 + l21 * p2 + l31 * p3,
+            ],
+            [x2 + l32 * x3, y2 + l32 * y3, p2 + l32 * p3],
+            [x3, y3, p3],
+        ])
+    }
+
+    /// `G A Gᵀ` of a positive semidefinite A: a sum of squares ([`Columns`]).
+    #[inline(never)]
     pub(crate) fn congruence(&self, a: &Symmetric3) -> Symmetric3 {
-        let Factor {
-            lower: [l21, l31, l32],
-            pivots: [d1, d2, d3],
-            ..
-        } = Factor::new(a);
-        let [[x1, x2, x3], [y1, y2, y3], [p1, p2, p3]] = self.0;
-        let first = [
-            x1 + l21 * x2 + l31 * x3,
-            y1 + l21 * y2 + l31 * y3,
-            p1 + l21 * p2 + l31 * p3,
-        ];
-        let second = [x2 + l32 * x3, y2 + l32 * y3, p2 + l32 * p3];
-        Symmetric3::outer(d1, first)
-            + Symmetric3::outer(d2, second)
-            + Symmetric3::outer(d3, [x3, y3, p3])
+        let factor = Factor::new(a);
+        self.columns(&factor).square(&factor)
     }
 
     /// `tr G A Gᵀ`
@@ -148,6 +153,26 @@ impl Square3 {
     pub(crate) fn product_trace(&self, f: &Self) -> f64 {
         let ([a, b, c], [x, y, z]) = (self.0, f.0);
         dot(a, [x[0], y[0], z[0]]) + dot(b, [x[1], y[1], z[1]]) + dot(c, [x[2], y[2], z[2]])
+    }
+}
+
+impl Columns {
+    /// `G A Gᵀ`
+    #[inline]
+    pub(crate) fn square(&self, factor: &Factor) -> Symmetric3 {
+        let ([first, second, third], [d1, d2, d3]) = (self.0, factor.pivots);
+        Symmetric3::outer(d1, first) + Symmetric3::outer(d2, second) + Symmetric3::outer(d3, third)
+    }
+
+    /// `G L y`
+    #[inline]
+    pub(crate) fn apply(&self, [a, b, c]: [f64; 3]) -> [f64; 3] {
+        let [[x1, y1, p1], [x2, y2, p2], [x3, y3, p3]] = self.0;
+        [
+            a * x1 + b * x2 + c * x3,
+            a * y1 + b * y2 + c * y3,
+            a * p1 + b * p2 + c * p3,
+        ]
     }
 }
 

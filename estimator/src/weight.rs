@@ -90,7 +90,7 @@ fn excess(near: &Split, far: &Split, criterion: Criterion, weight: f64) -> f64 {
         received: 1.0 - weight,
     };
     let (a, b) = (near.bound(weights.own), far.bound(weights.received));
-    let inverse = up_to_scale(&weights.combine(near, far));
+    let inverse = up_to_scale(&(a * weights.received + b * weights.own));
     let (big_g, big_h) = (b.times(&inverse), a.times(&inverse));
     let (g, h) = match criterion {
         Criterion::Trace => (

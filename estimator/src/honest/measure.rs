@@ -10,6 +10,24 @@
 //! vanish by itself. As `Ω_a ~ s²` and `Ω_b ~ s³`, `[[P_d, K_H], [K_Hᵀ, Ω]]` stays positive semidefinite, and with it `P_d`.
 
 use super::Bend;
+use crate::factor::Factor;
+use crate::symmetric::{Square3, Symmetric3};
+
+/// `P_d` and `K_H` after `complement`, `I − W`, of them.
+///
+/// What the dependent part loses to rounding, a direction in which next to nothing of it is left above all, the bend loses with it:
+/// else the next step would take from the part what it does not have, and that may be much of what a good fix leaves.
+#[inline]
+pub(crate) fn left(
+    dependent: &Symmetric3,
+    bend: &Bend,
+    complement: &Square3,
+) -> (Symmetric3, Bend) {
+    let factor = Factor::new(dependent);
+    let columns = complement.columns(&factor);
+    let bend = bend.mapped(|k| columns.apply(factor.held(dependent, k)));
+    (columns.square(&factor), bend)
+}
 
 impl Bend {
     /// Of `(I − W) K_H`, after a measurement that took the heading's variance from `before` to `after` \[rad²\].

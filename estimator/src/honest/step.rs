@@ -72,7 +72,7 @@ fn shortened(noise: &Symmetric3, e: f64) -> Symmetric3 {
     }
 }
 
-/// `ΔH`, and between position and heading `κ_a r + κ_b J r`; `bend` is `(h, κ)`. `½ F²` and `½ F (2 − F)` are Ω_a and C_b.
+/// `ΔH`, and between position and heading `κ_a r + κ_b J r`; `bend` is `(h, κ)`. `½ F²` and `½ F (2 − F)` are `Ω_a` and `C_b`.
 #[inline]
 fn curvature(circle: &Circle, swept: &Swept, bend: &Bend) -> Symmetric3 {
     let (way, noise) = (swept.way, &swept.noise);
