@@ -53,7 +53,7 @@ fn validate(bench: &mut Criterion) -> Result<(), Box<dyn Error>> {
         own: 1,
         robots: &[1, 2, 3, 4, 5],
     };
-    let parts = Parts::of(&word.total, &word.independent);
+    let parts = &word.parts;
     let mut message = Neighbour {
         header: Header {
             source: 2,
@@ -85,7 +85,7 @@ fn rivals(bench: &mut Criterion) -> Result<(), Box<dyn Error>> {
     nothing_independent.0.make_dependent();
     nothing_independent.1 = case::received(0.0)?;
     let mut everything = (own, case::received(1.0)?);
-    everything.0.independent = everything.0.total;
+    everything.0.parts = Parts::independent(own.total());
     let settings = FusionSettings::paper();
     let mut group = bench.benchmark_group("one message");
     let cases = [

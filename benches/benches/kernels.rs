@@ -6,12 +6,13 @@ use coloc_benches::naive::Split;
 use coloc_benches::{case, floor, naive};
 use coloc_estimator::convert::{self, GlobalPose};
 use coloc_estimator::settings::{Criterion, FusionSettings};
-use coloc_estimator::{Belief, NotACovariance, fix, fusion, propagate};
+use coloc_estimator::{Belief, NotACovariance, Propagation, fix, fusion, propagate};
 use criterion::{Criterion as Bench, criterion_group, criterion_main};
 use nalgebra::{DMatrix, DVector};
 
 const DT_S: f64 = 0.02;
-const PIVOTS: [f64; 6] = [0.06, 0.09, 0.03, 0.03, 0.04, 0.017];
+/// Of the heading before, and of the noise of a turn.
+const VARIANCES: [f64; 2] = [1e-3, 1.4e-4];
 
 fn split(pose: coloc_estimator::Pose, total: &[f64; 9], independent: &[f64; 9]) -> Split {
     Split {
@@ -24,16 +25,16 @@ fn split(pose: coloc_estimator::Pose, total: &[f64; 9], independent: &[f64; 9]) 
 fn split_of(belief: &Belief) -> Split {
     split(
         belief.pose,
-        &belief.total.to_row_major(),
-        &belief.independent.to_row_major(),
+        &belief.total().to_row_major(),
+        &belief.parts.independent.to_row_major(),
     )
 }
 
 fn split_of_message(message: &GlobalPose) -> Split {
     split(
         message.pose,
-        &message.total.to_row_major(),
-        &message.independent.to_row_major(),
+        &message.total().to_row_major(),
+        &message.parts.independent.to_row_major(),
     )
 }
 
@@ -44,10 +45,17 @@ fn bench_propagate(bench: &mut Bench) -> Result<(), NotACovariance> {
     let noise = DMatrix::from_row_slice(2, 2, &[5.075 * 0.36 * 0.36, 0.0, 0.0, 0.345]);
     let mut group = bench.benchmark_group("propagate");
     group.bench_function("coloc", |b| {
-        b.iter(|| propagate(black_box(&belief), black_box(&motion), DT_S));
+        b.iter(|| {
+            propagate(
+                black_box(&belief),
+                black_box(&motion),
+                DT_S,
+                Propagation::Honest,
+            )
+        });
     });
     group.bench_function("floor", |b| {
-        b.iter(|| floor::propagate(black_box(-2.2), black_box(&PIVOTS)));
+        b.iter(|| floor::propagate(black_box(-2.2), black_box(VARIANCES)));
     });
     group.bench_function("naive", |b| {
         b.iter(|| {
@@ -77,17 +85,12 @@ fn bench_convert(bench: &mut Bench) -> Result<(), NotACovariance> {
                 black_box(&belief),
                 black_box(&relative),
                 black_box(&covariance),
+                Propagation::Honest,
             )
         });
     });
     group.bench_function("floor", |b| {
-        b.iter(|| {
-            floor::convert(
-                black_box(-2.2),
-                black_box(&PIVOTS),
-                black_box(&[0.01, 0.01, 3e-4]),
-            )
-        });
+        b.iter(|| floor::propagate(black_box(-2.2), black_box(VARIANCES)));
     });
     group.bench_function("naive", |b| {
         b.iter(|| {
@@ -115,7 +118,7 @@ fn bench_split_ci(bench: &mut Bench) -> Result<(), NotACovariance> {
         ("message all dependent", regular, case::received(0.0)?),
         (
             "own all independent",
-            Belief::independent(regular.pose, regular.total),
+            Belief::independent(regular.pose, regular.total()),
             case::received(0.5)?,
         ),
         ("message all independent", regular, case::received(1.0)?),

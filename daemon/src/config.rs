@@ -36,7 +36,8 @@ use error::Fault;
 pub use error::ConfigError;
 pub use sections::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Member,
-    Motion, Realtime, Robot, Scheduler, Shm, Telemetry, Tick, Trigger, Variance, WaitMode,
+    Motion, Propagation, Realtime, Robot, Scheduler, Shm, Telemetry, Tick, Trigger, Variance,
+    WaitMode,
 };
 
 /// A whole `robot.toml`. Only `[robot]` must be written; every other section has defaults.

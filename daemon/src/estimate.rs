@@ -4,8 +4,8 @@ use std::hint::black_box;
 
 use coloc_estimator::settings::{Criterion, GateWeight};
 use coloc_estimator::{
-    Belief, Covariance3, Estimator, Floors, FusionSettings, OdometrySettings, Pose, Settings, Slot,
-    Span, Stamp, TickInputs, TickOutputs, step,
+    Belief, Covariance3, Estimator, Floors, FusionSettings, OdometrySettings, Pose, Propagation,
+    Settings, Slot, Span, Stamp, TickInputs, TickOutputs, step,
 };
 
 use crate::config::{self, Config, nanos};
@@ -69,6 +69,7 @@ pub fn initial(config: &Config) -> Belief {
 #[must_use]
 pub fn settings(config: &Config) -> Settings {
     Settings {
+        propagation: propagation(&config.fusion),
         fusion: fusion(&config.fusion),
         position_gate: config.fusion.position_gate,
         floors: floors(&config.fusion),
@@ -80,6 +81,13 @@ pub fn settings(config: &Config) -> Settings {
         },
         history: span(config.history.length_s),
         future_tolerance: span(config.history.future_tolerance_s),
+    }
+}
+
+pub(crate) fn propagation(fusion: &config::Fusion) -> Propagation {
+    match fusion.propagation {
+        config::Propagation::Honest if !fusion.paper => Propagation::Honest,
+        _ => Propagation::Paper,
     }
 }
 
@@ -144,6 +152,16 @@ mod tests {
     #[test]
     fn the_defaults_are_the_estimators() {
         assert_eq!(settings(&config("")), Settings::default());
+    }
+
+    #[test]
+    fn the_papers_propagation_can_be_had_alone() {
+        let paper = settings(&config("[fusion]\npropagation = \"paper\"\n"));
+        let expected = Settings {
+            propagation: Propagation::Paper,
+            ..Settings::default()
+        };
+        assert_eq!(paper, expected);
     }
 
     #[test]

@@ -98,7 +98,7 @@ impl Publish {
         let boot_ns = estimate.stamp.as_nanos();
         let stamp_ns = moment.on(self.sender.clock().into(), boot_ns);
         let belief = &estimate.belief;
-        let parts = belief.parts();
+        let parts = &belief.parts;
         shm::Estimate {
             header: self.sender.header(stamp_ns),
             boot_ns,

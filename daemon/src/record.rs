@@ -34,10 +34,12 @@ pub enum Record {
         stamp_ns: i64,
         /// Mean.
         pose: [f64; 3],
-        /// P
-        total: [f64; 9],
         /// `P_i`
         independent: [f64; 9],
+        /// `P_d`
+        dependent: [f64; 9],
+        /// `k_a` and `k_b`
+        bend: [f64; 6],
     },
     /// Lines are missing here.
     Lost {
@@ -104,10 +106,10 @@ pub enum Record {
         sequence: u64,
         /// y*
         pose: [f64; 3],
-        /// R*
-        total: [f64; 9],
         /// R*_i
         independent: [f64; 9],
+        /// R*_d
+        dependent: [f64; 9],
     },
     /// Satellite fix.
     Fix {
@@ -132,10 +134,12 @@ pub enum Record {
         stamp_ns: i64,
         /// Mean.
         pose: [f64; 3],
-        /// P
-        total: [f64; 9],
         /// `P_i`
         independent: [f64; 9],
+        /// `P_d`
+        dependent: [f64; 9],
+        /// `k_a` and `k_b`
+        bend: [f64; 6],
     },
 }
 
@@ -178,8 +182,9 @@ impl Record {
             robot,
             stamp_ns,
             pose: belief.pose.to_vector().into(),
-            total: belief.total.to_row_major(),
-            independent: belief.independent.to_row_major(),
+            independent: belief.parts.independent.to_row_major(),
+            dependent: belief.parts.dependent.to_row_major(),
+            bend: belief.bend.to_array(),
         }
     }
 }
@@ -237,8 +242,8 @@ impl From<&NeighbourPose> for Record {
             session: neighbour.origin.session,
             sequence: neighbour.origin.sequence,
             pose: neighbour.pose.to_vector().into(),
-            total: neighbour.total.to_row_major(),
-            independent: neighbour.independent.to_row_major(),
+            independent: neighbour.parts.independent.to_row_major(),
+            dependent: neighbour.parts.dependent.to_row_major(),
         }
     }
 }
@@ -261,8 +266,9 @@ impl From<&Estimate> for Record {
         Self::Estimate {
             stamp_ns: estimate.stamp.as_nanos(),
             pose: estimate.belief.pose.to_vector().into(),
-            total: estimate.belief.total.to_row_major(),
-            independent: estimate.belief.independent.to_row_major(),
+            independent: estimate.belief.parts.independent.to_row_major(),
+            dependent: estimate.belief.parts.dependent.to_row_major(),
+            bend: estimate.belief.bend.to_array(),
         }
     }
 }

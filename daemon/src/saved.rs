@@ -21,12 +21,13 @@ use std::fmt;
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
-use coloc_estimator::{Belief, Covariance3, Motion, Pose, propagate};
+use coloc_estimator::{Belief, Bend, Covariance3, Motion, Parts, Pose, propagate};
 use coloc_shm_types::{OpenError, all_finite, check_split};
 use serde::{Deserialize, Serialize};
 
 use crate::collect::wheels::ToMotion;
 use crate::config::{self, Config};
+use crate::estimate;
 
 pub use clocks::When;
 pub use saver::Saver;
@@ -44,10 +45,17 @@ pub struct Saved {
     /// `[v_x, v_y, ω]`, if there was odometry.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<[f64; 3]>,
-    /// P, row-major.
-    pub total: [f64; 9],
     /// `P_i`, row-major.
     pub independent: [f64; 9],
+    /// `P_d`, row-major.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dependent: Option<[f64; 9]>,
+    /// `k_a` and `k_b` of the distribution's bend.
+    #[serde(default)]
+    pub bend: [f64; 6],
+    /// P, row-major: what older versions wrote in place of `P_d`; they knew no bend.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total: Option<[f64; 9]>,
 }
 
 /// Why a saved belief is not used. None of this is fatal: the robot starts from `[initial]`.
@@ -102,8 +110,10 @@ impl Saved {
             when,
             pose: [x, y, phi],
             velocity,
-            total: belief.total.to_row_major(),
-            independent: belief.independent.to_row_major(),
+            independent: belief.parts.independent.to_row_major(),
+            dependent: Some(belief.parts.dependent.to_row_major()),
+            bend: belief.bend.to_array(),
+            total: None,
         }
     }
 
@@ -139,15 +149,27 @@ impl Saved {
         if velocity.iter().any(|number| number.abs() > FASTEST) {
             return Err("no robot is as fast as its velocity".into());
         }
-        if let Err(reason) = check_split(&self.total, &self.independent) {
-            return Err(format!("its covariances cannot be: {reason}"));
+        let bend = Bend::from_array(self.bend);
+        Belief::new(Pose::new(x, y, phi), self.parts()?, bend)
+            .map_err(|problem| problem.to_string())
+    }
+
+    fn parts(&self) -> Result<Parts, String> {
+        let impossible = |reason: &dyn fmt::Display| format!("its covariances cannot be: {reason}");
+        match (self.dependent, self.total) {
+            (Some(dependent), None) => {
+                Parts::from_row_major(self.independent, dependent).map_err(|it| impossible(&it))
+            }
+            (None, Some(total)) => {
+                check_split(&total, &self.independent).map_err(|it| impossible(&it))?;
+                let [total, independent] =
+                    [total, self.independent].map(Covariance3::from_row_major);
+                let total = total.map_err(|it| impossible(&it))?;
+                let independent = independent.map_err(|it| impossible(&it))?;
+                Ok(Parts::of(&total, &independent))
+            }
+            _ => Err("one of dependent and total has to be there".into()),
         }
-        let covariance = |rows| Covariance3::from_row_major(rows).map_err(|it| it.to_string());
-        Ok(Belief {
-            pose: Pose::new(x, y, phi),
-            total: covariance(self.total)?,
-            independent: covariance(self.independent)?,
-        })
     }
 }
 
@@ -181,10 +203,12 @@ fn carried_on(config: &Config, belief: &Belief, velocity: Option<[f64; 3]>, age_
         ..
     } = config.motion;
     let held_s = velocity.map_or(0.0, |_| age_s.min(hold_s));
+    let propagation = estimate::propagation(&config.fusion);
     let moved = |belief: &Belief, motion: &Motion, for_s: f64, growth: f64| {
         let white = reference_period_s / for_s;
         if for_s > 0.0 {
-            propagate(belief, &motion.with_noise_scaled(white * growth), for_s)
+            let noisy = motion.with_noise_scaled(white * growth);
+            propagate(belief, &noisy, for_s, propagation)
         } else {
             *belief
         }
@@ -229,11 +253,11 @@ mod tests {
 
     fn believed() -> Belief {
         let p = Covariance3::diagonal([0.01, 0.04, 0.0025]).unwrap();
-        Belief {
-            pose: Pose::new(1.0, -2.0, 3.0),
-            total: p,
-            independent: Covariance3::ZERO,
-        }
+        let bend = Bend {
+            along: [1e-5, -2e-5, 1e-6],
+            across: [-2e-6, 3e-6, 1e-7],
+        };
+        Belief::new(Pose::new(1.0, -2.0, 3.0), Parts::dependent(p), bend).unwrap()
     }
 
     fn saved(velocity: Option<[f64; 3]>) -> Saved {
@@ -278,9 +302,10 @@ mod tests {
                 let expected = without_a_gap(&config, velocity, age_s);
                 let numbers = |belief: &Belief| {
                     let pose: [f64; 3] = belief.pose.to_vector().into();
-                    let covariances =
-                        [belief.total, belief.independent].map(|it| it.to_row_major());
-                    [pose.as_slice(), covariances.as_flattened()].concat()
+                    let covariances = [belief.parts.dependent, belief.parts.independent]
+                        .map(|it| it.to_row_major());
+                    let bend = belief.bend.to_array();
+                    [pose.as_slice(), covariances.as_flattened(), &bend].concat()
                 };
                 let same = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-6 * b.abs() + 1e-7;
                 let (resumed, expected) = (numbers(&resumed), numbers(&expected));
@@ -327,11 +352,36 @@ mod tests {
             |saved| saved.velocity = Some([f64::INFINITY; 3]),
             "not finite",
         );
-        refused(|saved| saved.total = [-1.0; 9], "covariances");
-        refused(|saved| saved.total[1] = 0.5, "covariances");
-        refused(|saved| saved.independent[0] = 0.02, "covariances");
+        refused(|saved| saved.dependent = Some([-1.0; 9]), "covariances");
+        refused(|saved| saved.independent[1] = 0.5, "covariances");
+        refused(|saved| saved.dependent = None, "dependent and total");
+        refused(|saved| saved.bend[0] = f64::NAN, "not a finite number");
+        refused(|saved| saved.bend[0] = 0.1, "bend is more than");
         assert!(refusal(|_| (), 99.0).contains("1.0 s in the future"));
         assert!(refusal(|_| (), 161.0).contains("61.0 s old"));
+    }
+
+    /// It wrote the whole in place of the dependent part, and nothing of a bend.
+    #[test]
+    fn what_a_version_before_wrote_is_read_too() {
+        let with = |total: [f64; 9]| Saved {
+            dependent: None,
+            bend: [0.0; 6],
+            total: Some(total),
+            independent: Covariance3::diagonal([0.005, 0.01, 0.001])
+                .unwrap()
+                .to_row_major(),
+            ..saved(None)
+        };
+        let total = believed().total();
+        let belief = with(total.to_row_major()).belief().unwrap();
+        assert_eq!((belief.bend, belief.pose), (Bend::ZERO, believed().pose));
+        let rest = Covariance3::diagonal([0.005, 0.03, 0.0015]).unwrap();
+        let error = (belief.parts.dependent.matrix() - rest.matrix()).abs();
+        assert!(error.max() < 1e-17, "{belief:?}");
+        let less = Covariance3::diagonal([0.004, 0.04, 0.0025]).unwrap();
+        let refused = with(less.to_row_major()).belief().unwrap_err();
+        assert!(refused.contains("covariances"), "{refused}");
     }
 
     #[test]

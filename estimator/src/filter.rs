@@ -14,7 +14,7 @@ use crate::output::Verdict;
 use crate::pace::Pace;
 use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::settings::{FusionSettings, Propagation, Settings};
+use crate::settings::{Propagation, Settings};
 use crate::stamp::Stamp;
 
 /// What is carried from one measurement to the next.
@@ -24,8 +24,6 @@ pub(crate) struct Filter {
     belief: Belief,
     /// Poses were exchanged in this event: `P_i := 0` once no neighbour's pose can follow (Algorithm 4, line 19).
     exchanged: bool,
-    /// Something of the belief may be known to others, or by them: it has been told or has heard, or began so.
-    met: bool,
     /// Of the neighbours' poses up to here.
     pace: Pace,
 }
@@ -43,8 +41,11 @@ impl Filter {
         Self {
             belief,
             exchanged: false,
-            met: belief.parts.dependent != Covariance3::ZERO,
-            pace: Pace::beginning(stamp),
+            pace: if belief.parts.dependent == Covariance3::ZERO {
+                Pace::beginning(stamp)
+            } else {
+                Pace::beginning(stamp).met()
+            },
         }
     }
 
@@ -83,9 +84,9 @@ impl Filter {
         settings: &Settings,
     ) -> Gate {
         self.pace = self.pace.heard(stamp);
-        let fusion = fuse(&self.belief, received, &self.damped(&settings.fusion));
+        let fusion = fuse(&self.belief, received, &self.pace.damped(&settings.fusion));
         self.belief = fusion.belief;
-        (self.exchanged, self.met) = (true, true);
+        self.exchanged = true;
         Gate {
             accepted: fusion.accepted,
             d2: fusion.d2,
@@ -114,7 +115,7 @@ impl Filter {
         if self.exchanged {
             self.belief.make_dependent();
             self.exchanged = false;
-            self.met = true;
+            self.pace = self.pace.met();
         }
     }
 
@@ -124,19 +125,6 @@ impl Filter {
         self.close();
         self.belief.parts = kept(&self.belief.parts, propagation);
         self.belief
-    }
-
-    /// How the next pose is weighed. What is damped is forgetting what others may have helped to learn. Curvature makes the
-    /// belief of a robot that never met anybody dependent too, on itself: it gives up nothing by hearing its first word.
-    #[inline]
-    fn damped(&self, settings: &FusionSettings) -> FusionSettings {
-        if self.met {
-            return self.pace.damped(settings);
-        }
-        FusionSettings {
-            damping: 1.0,
-            ..*settings
-        }
     }
 }
 
@@ -239,6 +227,6 @@ mod tests {
             heading(&mut other, half) > 1.2 * first,
             "who has met weighs it"
         );
-        assert!(alone.met && alone.damped(&settings.fusion).damping < 1.0);
+        assert!(alone.pace.heard(half).damped(&settings.fusion).damping < 1.0);
     }
 }

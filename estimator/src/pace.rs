@@ -21,11 +21,22 @@ const SMOOTHING: f64 = 0.125;
 /// The interval before anything was heard \[s\]: news is welcome.
 const INITIAL_INTERVAL_S: f64 = 1.0;
 
-/// The smoothed interval between the neighbours' poses received.
+/// The smoothed interval between the neighbours' poses received, and whether there was any before.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct Pace {
     last: Stamp,
     interval_s: f64,
+    met: Met,
+}
+
+/// Whom a robot has met.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+enum Met {
+    #[default]
+    Nobody,
+    /// One pose was heard, and that is the one to be fused.
+    First,
+    Somebody,
 }
 
 impl Pace {
@@ -35,6 +46,17 @@ impl Pace {
         Self {
             last: stamp,
             interval_s: INITIAL_INTERVAL_S,
+            met: Met::Nobody,
+        }
+    }
+
+    /// Something of the belief may be known to others or by them, whatever was heard.
+    #[must_use]
+    #[inline]
+    pub fn met(self) -> Self {
+        Self {
+            met: Met::Somebody,
+            ..self
         }
     }
 
@@ -45,12 +67,25 @@ impl Pace {
         Self {
             last: stamp,
             interval_s: self.interval_s + SMOOTHING * (latest_s - self.interval_s),
+            met: match self.met {
+                Met::Nobody => Met::First,
+                Met::First | Met::Somebody => Met::Somebody,
+            },
         }
     }
 
     /// `settings` with β as this pace allows, for [`crate::fuse`]; as they are if their memory is zero.
+    ///
+    /// β is 1 for the first pose of a robot that has met nobody. What is damped is forgetting what others helped to learn; of such a
+    /// robot curvature alone is dependent ([`crate::honest`]), on itself, and it gives up nothing by hearing.
     #[must_use]
     pub fn damped(&self, settings: &FusionSettings) -> FusionSettings {
+        if self.met != Met::Somebody {
+            return FusionSettings {
+                damping: 1.0,
+                ..*settings
+            };
+        }
         if settings.memory <= Span::ZERO {
             return *settings;
         }
@@ -103,7 +138,17 @@ mod tests {
     fn the_fixed_damping_is_the_most_and_all_there_is_without_a_memory() {
         assert_eq!(damping_at(500, 1, 1000), 0.2);
         assert_eq!(damping_at(25, 1, 0), 0.2);
-        let beginning = Pace::beginning(Stamp::default());
+        let beginning = Pace::beginning(Stamp::default()).met();
         assert_eq!(beginning.damped(&settings(1000)).damping, 0.2);
+    }
+
+    #[test]
+    fn the_first_pose_that_a_robot_hears_is_not_damped() {
+        let beginning = Pace::beginning(Stamp::default());
+        let soon = Stamp::default() + Span::from_millis(10);
+        let damping = |pace: Pace| pace.damped(&settings(1000)).damping;
+        assert_eq!(damping(beginning.heard(soon)), 1.0);
+        assert_eq!(damping(beginning.heard(soon).heard(soon)), 0.2);
+        assert_eq!(damping(beginning.met().heard(soon)), 0.2);
     }
 }

@@ -90,8 +90,7 @@ fn neighbour(sender: usize, sequence: u64, outgoing: &OutgoingPose) -> Neighbour
             ..Origin::counted(sequence)
         },
         pose: outgoing.pose,
-        total: outgoing.parts.total(),
-        independent: outgoing.parts.independent,
+        parts: outgoing.parts,
     }
 }
 

@@ -69,7 +69,7 @@ fn silent_odometry_differs_only_by_how_time_is_cut() {
     let (mut differences, mut largest_sigmas) = (0, 0.0_f64);
     side_by_side("drop-outs", 2000, &mut |_, team, product| {
         differences += usize::from(team != product);
-        let sigma = team.total.matrix().diagonal().map(f64::sqrt);
+        let sigma = team.total().matrix().diagonal().map(f64::sqrt);
         let [a, b] = [team.pose, product.pose].map(Pose::to_vector);
         let off = (a - b)
             .map(coloc_estimator::angle::wrap)

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use coloc_estimator::angle::wrap;
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::settings::Criterion;
-use coloc_estimator::{Belief, Covariance3, Pace, Pose, Settings};
+use coloc_estimator::{Belief, Covariance3, Pace, Parts, Pose, Settings};
 use coloc_sim::method::rule::Rule;
 use nalgebra::Matrix3;
 use serde_json::Value;
@@ -67,8 +67,7 @@ fn assert_case(case: &Value) {
     let total = covariance(&input["R_star"]);
     let received = GlobalPose {
         pose: pose(&input["y_star"]),
-        total,
-        independent: Covariance3::ZERO,
+        parts: Parts::dependent(total),
     };
     let fusion = rule.fuse(&own, &received, &Pace::default());
     assert_eq!(
@@ -77,7 +76,7 @@ fn assert_case(case: &Value) {
         "{id}"
     );
     let (found, stated) = (fusion.belief, pose(&expected["x"]));
-    let (p, stated_p) = (found.total.matrix(), matrix(&expected["P"]));
+    let (p, stated_p) = (found.total().matrix(), matrix(&expected["P"]));
     let sigma = stated_p.diagonal().map(f64::sqrt);
     let errors = [
         found.pose.x - stated.x,

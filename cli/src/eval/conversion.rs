@@ -1,6 +1,6 @@
 //! Algorithm 2 held against Monte-Carlo: how well does the covariance that a robot sends describe what it knows?
 
-use coloc_estimator::{Belief, Covariance3, Pose, to_global};
+use coloc_estimator::{Belief, Covariance3, Pose, Propagation, to_global};
 use coloc_sim::Scenario;
 use coloc_sim::random::{Noise, Purpose};
 
@@ -37,8 +37,8 @@ fn panel(heading_sigma_deg: f64, [drawn, linearised, cubature]: Colors) -> Ellip
     let points = draws(observer, sensor);
     let (mean, covariance) = moments(&points);
     let belief = Belief::independent(OBSERVER, squares(observer));
-    let seen = to_global(&belief, &SEEN, &squares(sensor));
-    let total = seen.total.matrix();
+    let seen = to_global(&belief, &SEEN, &squares(sensor), Propagation::default());
+    let total = seen.total().matrix();
     let (linear_mean, linear) = linear(observer, sensor);
     let ellipse = |label, color, width_px, mean, covariance| Ellipse {
         label,
@@ -53,7 +53,7 @@ fn panel(heading_sigma_deg: f64, [drawn, linearised, cubature]: Colors) -> Ellip
             ellipse("Monte-Carlo", drawn, 4, mean, covariance),
             ellipse("linearised", linearised, 2, linear_mean, linear),
             ellipse(
-                "cubature, as sent",
+                "coloc, as sent",
                 cubature,
                 2,
                 [seen.pose.x, seen.pose.y],

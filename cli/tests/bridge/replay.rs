@@ -21,7 +21,7 @@ pub(crate) struct Published {
 
 impl Published {
     pub(crate) fn new(stamp: Stamp, belief: &Belief) -> Self {
-        let parts = belief.parts();
+        let parts = &belief.parts;
         Self {
             stamp_ns: stamp.as_nanos(),
             pose: [belief.pose.x, belief.pose.y, belief.pose.phi].map(f64::to_bits),
@@ -40,12 +40,7 @@ impl Published {
     }
 
     fn message(pose: &NeighbourPose) -> Self {
-        let belief = Belief {
-            pose: pose.pose,
-            total: pose.total,
-            independent: pose.independent,
-        };
-        Self::new(pose.stamp, &belief)
+        Self::new(pose.stamp, &Belief::gaussian(pose.pose, pose.parts))
     }
 }
 

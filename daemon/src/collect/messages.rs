@@ -162,8 +162,7 @@ pub fn neighbour(message: &Neighbour, limits: &Limits<'_>) -> Result<Measurement
         stamp: stamp(message),
         origin: origin(message),
         pose: pose(message.pose),
-        total: parts.total(),
-        independent: parts.independent,
+        parts,
     }))
 }
 

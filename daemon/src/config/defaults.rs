@@ -6,7 +6,7 @@ use coloc_estimator::{FusionSettings, OdometryNoise, OdometrySettings, Settings,
 
 use super::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Motion,
-    Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, Variance, WaitMode,
+    Propagation, Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, Variance, WaitMode,
 };
 
 impl Default for Clock {
@@ -82,6 +82,7 @@ impl Default for Fusion {
         } = settings.fusion;
         Self {
             paper: false,
+            propagation: Propagation::default(),
             criterion: Criterion::default(),
             heading_lever_m,
             damping,

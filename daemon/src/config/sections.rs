@@ -191,8 +191,10 @@ pub struct Initial {
 #[serde(default, deny_unknown_fields)]
 pub struct Fusion {
     /// The published algorithm to the letter: overrides `heading_lever_m` (1), `damping` (1),
-    /// `memory_s` (0), `reset_on_transmit` (false) and `gate_weight` (`"update"`).
+    /// `memory_s` (0), `reset_on_transmit` (false), `gate_weight` (`"update"`) and `propagation` (`"paper"`).
     pub paper: bool,
+    /// How the belief is carried through what the wheels say, and through a sighting.
+    pub propagation: Propagation,
     /// What the weight of split covariance intersection minimises.
     pub criterion: Criterion,
     /// In the trace a radian counts as that many metres: how far off neighbours are \[m\].
@@ -227,6 +229,17 @@ pub struct Fusion {
     /// \[m, m\].
     #[schemars(inner(range(min = 0, max = 1e3)))]
     pub position_floor: [f64; 2],
+}
+
+/// How the belief is carried through a motion or a sighting.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Propagation {
+    /// Along arcs, the bend of the distribution with it: the ellipse holds however long no fix comes.
+    #[default]
+    Honest,
+    /// The published one: a Gaussian at every step, by cubature.
+    Paper,
 }
 
 /// What the weight of split covariance intersection minimises.

@@ -71,7 +71,7 @@ fn state(health: [Health; Input::COUNT], gated: [bool; Input::COUNT]) -> BeliefS
 
 /// σ of the position in its worst direction, and of the heading \[m, rad\].
 fn sigmas(belief: &Belief) -> [f64; 2] {
-    let p = belief.total.to_row_major();
+    let p = belief.total().to_row_major();
     let half = f64::midpoint(p[0], p[4]);
     let worst = half + f64::hypot((p[0] - p[4]) / 2.0, p[1]);
     [worst, p[8]].map(f64::sqrt)

@@ -4,8 +4,8 @@ use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Measurement, Motion, NeighbourPose, NotACovariance,
-    OdometrySample, Origin, Pose, PositionFix, RobotId, Sighting, Stamp, TickInputs,
+    Belief, Bend, Covariance2, Covariance3, Measurement, Motion, NeighbourPose, NotACovariance,
+    OdometrySample, Origin, Parts, Pose, PositionFix, RobotId, Sighting, Stamp, TickInputs,
 };
 
 use super::{Record, Step};
@@ -88,14 +88,15 @@ impl RecordedTick {
     fn estimate(&mut self, record: Record) -> Result<(), Broken> {
         let Record::Estimate {
             pose,
-            total,
             independent,
+            dependent,
+            bend,
             ..
         } = record
         else {
             return Err(Broken);
         };
-        self.belief = belief(pose, total, independent)?;
+        self.belief = belief(pose, independent, dependent, bend)?;
         Ok(())
     }
 
@@ -123,14 +124,13 @@ impl RecordedTick {
                 session,
                 sequence,
                 pose: seen,
-                total,
                 independent,
+                dependent,
             } => Measurement::Neighbour(NeighbourPose {
                 stamp: Stamp::from_nanos(stamp_ns),
                 origin: origin(sender, session, sequence),
                 pose: pose(seen),
-                total: Covariance3::from_row_major(total)?,
-                independent: Covariance3::from_row_major(independent)?,
+                parts: Parts::from_row_major(independent, dependent)?,
             }),
             Record::Fix {
                 stamp_ns,
@@ -198,13 +198,14 @@ fn pose([x, y, phi]: [f64; 3]) -> Pose {
 
 fn belief(
     mean: [f64; 3],
-    total: [f64; 9],
     independent: [f64; 9],
+    dependent: [f64; 9],
+    bend: [f64; 6],
 ) -> Result<Belief, NotACovariance> {
     Ok(Belief {
         pose: pose(mean),
-        total: Covariance3::from_row_major(total)?,
-        independent: Covariance3::from_row_major(independent)?,
+        parts: Parts::from_row_major(independent, dependent)?,
+        bend: Bend::from_array(bend),
     })
 }
 
@@ -262,13 +263,15 @@ impl Lines {
             robot,
             stamp_ns,
             pose,
-            total,
             independent,
+            dependent,
+            bend,
         }) = self.next()?
         else {
             return Err(Problem::NoBeginning);
         };
-        let initial = belief(pose, total, independent).map_err(|_| Problem::NoBeginning)?;
+        let initial =
+            belief(pose, independent, dependent, bend).map_err(|_| Problem::NoBeginning)?;
         let mut recording = Recording {
             robot,
             stamp: Stamp::from_nanos(stamp_ns),
@@ -372,8 +375,10 @@ mod tests {
                     stamp,
                     origin: origin(2, u64::MAX, 7),
                     pose: third,
-                    total: cov(3.0),
-                    independent: Covariance3::ZERO,
+                    parts: Parts {
+                        independent: cov(3.0),
+                        dependent: cov(0.7),
+                    },
                 }),
                 Measurement::Fix(PositionFix {
                     stamp,
@@ -382,7 +387,10 @@ mod tests {
                     covariance: Covariance2::diagonal([0.01, 0.1]).unwrap(),
                 }),
             ],
-            belief: Belief::independent(third, cov(0.3)),
+            belief: Belief {
+                bend: Bend::from_array([1.0 / 3.0, -2e-17, 0.1, 0.2, 0.3, -1e-300]),
+                ..Belief::independent(third, cov(0.3))
+            },
         };
         let mut second = RecordedTick {
             tick: 1,

@@ -14,13 +14,13 @@
 use coloc_estimator::angle::wrap;
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::fusion::Fusion;
-use coloc_estimator::{Belief, Covariance3, Pose};
+use coloc_estimator::{Belief, Covariance3, Parts, Pose};
 use nalgebra::{Matrix3, Vector3};
 
 /// `own` after hearing `received`, if d² of `P + R` is at most `gate`. Singular covariances change nothing.
 #[must_use]
 pub fn fuse(own: &Belief, received: &GlobalPose, gate: f64) -> Fusion {
-    let (p, r) = (own.total.matrix(), received.total.matrix());
+    let (p, r) = (own.total().matrix(), received.total().matrix());
     let mut innovation = received.pose.to_vector() - own.pose.to_vector();
     innovation.z = wrap(innovation.z);
     let d2 = (p + r).cholesky().map_or(f64::INFINITY, |root| {
@@ -35,7 +35,7 @@ pub fn fuse(own: &Belief, received: &GlobalPose, gate: f64) -> Fusion {
     if d2 > gate {
         return unchanged;
     }
-    intersect(own, p, r, &innovation).map_or(unchanged, |belief| Fusion {
+    intersect(own, &p, &r, &innovation).map_or(unchanged, |belief| Fusion {
         belief,
         accepted: true,
         ..unchanged
@@ -64,11 +64,8 @@ fn intersect(
     let total = basis * Matrix3::from_diagonal(&better) * basis.transpose();
     let total = Covariance3::new(0.5 * (total + total.transpose())).ok()?;
     let Pose { x, y, phi } = own.pose;
-    Some(Belief {
-        pose: Pose::new(x + step.x, y + step.y, phi + step.z),
-        total,
-        independent: own.independent,
-    })
+    let pose = Pose::new(x + step.x, y + step.y, phi + step.z);
+    Some(Belief::gaussian(pose, Parts::dependent(total)))
 }
 
 fn share_of_received(d: f64) -> f64 {
@@ -92,12 +89,11 @@ mod tests {
         let total = covariance([4.0, 1.0, 0.1]);
         let received = GlobalPose {
             pose: Pose::new(1.0, 1.0, 0.2),
-            total,
-            independent: total,
+            parts: Parts::independent(total),
         };
         let fused = fuse(&own, &received, f64::INFINITY).belief;
         assert!((fused.pose.to_vector() - Vector3::new(0.0, 1.0, 0.1)).norm() < 1e-12);
-        assert!((fused.total.matrix().diagonal() - Vector3::new(1.0, 1.0, 0.1)).norm() < 1e-12);
+        assert!((fused.total().matrix().diagonal() - Vector3::new(1.0, 1.0, 0.1)).norm() < 1e-12);
     }
 
     #[test]
@@ -108,8 +104,7 @@ mod tests {
         );
         let received = GlobalPose {
             pose: Pose::new(50.0, 0.0, 0.0),
-            total: own.total,
-            independent: own.total,
+            parts: own.parts,
         };
         let fused = fuse(&own, &received, 11.3);
         assert!(!fused.accepted);

@@ -38,7 +38,7 @@ impl Joint {
         for (robot, belief) in initial.iter().enumerate() {
             for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
                 covariance[(3 * robot + row) * size + 3 * robot + column] =
-                    belief.total.matrix()[(row, column)];
+                    belief.total().matrix()[(row, column)];
             }
         }
         Self {
@@ -89,7 +89,7 @@ impl Joint {
         let h_q = -Matrix3::new(c, s, -expected.y, -s, c, expected.x, 0.0, 0.0, 1.0);
         let Pose { x, y, phi } = seen.relative;
         let innovation = Vector3::new(x - expected.x, y - expected.y, wrap(phi - expected.phi));
-        let noise = *self.settings.relative.matrix();
+        let noise = self.settings.relative.matrix();
         self.update(
             &[(q, h_q), (r, h_r)],
             &innovation,
@@ -186,7 +186,7 @@ fn noise_in_world(motion: &Motion, sin: f64, cos: f64) -> Matrix3<f64> {
             let q = noise.matrix();
             Matrix3::new(q.m11, 0.0, q.m12, 0.0, 0.0, 0.0, q.m21, 0.0, q.m22)
         }
-        Motion::Holonomic { noise, .. } => *noise.matrix(),
+        Motion::Holonomic { noise, .. } => noise.matrix(),
     };
     let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
     turn * body * turn.transpose()

@@ -1,5 +1,5 @@
-//! The estimators under comparison. They share the inputs, the propagation, the conversion of sightings, the fixes
-//! and the gates, so that what differs is the fusion.
+//! The estimators under comparison. They share the inputs, the fixes and the gates, and the rivals the paper's propagation and
+//! conversion of sightings, so that what differs is the fusion. `coloc` carries the bend of its beliefs beside ([`honest`](coloc_estimator::honest)).
 //!
 //! | name | what a robot does with a pose received from a neighbour |
 //! | --- | --- |
@@ -23,7 +23,9 @@ pub mod team;
 pub mod wheels;
 
 use coloc_estimator::noise::OdometryNoise;
-use coloc_estimator::{Belief, Covariance2, Covariance3, Pose, Settings, Stamp};
+use coloc_estimator::{
+    Belief, Covariance2, Covariance3, Motion, Pose, Propagation, Settings, Stamp, propagate,
+};
 use nalgebra::Matrix3;
 use serde::Serialize;
 
@@ -172,6 +174,24 @@ impl FilterSettings {
 }
 
 impl FilterSettings {
+    /// `belief` after a step of `motion`.
+    #[must_use]
+    pub(crate) fn propagated(&self, belief: &Belief, motion: &Motion) -> Belief {
+        propagate(belief, motion, self.dt_s, self.product.propagation)
+    }
+
+    /// The same with the paper's propagation: the rivals' own.
+    fn on_paper(&self) -> Self {
+        let product = Settings {
+            propagation: Propagation::Paper,
+            ..self.product
+        };
+        Self {
+            product,
+            ..self.clone()
+        }
+    }
+
     /// The stamp of `step`.
     #[must_use]
     #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)] // Milliseconds, whole; steps below 2^40.
@@ -227,7 +247,8 @@ pub trait Method {
 /// The estimator `kind` of a team that begins at `initial`.
 #[must_use]
 pub fn build(kind: Kind, settings: &FilterSettings, initial: &[Belief]) -> Box<dyn Method + Send> {
-    let team = |rule| Box::new(team::Team::new(rule, settings.clone(), initial));
+    let on_paper = settings.on_paper();
+    let team = |rule| Box::new(team::Team::new(rule, on_paper.clone(), initial));
     match kind {
         Kind::Sl => team(Rule::Single),
         Kind::SlPlain => Box::new(plain::Plain::new(settings.clone(), initial)),
@@ -243,7 +264,11 @@ pub fn build(kind: Kind, settings: &FilterSettings, initial: &[Belief]) -> Box<d
         )),
         Kind::SplitCi => team(Rule::paper(&settings.product)),
         Kind::Damped => team(Rule::damped(&settings.product)),
-        Kind::Coloc => team(Rule::Split(settings.product.fusion)),
+        Kind::Coloc => Box::new(team::Team::new(
+            Rule::Split(settings.product.fusion),
+            settings.clone(),
+            initial,
+        )),
         Kind::ColocStep => Box::new(stepwise::Stepwise::new(settings.clone(), initial)),
         Kind::Ccl => Box::new(joint::Joint::new(settings.clone(), initial)),
     }

@@ -22,7 +22,7 @@ impl Plain {
     pub fn new(settings: FilterSettings, initial: &[Belief]) -> Self {
         let alone = |belief: &Belief| {
             (
-                Belief::independent(belief.pose, belief.total),
+                Belief::independent(belief.pose, belief.total()),
                 Wheels::default(),
             )
         };
@@ -61,8 +61,8 @@ fn integrate(belief: &Belief, motion: &Motion, dt_s: f64) -> Belief {
             gain * noise.matrix() * gain.transpose()
         }
     };
-    let total = jacobian * belief.total.matrix() * jacobian.transpose() + noise;
-    let total = Covariance3::new(0.5 * (total + total.transpose())).unwrap_or(belief.total);
+    let total = jacobian * belief.total().matrix() * jacobian.transpose() + noise;
+    let total = Covariance3::new(0.5 * (total + total.transpose())).unwrap_or(belief.total());
     debug_assert!(
         sideways.abs() < f64::EPSILON,
         "wheels do not report sideways motion"
@@ -97,6 +97,6 @@ impl Method for Plain {
 
     fn estimate(&self, robot: usize) -> (Pose, Matrix3<f64>) {
         let belief = &self.robots[robot].0;
-        (belief.pose, *belief.total.matrix())
+        (belief.pose, belief.total().matrix())
     }
 }

@@ -3,7 +3,7 @@
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::fusion::{Fusion, fuse};
 use coloc_estimator::settings::{Criterion, FusionSettings};
-use coloc_estimator::{Belief, Covariance3, Pace, Settings};
+use coloc_estimator::{Belief, Pace, Parts, Settings};
 
 use super::ellipsoidal;
 
@@ -72,7 +72,7 @@ impl Rule {
     #[must_use]
     pub fn fuse(&self, own: &Belief, received: &GlobalPose, pace: &Pace) -> Fusion {
         let received = GlobalPose {
-            independent: self.claim(received.total, received.independent),
+            parts: self.claim(&received.parts),
             ..*received
         };
         match self {
@@ -93,17 +93,19 @@ impl Rule {
     #[must_use]
     pub fn books(&self, belief: &Belief) -> Belief {
         Belief {
-            independent: self.claim(belief.total, belief.independent),
+            parts: self.claim(&belief.parts),
             ..*belief
         }
     }
 
-    /// What of `total` this rule takes as independent.
-    fn claim(&self, total: Covariance3, independent: Covariance3) -> Covariance3 {
+    /// What this rule takes as independent.
+    fn claim(&self, parts: &Parts) -> Parts {
         match self {
-            Self::Naive(_) => total,
-            Self::Single | Self::Intersection(_) | Self::Ellipsoidal { .. } => Covariance3::ZERO,
-            Self::Split(_) => independent,
+            Self::Naive(_) => Parts::independent(parts.total()),
+            Self::Single | Self::Intersection(_) | Self::Ellipsoidal { .. } => {
+                Parts::dependent(parts.total())
+            }
+            Self::Split(_) => *parts,
         }
     }
 

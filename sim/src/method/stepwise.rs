@@ -168,6 +168,6 @@ impl Method for Stepwise {
 
     fn estimate(&self, robot: usize) -> (Pose, Matrix3<f64>) {
         let belief = self.belief(robot).copied().unwrap_or_default();
-        (belief.pose, *belief.total.matrix())
+        (belief.pose, belief.total().matrix())
     }
 }

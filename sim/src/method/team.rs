@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use coloc_estimator::convert::{GlobalPose, to_global};
-use coloc_estimator::{Belief, Motion, Pace, Pose, Stamp, fix, propagate};
+use coloc_estimator::{Belief, Motion, Pace, Pose, Stamp, fix};
 use nalgebra::Matrix3;
 
 use super::rule::Rule;
@@ -103,7 +103,12 @@ impl Team {
             let Some(arrives) = seen.arrives else {
                 continue;
             };
-            let pose = to_global(&observer.belief, &seen.relative, &self.settings.relative);
+            let pose = to_global(
+                &observer.belief,
+                &seen.relative,
+                &self.settings.relative,
+                self.settings.product.propagation,
+            );
             let (step, sender, receiver) = (inputs.step, seen.observer, seen.observed);
             self.under_way.push(Message {
                 arrives,
@@ -159,6 +164,7 @@ impl Event {
         }
         if rule.makes_dependent(!self.received.is_empty(), self.sent) {
             belief.make_dependent();
+            *pace = pace.met();
         }
         if let Some(position) = self.fix {
             let update = fix::update(
@@ -184,7 +190,7 @@ impl Robot {
                 self.past.pop_front();
             }
         }
-        self.belief = propagate(&self.belief, &motion, settings.dt_s);
+        self.belief = settings.propagated(&self.belief, &motion);
     }
 
     /// Puts a message into the event of its step and goes through everything since again.
@@ -203,7 +209,7 @@ impl Robot {
             *before = belief;
             *paced = pace;
             belief = event.finish(
-                propagate(&belief, &event.motion, settings.dt_s),
+                settings.propagated(&belief, &event.motion),
                 &mut pace,
                 rule,
                 settings,
@@ -250,6 +256,6 @@ impl Method for Team {
 
     fn estimate(&self, robot: usize) -> (Pose, Matrix3<f64>) {
         let belief = &self.robots[robot].belief;
-        (belief.pose, *belief.total.matrix())
+        (belief.pose, belief.total().matrix())
     }
 }

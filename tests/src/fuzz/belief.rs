@@ -5,7 +5,7 @@ use std::path::Path;
 
 use coloc_daemon::config::Config;
 use coloc_daemon::saved::{Saved, When};
-use coloc_estimator::{Belief, Covariance3, Pose};
+use coloc_estimator::{Belief, Bend, Covariance3, Parts, Pose};
 
 use super::{Target, scratch};
 
@@ -28,19 +28,19 @@ fn run(bytes: &[u8]) {
         };
         let Belief {
             pose: Pose { x, y, phi },
-            total,
-            independent,
+            parts: Parts {
+                independent,
+                dependent,
+            },
+            bend,
         } = belief;
-        let numbers = [x, y, phi, age_s];
+        let numbers = [x, y, phi, age_s].into_iter().chain(bend.to_array());
         assert!(
             numbers.into_iter().all(f64::is_finite),
             "{belief:?}, {age_s} s"
         );
-        assert!(total.contains(&independent), "{belief:?}");
-        for covariance in [total, independent] {
-            let rows = covariance.to_row_major();
-            assert_eq!(Covariance3::from_row_major(rows).err(), None, "{belief:?}");
-        }
+        let as_told = Parts::from_row_major(independent.to_row_major(), dependent.to_row_major());
+        assert_eq!(as_told.err(), None, "{belief:?}");
     });
 }
 
@@ -63,10 +63,10 @@ fn at(seconds: f64) -> When {
 }
 
 fn samples() -> Vec<Vec<u8>> {
+    let covariance = Covariance3::diagonal([0.01, 0.04, 0.0025]).unwrap();
     let belief = Belief {
-        pose: Pose::new(1.0, -2.0, 3.0),
-        total: Covariance3::diagonal([0.01, 0.04, 0.0025]).unwrap(),
-        independent: Covariance3::ZERO,
+        bend: Bend::from_array([1e-5, -2e-5, 1e-6, -2e-6, 3e-6, 1e-7]),
+        ..Belief::gaussian(Pose::new(1.0, -2.0, 3.0), Parts::dependent(covariance))
     };
     let saved = |seconds, velocity| {
         let saved = Saved::new(3, at(seconds), &belief, velocity);

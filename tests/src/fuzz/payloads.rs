@@ -2,8 +2,8 @@
 
 use coloc_daemon::collect::messages::{fix, neighbour, sighting};
 use coloc_estimator::{
-    Belief, Covariance3, Estimator, Measurement, Motion, OdometrySample, Pose, Settings, Slot,
-    Stamp, TickInputs, TickOutputs, step,
+    Belief, Bend, Covariance3, Estimator, Measurement, Motion, OdometrySample, Parts, Pose,
+    Settings, Slot, Stamp, TickInputs, TickOutputs, step,
 };
 use coloc_shm_types::{
     Clock, Estimate, Header, Limits, Neighbour, Odometry, Position, Present, RelativePose, Status,
@@ -32,8 +32,11 @@ fn run(bytes: &[u8]) {
     let mut bytes = Bytes(bytes);
     let initial = Belief {
         pose: Pose::new(1.0, 2.0, 0.5),
-        total: Covariance3::diagonal([0.04, 0.04, 0.01]).unwrap(),
-        independent: Covariance3::diagonal([0.02, 0.02, 0.01]).unwrap(),
+        parts: Parts {
+            independent: Covariance3::diagonal([0.02, 0.02, 0.01]).unwrap(),
+            dependent: Covariance3::diagonal([0.02, 0.02, 0.0]).unwrap(),
+        },
+        bend: Bend::ZERO,
     };
     let mut now_ns = 10 * HISTORY_NS;
     let slots = vec![Slot::default(); SLOTS].into_boxed_slice();
@@ -68,7 +71,13 @@ fn check(outputs: &TickOutputs<'_>, given: &[Measurement]) {
         finite.into_iter().all(f64::is_finite),
         "{estimate:?} of {given:?}"
     );
-    let (total, independent) = (estimate.belief.total, estimate.belief.independent);
+    let Parts {
+        independent,
+        dependent,
+    } = estimate.belief.parts;
+    let total = estimate.belief.total();
+    let as_told = Parts::from_row_major(independent.to_row_major(), dependent.to_row_major());
+    assert_eq!(as_told.err(), None, "{estimate:?} of {given:?}");
     for covariance in [total, independent, estimate.velocity_covariance] {
         let rows = covariance.to_row_major();
         assert_eq!(

@@ -34,8 +34,9 @@ fn samples() -> Vec<Vec<u8>> {
         robot: 1,
         stamp_ns: 0,
         pose: [0.0; 3],
-        total: unit,
         independent: unit,
+        dependent: unit,
+        bend: [0.0; 6],
     };
     let tick = |tick: u64, inputs| Record::Tick {
         tick,
@@ -62,8 +63,9 @@ fn samples() -> Vec<Vec<u8>> {
     let said = |stamp_ns| Record::Estimate {
         stamp_ns,
         pose: [0.0, 0.1, 0.0],
-        total: unit,
         independent: unit,
+        dependent: unit,
+        bend: [0.0; 6],
     };
     let first = [begin, tick(0, 2), moved(20_000_000), fix, said(20_000_000)];
     let rest = [

@@ -27,6 +27,13 @@ fn fusion(fusion: &Fusion, page: &mut Page) {
     page.line(
         "",
         format!(
+            "a belief is carried on {}",
+            chosen("fusion.propagation", fusion.propagation)
+        ),
+    );
+    page.line(
+        "",
+        format!(
             "a radian counts as {}; damping {}, memory {}; what was sent {} independent",
             Length(fusion.heading_lever_m),
             fusion.damping,

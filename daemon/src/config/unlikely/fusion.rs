@@ -92,8 +92,8 @@ fn overridden(fusion: &Fusion) -> Option<Finding> {
         position_floor: fusion.position_floor,
         ..usual
     };
-    let problem = " = true: overrides heading_lever_m, damping, memory_s, reset_on_transmit and gate_weight, of which some are \
-                   set here";
+    let problem = " = true: overrides heading_lever_m, damping, memory_s, reset_on_transmit, gate_weight and propagation, of \
+                   which some are set here";
     let otherwise = Fusion {
         paper: false,
         ..fusion.clone()
