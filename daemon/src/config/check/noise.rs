@@ -131,13 +131,13 @@ mod tests {
             stamp: after(20),
             motion: ToMotion::new(config).motion([2.0, 0.0, 0.5]),
         };
-        let mut variances = [belief.total.variances(); 2];
+        let mut variances = [belief.total().variances(); 2];
         for (ms, samples) in [(20, vec![sample.into()]), (10_000, Vec::new())] {
             let outputs = estimate.step(&TickInputs {
                 stamp: after(ms),
                 measurements: &samples,
             });
-            variances[1] = outputs.estimate.belief.total.variances();
+            variances[1] = outputs.estimate.belief.total().variances();
         }
         variances
     }
