@@ -1,5 +1,5 @@
-//! The mathematics of coloc: decentralized cooperative localization with a cubature Kalman filter and
-//! split covariance intersection.
+//! The mathematics of coloc: decentralized cooperative localization with dead reckoning that carries the bend of its belief
+//! ([`honest`]) and split covariance intersection. The cubature Kalman filter of the paper is there too ([`Propagation::Paper`]).
 //!
 //! # Principles
 //!
@@ -9,8 +9,8 @@
 //!   loop's length depends on anything but the data. A recording replays to the same bits on any machine.
 //! * **Measured time, not arrival time.** Whatever the order in which a set of measurements is delivered,
 //!   the belief is the same to the last bit ([`history`]).
-//! * **Never lie.** Total and independent covariances stay symmetric positive semidefinite; a singular
-//!   matrix (independent part zero) is a normal state, not an error.
+//! * **Never lie.** Both parts of a covariance stay symmetric positive semidefinite; a singular matrix (a part that is zero) is
+//!   a normal state, not an error.
 //!
 //! Equation numbers in brackets, such as \[30\], are those of T. R. Wanasinghe, G. K. I. Mann, R. G. Gosine,
 //! "Decentralized Cooperative Localization Approach for Autonomous Multirobot Systems", Journal of Robotics

@@ -138,6 +138,44 @@ mod tests {
         assert!(parts.total().contains(&independent));
     }
 
+    /// The points on a heading known to 1 rad turn by more than a right angle: less of their sine is across.
+    #[test]
+    fn what_the_cubature_made_less_than_nothing_is_set_to_nothing() {
+        use crate::motion::{Motion, propagate};
+        let parts = Parts {
+            independent: diagonal([1e-4, 1e-4, 0.49]),
+            dependent: diagonal([0.0, 0.0, 0.51]),
+        };
+        let belief = crate::Belief::gaussian(crate::Pose::default(), parts);
+        let motion = Motion::Holonomic {
+            velocity: [1.0, 0.0, 0.0],
+            noise: diagonal([0.0; 3]),
+        };
+        let moved = |it| propagate(&belief, &motion, 1.0, it).parts;
+        let paper = moved(crate::Propagation::Paper);
+        assert!(
+            !paper.total().contains(&paper.independent),
+            "the case is one"
+        );
+        let kept = paper.with_its_sign();
+        assert!(kept.total().contains(&kept.independent) && kept.total().contains(&paper.total()));
+        assert_eq!(kept.independent, paper.independent);
+        assert_eq!(kept.with_its_sign(), kept);
+        let honest = moved(crate::Propagation::Honest);
+        assert_eq!(honest.with_its_sign(), honest);
+    }
+
+    #[test]
+    fn a_floor_adds_what_is_missing_to_the_dependent_part() {
+        let parts = Parts {
+            independent: diagonal([0.1, 0.2, 0.3]),
+            dependent: diagonal([0.1, 0.0, 0.0]),
+        };
+        let raised = parts.with_floor([0.5, 0.1, 0.3]);
+        assert_eq!(raised.independent, parts.independent);
+        assert_eq!(raised.total(), diagonal([0.5, 0.2, 0.3]));
+    }
+
     #[test]
     fn what_subtraction_leaves_is_a_part_and_what_is_below_that_is_not() {
         let independent = [0.1, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1];

@@ -123,6 +123,67 @@ fn tv3_sighting_in_the_common_frame() {
     );
 }
 
+/// The same three by quadrature over the heading: what is exact, to twelve digits.
+#[test]
+fn tv8_honestly() {
+    let quiet = Covariance2::diagonal([0.05 * 0.05, 0.1 * 0.1]).unwrap();
+    let ahead = Motion::Nonholonomic {
+        velocity: [0.5, 0.2],
+        noise: quiet,
+    };
+    let second = propagate(&prior(), &ahead, 1.0, Propagation::Honest);
+    assert_pose(second.pose, [1.409_925_610_908, 2.280_445_199_104, 0.7]);
+    assert_covariance(
+        &second.total(),
+        [
+            0.041_581_755_145,
+            0.007_363_869_115,
+            -0.002_275_044_512,
+            0.090_431_461_468,
+            0.003_102_112_107,
+            0.02,
+        ],
+    );
+    let noise = Covariance3::diagonal([0.05 * 0.05, 0.03 * 0.03, 0.1 * 0.1]).unwrap();
+    let aside = Motion::Holonomic {
+        velocity: [0.5, 0.1, 0.2],
+        noise,
+    };
+    let second = propagate(&prior(), &aside, 1.0, Propagation::Honest);
+    assert_pose(second.pose, [1.353_836_571_087, 2.362_430_321_286, 0.7]);
+    assert_covariance(
+        &second.total(),
+        [
+            0.042_200_721_824,
+            0.006_930_826_257,
+            -0.003_495_466_934,
+            0.090_842_207_468,
+            0.002_247_103_204,
+            0.02,
+        ],
+    );
+}
+
+#[test]
+fn tv9_sighting_honestly() {
+    let degree = 1.0_f64.to_radians();
+    let noise = Covariance3::diagonal([0.05 * 0.05, 0.05 * 0.05, degree * degree]).unwrap();
+    let relative = Pose::new(3.0, -1.0, 0.3);
+    let seen = to_global(&prior(), &relative, &noise, Propagation::Honest);
+    assert_pose(seen.pose, [4.096_651_195_563, 2.557_897_580_662, 0.8]);
+    assert_covariance(
+        &seen.total(),
+        [
+            0.043_860_425_085,
+            -0.003_323_053_475,
+            -0.003_578_975_807,
+            0.169_829_739_928,
+            0.027_966_511_956,
+            0.010_304_617_42,
+        ],
+    );
+}
+
 const TV5: Triangle = [0.10, 0.01, 0.002, 0.08, 0.0, 0.02];
 
 fn tv5(own_part: f64, received_part: f64) -> (Belief, GlobalPose) {

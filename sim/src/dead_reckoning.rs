@@ -92,7 +92,7 @@ impl Held {
 }
 
 /// Motion at constant velocity: the chord of the arc, at half the turn.
-fn arc(pose: &Pose, [v, omega]: [f64; 2], dt_s: f64) -> Pose {
+pub(crate) fn arc(pose: &Pose, [v, omega]: [f64; 2], dt_s: f64) -> Pose {
     let half_turn = 0.5 * omega * dt_s;
     let sinc = if half_turn.abs() < 1e-9 {
         1.0

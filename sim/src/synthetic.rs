@@ -4,6 +4,7 @@ use coloc_estimator::Pose;
 use coloc_estimator::angle::wrap;
 use coloc_estimator::noise::OdometryNoise;
 
+use crate::dead_reckoning::arc;
 use crate::random::{Noise, Purpose};
 use crate::world::World;
 
@@ -192,13 +193,7 @@ impl<'a> Driver<'a> {
             .normals::<2>();
         let v_true = v + slip[0] * self.config.noise.forward.at(v, omega).sqrt();
         let omega_true = omega + slip[1] * self.config.noise.turning.at(v, omega).sqrt();
-        let (sin, cos) = libm::sincos(self.pose.phi);
-        let Pose { x, y, phi } = self.pose;
-        self.pose = Pose::new(
-            x + DT_S * v_true * cos,
-            y + DT_S * v_true * sin,
-            phi + DT_S * omega_true,
-        );
+        self.pose = arc(&self.pose, [v_true, omega_true], DT_S);
     }
 }
 

@@ -4,8 +4,8 @@ use coloc_estimator::Pose;
 
 /// A team of robots that drive: the truth, and what their wheels report of it.
 ///
-/// Step `k` is the moment `k · dt`. The odometry of step `k` is the velocity over `(k, k + 1]`: forward Euler
-/// over it leads from where the robot is at `k` to where it is at `k + 1`.
+/// Step `k` is the moment `k · dt`. The odometry of step `k` is the velocity over `(k, k + 1]`: held along an arc it
+/// leads from where the robot is at `k` to where it is at `k + 1`.
 pub trait World: Sync {
     /// Length of a step \[s\].
     fn dt_s(&self) -> f64;

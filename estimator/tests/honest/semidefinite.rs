@@ -132,6 +132,7 @@ fn least(part: &Covariance3) -> f64 {
 struct Account {
     worst: f64,
     refused: u64,
+    unreadable: u64,
     steps: u64,
     sightings: u64,
     fixes: u64,
@@ -139,6 +140,12 @@ struct Account {
 }
 
 impl Account {
+    /// Whoever reads it from a disk asks what [`Belief::new`] asks.
+    fn save(&mut self, belief: &Belief) {
+        let Belief { pose, parts, bend } = *belief;
+        self.unreadable += u64::from(Belief::new(pose, parts, bend).is_err());
+    }
+
     fn judge(&mut self, parts: &Parts, what: &str) {
         let found = least(&parts.independent).min(least(&parts.dependent));
         assert!(
@@ -219,9 +226,14 @@ fn neither_part_loses_its_sign_whatever_happens() {
         let mut belief = random.belief();
         for _ in 0..STEPS_OF_A_LIFE {
             account.happens(&mut belief, &mut random);
+            account.save(&belief);
         }
     }
     eprintln!("{account:?}");
     assert_eq!(account.refused, 0, "a peer would refuse what it is told");
+    assert_eq!(
+        account.unreadable, 0,
+        "what is saved would not be read again"
+    );
     assert!(account.steps > 100_000 && account.fixes > 10_000 && account.messages > 10_000);
 }
