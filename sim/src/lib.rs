@@ -15,6 +15,7 @@
 pub mod dead_reckoning;
 pub mod evaluate;
 pub mod fleet;
+pub mod honest;
 pub mod method;
 pub mod metrics;
 pub mod mrclam;

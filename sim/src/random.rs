@@ -26,6 +26,14 @@ pub enum Purpose {
     DropOut = 8,
     /// Where synthetic robots start and where they drive to.
     Waypoint = 9,
+    /// How a robot's way differs from what its wheels report.
+    TrueWay = 10,
+    /// How wrong a robot is at its start.
+    Start = 11,
+    /// Which turns a robot makes.
+    Turns = 12,
+    /// What is done to a belief, at random.
+    Ordeal = 13,
 }
 
 /// All randomness of a run: a pure function of (seed, run, purpose, robots, step).

@@ -1,0 +1,70 @@
+//! How teams live.
+
+use crate::honest::sort::Sort;
+
+/// σ of the heading at the start, unless it is said otherwise \[rad\].
+const HEADING: f64 = 0.05;
+
+const FLOOR_M: f64 = 10.0;
+
+/// How a team lives.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(super) struct Life {
+    pub(super) sort: Sort,
+    /// Ticks from one exchange to the next.
+    pub(super) exchange: u32,
+    /// Ticks from one fix to the next, if there are any.
+    pub(super) fixes: Option<u32>,
+    /// σ of the headings at the start \[rad\].
+    pub(super) heading: f64,
+    /// Radius of the floor beyond which they turn back \[m\].
+    pub(super) floor_m: f64,
+    /// What the document of the equations found, with cubature and with the bend carried.
+    pub(super) document: [&'static str; 2],
+}
+
+const fn life(sort: Sort, exchange: u32, fixes: Option<u32>, document: [&'static str; 2]) -> Life {
+    Life {
+        sort,
+        exchange,
+        fixes,
+        heading: HEADING,
+        floor_m: FLOOR_M,
+        document,
+    }
+}
+
+/// The same where nothing keeps them together.
+const fn scattered(life: Life) -> Life {
+    Life {
+        floor_m: f64::INFINITY,
+        ..life
+    }
+}
+
+impl Life {
+    /// Whether robots stay together, as robots that help one another do.
+    pub(super) fn is_held(&self) -> bool {
+        self.floor_m.is_finite()
+    }
+}
+
+/// In ticks of a tenth of a second.
+pub(super) const LIVES: [Life; 8] = [
+    life(Sort::Sane, 100, Some(600), ["0.56 m / 1.2", "0.56 m / 1.2"]),
+    Life {
+        heading: 0.5,
+        ..life(Sort::Sane, 100, Some(600), ["1.13 m / 4.6", "0.67 m / 1.2"])
+    },
+    life(Sort::Paper, 5, Some(200), ["0.68 m / 1.4", "0.67 m / 1.35"]),
+    life(
+        Sort::Paper,
+        100,
+        Some(600),
+        ["3.50 m / 1.7", "3.71 m / 1.1"],
+    ),
+    life(Sort::Paper, 600, Some(600), ["6.6 m / 3.3", "5.7 m / 1.4"]),
+    life(Sort::Paper, 20, None, ["8.45 m / 2.2", "8.5 m / 0.65"]),
+    scattered(life(Sort::Paper, 100, Some(600), ["", ""])),
+    scattered(life(Sort::Paper, 20, None, ["", ""])),
+];
