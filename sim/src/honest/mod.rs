@@ -10,7 +10,7 @@
 //!
 //! "Honest" is [`Score::is_honest`]: the mean normalised squared error (NEES) of the position, over robots, is 2 ± 0.25, and at
 //! most 9 % of the robots are outside of the ellipse that claims to hold 95 % of them. Robots drive at 1 m/s; the noise of their
-//! way has exactly the covariance that the filter is told ([`increment`]).
+//! way has exactly the covariance that the filter is told (`increment`).
 
 mod filter;
 mod increment;
