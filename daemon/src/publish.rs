@@ -98,12 +98,13 @@ impl Publish {
         let boot_ns = estimate.stamp.as_nanos();
         let stamp_ns = moment.on(self.sender.clock().into(), boot_ns);
         let belief = &estimate.belief;
-        let parts = &belief.parts;
+        let (parts, driven) = (&belief.parts, estimate.driven);
         shm::Estimate {
             header: self.sender.header(stamp_ns),
             boot_ns,
             tick: with.tick,
             pose: [belief.pose.x, belief.pose.y, belief.pose.phi],
+            odometry: [driven.x, driven.y, driven.phi],
             velocity: estimate.velocity,
             independent: parts.independent.to_row_major(),
             dependent: parts.dependent.to_row_major(),

@@ -51,9 +51,11 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
     #[must_use]
     pub fn extrapolated(&self, stamp: Stamp) -> Estimate {
         let drive = self.history.drive_at(stamp, &self.settings.odometry);
+        let filter = self.history.filter_at(stamp, &self.settings);
         Estimate {
             stamp,
-            belief: self.history.belief_at(stamp, &self.settings),
+            driven: filter.driven(),
+            belief: filter.settle(self.settings.propagation),
             velocity: drive.velocity(),
             velocity_covariance: drive.covariance(stamp, &self.settings.odometry),
             odometry: drive.state(),

@@ -9,7 +9,7 @@ use crate::convert::{GlobalPose, to_global};
 use crate::covariance::{Covariance2, Covariance3};
 use crate::fix;
 use crate::fusion::fuse;
-use crate::motion::{Motion, propagate};
+use crate::motion::{Motion, drive, propagate};
 use crate::output::Verdict;
 use crate::pace::Pace;
 use crate::parts::Parts;
@@ -26,6 +26,8 @@ pub(crate) struct Filter {
     exchanged: bool,
     /// Of the neighbours' poses up to here.
     pace: Pace,
+    /// Where the wheels alone have taken the robot since its start: no measurement moves it.
+    driven: Pose,
 }
 
 /// What the gate said to a measurement.
@@ -41,6 +43,7 @@ impl Filter {
         Self {
             belief,
             exchanged: false,
+            driven: Pose::default(),
             pace: if belief.parts.dependent == Covariance3::ZERO {
                 Pace::beginning(stamp)
             } else {
@@ -54,6 +57,13 @@ impl Filter {
     pub(crate) fn predict(&mut self, motion: &Motion, dt_s: f64, propagation: Propagation) {
         self.close();
         self.belief = propagate(&self.belief, motion, dt_s, propagation);
+        self.driven = drive(self.driven, motion, dt_s);
+    }
+
+    /// Where the wheels alone have taken the robot since its start.
+    #[inline]
+    pub(crate) fn driven(&self) -> Pose {
+        self.driven
     }
 
     /// Algorithm 2: where the robot that was seen is.

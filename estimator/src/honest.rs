@@ -44,7 +44,7 @@ mod plane;
 mod step;
 
 pub use arc::Increments;
-pub(crate) use arc::Swept;
+pub(crate) use arc::{Swept, chord_of};
 pub use bend::Bend;
 pub(crate) use measure::left;
 pub(crate) use step::step;

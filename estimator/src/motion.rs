@@ -3,7 +3,8 @@
 use crate::belief::Belief;
 use crate::compose::{Dimension, Displacement, compose};
 use crate::covariance::{Covariance2, Covariance3};
-use crate::honest::{Swept, step};
+use crate::honest::{Swept, chord_of, step};
+use crate::pose::Pose;
 use crate::settings::Propagation;
 use crate::symmetric::Symmetric3;
 
@@ -87,6 +88,14 @@ pub fn propagate(belief: &Belief, motion: &Motion, dt_s: f64, propagation: Propa
     }
 }
 
+/// `pose` after `dt_s` seconds of `motion`, for whoever knows its heading: along the arc.
+#[inline]
+pub(crate) fn drive(pose: Pose, motion: &Motion, dt_s: f64) -> Pose {
+    let [x, y, turn] = motion.velocity().map(|u| dt_s * u);
+    let way = chord_of(pose.phi, [x, y, turn]);
+    Pose::new(pose.x + way.x, pose.y + way.y, pose.phi + turn)
+}
+
 impl Motion {
     /// The arc of `dt_s` seconds, from the heading `phi`.
     #[inline]
@@ -136,7 +145,6 @@ mod tests {
     use super::*;
     use crate::honest::{Bend, Increments};
     use crate::parts::Parts;
-    use crate::pose::Pose;
 
     const Q: [f64; 4] = [0.04, 0.002, 0.002, 0.01];
 

@@ -34,6 +34,9 @@ pub struct Estimate {
     pub velocity_covariance: Covariance3,
     /// How fresh `velocity` is.
     pub odometry: OdometryState,
+    /// Pose in the odometry frame: where the wheels alone have taken the robot since its start, which is this frame's origin. No
+    /// measurement moves it and no doubt shortens it, so it never jumps; it drifts without end.
+    pub driven: Pose,
 }
 
 /// Algorithm 2's result: what to tell the robot that was seen.

@@ -270,10 +270,10 @@ pub trait Message: ZeroCopySend + Debug + Copy + 'static {
 }
 
 macro_rules! travels {
-    ($($payload:ident $([$($stamp:ident)*])?,)*) => {
+    ($($payload:ident $version:literal $([$($stamp:ident)*])?,)*) => {
         $(impl Message for $payload {
             const CHANNEL: Channel = Channel::$payload;
-            const TYPE_NAME: &'static str = concat!("coloc.", stringify!($payload), ".v2");
+            const TYPE_NAME: &'static str = concat!("coloc.", stringify!($payload), ".", $version);
 
             fn header(&self) -> &Header {
                 &self.header
@@ -294,7 +294,15 @@ macro_rules! travels {
     };
 }
 
-travels! { Odometry [start_ns], RelativePose, Position, Neighbour, Estimate, Timing, Status, }
+travels! {
+    Odometry "v2" [start_ns],
+    RelativePose "v2",
+    Position "v2",
+    Neighbour "v2",
+    Estimate "v3",
+    Timing "v2",
+    Status "v2",
+}
 
 #[cfg(test)]
 mod tests {

@@ -1,14 +1,16 @@
 //! Where the robot was at a past moment: the pose at the time of a scan.
 //!
 //! Between two estimates the robot is taken to go along an arc, as the daemon takes it to. With `λ` the part of the time from
-//! one to the other that has passed, m the way of the mean and `J` a right angle's turn:
+//! one to the other that has passed, `m` the way of the mean, `m(λ)` its part along the arc, and `J` a turn by a right angle:
 //!
 //! ```text
-//! x(λ) = x_a ⊕ λ (x_b ⊖ x_a) on the arc        P(λ) = (1 − λ) P_a + λ P_b − λ (1 − λ) C in the position's block
-//! C = (Ω_a m mᵀ + C_b (J m)(J m)ᵀ) / e²        e = exp(−s/2)   Ω_a = ½ (1 − e²)²   C_b = ½ (1 − e⁴)   s = P_a,φφ
+//! P(λ) = (1 − λ) P_a + λ P_b + what is curved:      δ = J (m(λ) − λ m)      s = P_a,φφ
+//!   between position and heading    s δ
+//!   of the position                 P_a,pφ δᵀ + δ P_a,pφᵀ + C(m(λ)) − λ C(m)
+//! C(m) = (Ω_a m mᵀ + C_b (J m)(J m)ᵀ) / e²          e = exp(−s/2)   Ω_a = ½ (1 − e²)²   C_b = ½ (1 − e⁴)
 //! ```
 //!
-//! `C` is what an uncertain heading adds with the square of the way; all else grows with the way.
+//! `C` is what an uncertain heading adds with the square of the way.
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -55,7 +57,9 @@ pub struct Track {
 pub struct PastPose {
     /// `[x, y, φ]` in the common frame, φ in (−π, π] \[m, m, rad\].
     pub pose: [f64; 3],
-    /// P, 3×3, full row-major \[m², m·rad, rad²\].
+    /// `[x, y, φ]` in the odometry frame, likewise: it never jumps.
+    pub odometry: [f64; 3],
+    /// P of `pose`, 3×3, full row-major \[m², m·rad, rad²\].
     pub covariance: [f64; 9],
 }
 
@@ -194,14 +198,17 @@ fn part(a: &Estimate, b: &Estimate, stamp: Stamp, stamp_ns: i64) -> f64 {
 }
 
 fn between(a: &Estimate, b: &Estimate, part: f64) -> PastPose {
-    let ([xa, ya, phi], [xb, yb, _]) = (a.pose, b.pose);
-    let moved = [xb - xa, yb - ya];
-    let turn = wrapped(b.pose[2] - phi);
-    let [x, y] = along_the_arc(moved, turn, part);
     PastPose {
-        pose: [xa + x, ya + y, wrapped(phi + part * turn)],
-        covariance: covariance(a, b, moved, part),
+        pose: pose_between(a.pose, b.pose, part),
+        odometry: pose_between(a.odometry, b.odometry, part),
+        covariance: covariance(a, b, part),
     }
+}
+
+fn pose_between(a: [f64; 3], b: [f64; 3], part: f64) -> [f64; 3] {
+    let turn = wrapped(b[2] - a[2]);
+    let [x, y] = along_the_arc([b[0] - a[0], b[1] - a[1]], turn, part);
+    [a[0] + x, a[1] + y, wrapped(a[2] + part * turn)]
 }
 
 /// Of a way to the end of an arc that turns by `turn`, that to a `part` of it: chords, each seen from the arc's beginning.
@@ -220,36 +227,54 @@ fn sinc(half: f64) -> f64 {
     }
 }
 
-fn covariance(a: &Estimate, b: &Estimate, moved: [f64; 2], part: f64) -> [f64; 9] {
+fn covariance(a: &Estimate, b: &Estimate, part: f64) -> [f64; 9] {
     let (before, after) = (a.total(), b.total());
     let mut mixed: [f64; 9] = core::array::from_fn(|place| {
         let [before, after] = [before[place], after[place]];
         before + part * (after - before)
     });
-    let [xx, xy, yy] = squares(before[8], way(a, b, moved));
-    let rest = part * (1.0 - part);
-    for (place, square) in [(0, xx), (1, xy), (3, xy), (4, yy)] {
-        mixed[place] -= rest * square;
+    for (place, curved) in (0..9).zip(curvature(a, b, part)) {
+        mixed[place] += curved;
     }
     mixed
 }
 
+/// What is curved of the covariance between `a` and `b`, row by row.
+fn curvature(a: &Estimate, b: &Estimate, part: f64) -> [f64; 9] {
+    let total = a.total();
+    let (with_heading, s) = ([total[2], total[5]], total[8]);
+    let (turn, whole) = (wrapped(b.pose[2] - a.pose[2]), moved(a, b));
+    let here = along_the_arc(whole, turn, part);
+    let [dx, dy] = [part * whole[1] - here[1], here[0] - part * whole[0]];
+    let certain = [way(a, b), along_the_arc(way(a, b), turn, part)];
+    let [[wxx, wxy, wyy], [hxx, hxy, hyy]] = certain.map(|way| squares(s, way));
+    let xx = 2.0 * with_heading[0] * dx + hxx - part * wxx;
+    let yy = 2.0 * with_heading[1] * dy + hyy - part * wyy;
+    let xy = with_heading[0] * dy + with_heading[1] * dx + hxy - part * wxy;
+    [xx, xy, s * dx, xy, yy, s * dy, s * dx, s * dy, 0.0]
+}
+
+fn moved(a: &Estimate, b: &Estimate) -> [f64; 2] {
+    [b.pose[0] - a.pose[0], b.pose[1] - a.pose[1]]
+}
+
 /// `m/e`: the way if the heading were certain. Where nothing is left of the mean's, that of the velocity.
 #[expect(clippy::cast_precision_loss, reason = "a fifth of a second at most")]
-fn way(a: &Estimate, b: &Estimate, [x, y]: [f64; 2]) -> [f64; 2] {
+fn way(a: &Estimate, b: &Estimate) -> [f64; 2] {
     let mean = (-0.5 * a.total()[8]).exp();
     if mean > SMALLEST_MEAN {
-        return [x / mean, y / mean];
+        return moved(a, b).map(|way| way / mean);
     }
     let passed_s = 1e-9 * (b.boot_ns - a.boot_ns) as f64;
-    let ([forward, left, _], (sin, cos)) = (b.velocity, a.pose[2].sin_cos());
+    let [forward, left, rate] = b.velocity;
+    let (sin, cos) = (a.pose[2] + 0.5 * passed_s * rate).sin_cos();
     [
         passed_s * (cos * forward - sin * left),
         passed_s * (sin * forward + cos * left),
     ]
 }
 
-/// `C` of a heading's variance `s` and the way, as `[xx, xy, yy]`.
+/// `C` of a heading's variance `s` and the way `m/e`, as `[xx, xy, yy]`.
 fn squares(s: f64, [x, y]: [f64; 2]) -> [f64; 3] {
     let loss = -(-s).exp_m1();
     let (along, across) = (0.5 * loss * loss, 0.5 * loss * (2.0 - loss));

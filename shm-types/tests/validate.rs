@@ -108,14 +108,16 @@ fn every_number_must_be_finite() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e61, -1e61] {
         for place in 0..3 {
             let (mut sighting, mut neighbour) = (sighting(), neighbour());
-            let (mut estimate, mut moving) = (estimate(), estimate());
+            let [mut estimate, mut driven, mut moving] = [estimate(); 3];
             sighting.pose[place] = bad;
             neighbour.pose[place] = bad;
             estimate.pose[place] = bad;
+            driven.odometry[place] = bad;
             moving.velocity[place] = bad;
             assert_eq!(sighting.validate(&LIMITS), Err(Reject::NotFinite));
             assert_eq!(neighbour.validate(&LIMITS), Err(Reject::NotFinite));
             assert_eq!(estimate.validate(&LIMITS), Err(Reject::NotFinite));
+            assert_eq!(driven.validate(&LIMITS), Err(Reject::NotFinite));
             assert_eq!(moving.validate(&LIMITS), Err(Reject::NotFinite));
         }
         for place in 0..9 {

@@ -144,6 +144,16 @@ impl Swept {
     }
 }
 
+/// The way of an arc, `held` in the body frame \[m, m, rad\], seen from the heading `phi` \[rad\].
+#[inline]
+pub(crate) fn chord_of(phi: f64, held: [f64; 3]) -> Plane {
+    let [x, y, turn] = held;
+    let half = 0.5 * turn;
+    let (sin, cos) = libm::sincos(phi + half);
+    let (g, _) = chord(half);
+    g * Plane::new(cos * x - sin * y, sin * x + cos * y)
+}
+
 #[inline]
 fn turned_back([cos, sin]: [f64; 2], [x, y]: [f64; 2]) -> [f64; 2] {
     [cos * x + sin * y, cos * y - sin * x]

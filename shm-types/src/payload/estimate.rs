@@ -12,7 +12,7 @@ use crate::{BeliefState, Health, Input, Limits, Reject};
 /// The covariance comes in two parts, so that none of them can lose its sign on the way; the whole is [`Self::total`].
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Estimate.v2")]
+#[type_name("coloc.Estimate.v3")]
 pub struct Estimate {
     /// The moment that the pose is of, by the configured clock; `source` is the robot's team number.
     pub header: Header,
@@ -22,6 +22,9 @@ pub struct Estimate {
     pub tick: u64,
     /// `[x, y, φ]` in the common frame (m, m, rad).
     pub pose: [f64; 3],
+    /// `[x, y, φ]` in the odometry frame (m, m, rad): where the wheels alone have taken the robot since its daemon started. It
+    /// never jumps, and drifts without end; `pose` jumps when the robot learns. For controllers, and for differences of two poses.
+    pub odometry: [f64; 3],
     /// `[v_x, v_y, ω]` in the body frame (m/s, m/s, rad/s).
     pub velocity: [f64; 3],
     /// `P_i`, the part that is independent of everything else, 3×3, full row-major (m², m·rad, rad²).
@@ -41,9 +44,9 @@ pub struct Estimate {
     pub reserved: [u8; 6],
 }
 
-layout!(Estimate, 344;
-    header: 0, boot_ns: 40, tick: 48, pose: 56, velocity: 80, independent: 104, dependent: 176, velocity_covariance: 248,
-    health: 320, state: 336, fit: 337, reserved: 338,
+layout!(Estimate, 368;
+    header: 0, boot_ns: 40, tick: 48, pose: 56, odometry: 80, velocity: 104, independent: 128, dependent: 200,
+    velocity_covariance: 272, health: 344, state: 360, fit: 361, reserved: 362,
 );
 
 impl Estimate {
@@ -53,6 +56,7 @@ impl Estimate {
     /// The first reason, in the order of [`Reject`].
     pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
         Limits::check_finite(&self.pose)?;
+        Limits::check_finite(&self.odometry)?;
         Limits::check_finite(&self.velocity)?;
         let [independent, dependent, velocity] =
             [self.independent, self.dependent, self.velocity_covariance]
