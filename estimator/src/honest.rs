@@ -17,7 +17,7 @@
 //! their noise. With `s = P_φφ`, `J = R(π/2)`, `r = R(φ̄) t`, `ρ = R(φ̄) d`, `N = R(φ̄) D_tt R(φ̄)ᵀ`:
 //!
 //! ```text
-//! e = exp(−s/2)     F = 1 − e²     Ω_a = ½ F²     C_b = ½ (1 − e⁴)     Ω_b = C_b − s e²     moments of u: [`circle`]
+//! e = exp(−s/2)     F = 1 − e²     Ω_a = ½ F²     C_b = ½ (1 − e⁴)     Ω_b = C_b − s e²     the moments of u
 //! A = [[I, e J r], [0, 1]]         G D Gᵀ = [[e² N, e ρ], [e ρᵀ, q]]        (h, κ) = A k
 //! x̄⁺   = [p̄ + e r, φ̄ + Δ]
 //! P_i⁺ = A P_i Aᵀ + G D Gᵀ
@@ -33,7 +33,8 @@
 //! # A sighting, a measurement
 //!
 //! A sighting `z` with noise `R` is the same step with `t = z_p`, `Δ = z_φ`, `D = R`, from a belief that stays as it is. A
-//! measurement with the gain W shrinks the bend as far as it shrinks the heading's variance ([`measure`]). What moves `P_i` into
+//! measurement with the gain W shrinks the bend as far as it shrinks the heading's variance: with `ϱ = min(1, s⁺/s)`
+//! `k_a⁺ = ϱ² (I − W) k_a` and `k_b⁺ = ϱ³ (I − W) k_b`. What moves `P_i` into
 //! `P_d` leaves the bend alone.
 
 mod arc;
