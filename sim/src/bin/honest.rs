@@ -48,6 +48,9 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     } else {
         Form::long(args.seed)
     };
+    if let Some(path) = &args.markdown {
+        spliced(path, "")?;
+    }
     let mut text = String::new();
     let mut missed = 0;
     for part in parts {
@@ -101,8 +104,14 @@ fn told((_, find): Part, form: &Form) -> (String, usize) {
 }
 
 fn write(path: &Path, text: &str) -> Result<(), String> {
-    let trouble = |error: std::io::Error| format!("{}: {error}", path.display());
-    let document = std::fs::read_to_string(path).map_err(trouble)?;
-    let new = splice(&document, text).map_err(|reason| format!("{}: {reason}", path.display()))?;
-    std::fs::write(path, new).map_err(trouble)
+    // What people wrote meanwhile stays.
+    let new = spliced(path, text)?;
+    std::fs::write(path, new).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The document with the tables in their place.
+fn spliced(path: &Path, text: &str) -> Result<String, String> {
+    let trouble = |reason: String| format!("{}: {reason}", path.display());
+    let document = std::fs::read_to_string(path).map_err(|error| trouble(error.to_string()))?;
+    splice(&document, text).map_err(trouble)
 }
