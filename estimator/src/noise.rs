@@ -3,7 +3,8 @@
 use crate::covariance::{Covariance2, Covariance3};
 use crate::motion::Motion;
 
-/// `σ² = a + b v² + c ω²`, v in m/s, ω in rad/s, per reference period.
+/// `σ² = a + b v² + c ω² + per_speed |u| + per_turn_rate |ω|`, v in m/s, the speed |u| in m/s whatever its direction, ω in rad/s,
+/// per reference period. What is linear makes a variance that grows with the way and with the angle turned, however fast.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct Variance {
     /// At standstill.
@@ -12,13 +13,20 @@ pub struct Variance {
     pub b: f64,
     /// Per (rad/s)².
     pub c: f64,
+    /// Per m/s of speed.
+    pub per_speed: f64,
+    /// Per rad/s of turning, either way.
+    pub per_turn_rate: f64,
 }
 
 impl Variance {
-    /// σ² at a forward velocity (or speed) `v` \[m/s\] and a turning rate `omega` \[rad/s\].
+    /// σ² at a velocity `v` in the direction that it is of, a `speed` of the robot and a turning rate `omega`
+    /// \[m/s, m/s, rad/s\].
     #[must_use]
-    pub fn at(&self, v: f64, omega: f64) -> f64 {
-        self.a + self.b * v * v + self.c * omega * omega
+    #[inline]
+    pub fn at(&self, v: f64, speed: f64, omega: f64) -> f64 {
+        let squares = self.a + self.b * v * v + self.c * omega * omega;
+        squares + self.per_speed * speed + self.per_turn_rate * omega.abs()
     }
 }
 
@@ -27,7 +35,7 @@ impl Variance {
 pub struct OdometryNoise {
     /// Of v (or `v_x`) \[m²/s²\].
     pub forward: Variance,
-    /// Of `v_y` \[m²/s²\]; unused by nonholonomic robots.
+    /// Of `v_y` \[m²/s²\]; of nonholonomic robots the slip, their `v_y` being zero.
     pub sideways: Variance,
     /// Of ω \[rad²/s²\].
     pub turning: Variance,
@@ -38,14 +46,12 @@ impl OdometryNoise {
     #[must_use]
     pub fn paper() -> Self {
         let proportional = Variance {
-            a: 0.0,
             b: 5.075,
-            c: 0.0,
+            ..Variance::default()
         };
         let constant = Variance {
             a: 0.345,
-            b: 0.0,
-            c: 0.0,
+            ..Variance::default()
         };
         Self {
             forward: proportional,
@@ -54,12 +60,21 @@ impl OdometryNoise {
         }
     }
 
-    /// A velocity `[v, ω]` \[m/s, rad/s\] of a robot without sideways velocity, with its noise.
+    /// A velocity `[v, ω]` \[m/s, rad/s\] of a robot without sideways velocity, with its noise: also sideways, where it is not zero.
     #[must_use]
     pub fn nonholonomic(&self, velocity: [f64; 2]) -> Motion {
         let [v, omega] = velocity;
-        let noise =
-            Covariance2::clamped_diagonal([self.forward.at(v, omega), self.turning.at(v, omega)]);
+        let speed = v.abs();
+        let forward = self.forward.at(v, speed, omega);
+        let turning = self.turning.at(v, speed, omega);
+        let slip = self.sideways.at(0.0, speed, omega);
+        if slip > 0.0 {
+            return Motion::Holonomic {
+                velocity: [v, 0.0, omega],
+                noise: Covariance3::clamped_diagonal([forward, slip, turning]),
+            };
+        }
+        let noise = Covariance2::clamped_diagonal([forward, turning]);
         Motion::Nonholonomic { velocity, noise }
     }
 
@@ -69,9 +84,9 @@ impl OdometryNoise {
         let [vx, vy, omega] = velocity;
         let speed = libm::hypot(vx, vy);
         let variances = [
-            self.forward.at(vx, omega),
-            self.sideways.at(vy, omega),
-            self.turning.at(speed, omega),
+            self.forward.at(vx, speed, omega),
+            self.sideways.at(vy, speed, omega),
+            self.turning.at(speed, speed, omega),
         ];
         Motion::Holonomic {
             velocity,
@@ -84,16 +99,47 @@ impl OdometryNoise {
 mod tests {
     use super::*;
 
+    const VARIANCE: Variance = Variance {
+        a: 1.0,
+        b: 2.0,
+        c: 3.0,
+        per_speed: 0.0,
+        per_turn_rate: 0.0,
+    };
+
     #[test]
     fn a_variance_grows_with_the_square_of_either_velocity() {
-        let variance = Variance {
-            a: 1.0,
-            b: 2.0,
-            c: 3.0,
-        };
-        let at = |v, omega| variance.at(v, omega).to_bits();
+        let at = |v: f64, omega| VARIANCE.at(v, v.abs(), omega).to_bits();
         assert_eq!(at(0.0, 0.0), 1.0_f64.to_bits());
         assert_eq!(at(-3.0, 0.0), 19.0_f64.to_bits());
         assert_eq!(at(0.0, -5.0), 76.0_f64.to_bits());
+    }
+
+    #[test]
+    fn what_is_of_the_way_does_not_care_how_fast_it_was() {
+        let of_the_way = Variance {
+            per_speed: 0.5,
+            per_turn_rate: 0.25,
+            ..Variance::default()
+        };
+        let driven = |speed: f64| of_the_way.at(speed, speed, -2.0 * speed) / speed;
+        assert_eq!([0.1, 1.0, 8.0].map(driven), [1.0; 3]);
+    }
+
+    #[test]
+    fn a_wheel_slips_sideways_only_if_that_is_said() {
+        let mut noise = OdometryNoise::paper();
+        let exact = noise.nonholonomic([0.5, 0.2]);
+        assert!(matches!(exact, Motion::Nonholonomic { .. }), "{exact:?}");
+        noise.sideways = Variance {
+            per_speed: 0.01,
+            ..VARIANCE
+        };
+        let Motion::Holonomic { velocity, noise } = noise.nonholonomic([-0.5, 0.0]) else {
+            unreachable!("it slips")
+        };
+        assert_eq!(velocity, [-0.5, 0.0, 0.0]);
+        let expected = [5.075 * 0.25, 1.005, 0.345];
+        assert_eq!(noise, Covariance3::diagonal(expected).unwrap());
     }
 }

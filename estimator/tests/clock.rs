@@ -547,6 +547,8 @@ fn noise_beyond_all_numbers_is_not_taken_for_none() {
         a: 1e308,
         b: 1e308,
         c: 1e308,
+        per_speed: 1e308,
+        per_turn_rate: 1e308,
     };
     let noise = OdometryNoise {
         forward: wild,

@@ -191,8 +191,8 @@ impl<'a> Driver<'a> {
             .slip
             .draws(Purpose::Odometry, step, self.robot, 0)
             .normals::<2>();
-        let v_true = v + slip[0] * self.config.noise.forward.at(v, omega).sqrt();
-        let omega_true = omega + slip[1] * self.config.noise.turning.at(v, omega).sqrt();
+        let v_true = v + slip[0] * self.config.noise.forward.at(v, v.abs(), omega).sqrt();
+        let omega_true = omega + slip[1] * self.config.noise.turning.at(v, v.abs(), omega).sqrt();
         self.pose = arc(&self.pose, [v_true, omega_true], DT_S);
     }
 }

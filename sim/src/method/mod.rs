@@ -205,6 +205,8 @@ fn scaled(noise: OdometryNoise, factor: f64) -> OdometryNoise {
         a: v.a * factor,
         b: v.b * factor,
         c: v.c * factor,
+        per_speed: v.per_speed * factor,
+        per_turn_rate: v.per_turn_rate * factor,
     };
     OdometryNoise {
         forward: scale(noise.forward),
