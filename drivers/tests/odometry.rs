@@ -4,8 +4,8 @@
 
 use coloc_drivers::can::{BusSpec, Frame, Id, Received, StandardId};
 use coloc_drivers::encoder::{
-    FrameReject, LEFT_ID, OdometryConfig, OdometryDecoder, RIGHT_ID, WheelFrames, WheelOdometry,
-    encoder_frame,
+    FrameReject, LEFT_ID, OdometryConfig, OdometryDecoder, RIGHT_ID, Rest, STILL_AFTER_NS,
+    WheelFrames, WheelOdometry, encoder_frame,
 };
 use proptest::prelude::*;
 
@@ -138,8 +138,50 @@ fn the_first_frames_only_say_where_counting_starts() {
         start_ns: robot.now_ns - PERIOD_NS,
         stamp_ns: robot.now_ns,
         velocity: [1.0, 0.0, 0.0],
+        rest: Rest::Moving,
     };
     assert_eq!(robot.samples, [expected]);
+}
+
+/// What so many periods of such wheels say of standing.
+fn rests(robot: &mut Robot, speeds: [f64; 2], periods: usize) -> Vec<Rest> {
+    let before = robot.samples.len();
+    (0..periods).for_each(|_| robot.drive(speeds));
+    robot.samples[before..].iter().map(|it| it.rest).collect()
+}
+
+#[test]
+fn counts_that_do_not_change_for_a_second_say_that_it_stands() {
+    let mut robot = started();
+    let periods = usize::try_from(STILL_AFTER_NS / PERIOD_NS).unwrap();
+    let stopped = rests(&mut robot, [0.0, 0.0], 3 * periods);
+    let first = stopped.iter().position(|&it| it == Rest::Counts);
+    assert_eq!(first, Some(periods));
+    assert!(stopped[periods..].iter().all(|&it| it == Rest::Counts));
+    assert_eq!(rests(&mut robot, [0.5, 0.0], 1), [Rest::Moving]);
+    assert_eq!(rests(&mut robot, [0.0, 0.0], 1), [Rest::Moving]);
+}
+
+/// Two counts a second and nothing between them.
+#[test]
+fn a_robot_between_two_counts_does_not_stand() {
+    let mut robot = started();
+    let slow = 2.0 * TICK_M;
+    let crept = rests(&mut robot, [slow, slow], 500);
+    assert!(robot.samples.iter().any(|it| it.velocity == [0.0; 3]));
+    assert!(crept.iter().all(|&it| it == Rest::Moving));
+}
+
+/// Without frames there is no sample; the one that ends the silence says what it counted, and nothing of standing.
+#[test]
+fn silence_is_no_standing() {
+    let mut robot = started();
+    rests(&mut robot, [0.5, 0.5], 10);
+    let before = robot.samples.len();
+    robot.now_ns += 10 * STILL_AFTER_NS;
+    robot.drive([0.0, 0.0]);
+    let after: Vec<_> = robot.samples[before..].iter().map(|it| it.rest).collect();
+    assert_eq!(after, [Rest::Moving]);
 }
 
 #[test]

@@ -160,16 +160,14 @@ impl Base {
         reading: BaseReading,
     ) -> Result<Option<WheelOdometry>, Reject> {
         let stamp_ns = message.header.stamp_ns;
+        let life = life(&mut self.lives, message, &self.unheard);
         let made = match (reading, message.start_ns) {
             (BaseReading::Velocity(velocity), start_ns) if start_ns != 0 => {
-                let made = self.unheard.over(velocity, (start_ns, stamp_ns));
-                self.counters.samples += u64::from(made.is_ok());
-                Some(made.map(Some))
+                let made = life.map(|it| it.decoder.over(velocity, (start_ns, stamp_ns)));
+                self.counters.samples += u64::from(matches!(made, Some(Ok(_))));
+                made.map(|made| made.map(Some))
             }
-            _ => {
-                let life = life(&mut self.lives, message, &self.unheard);
-                life.and_then(|it| it.decoder.push(reading, stamp_ns, &mut self.counters))
-            }
+            _ => life.and_then(|it| it.decoder.push(reading, stamp_ns, &mut self.counters)),
         };
         made.ok_or(Reject::NotConfigured)?.map_err(reason)
     }

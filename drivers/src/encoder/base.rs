@@ -107,7 +107,7 @@ impl BaseDecoder {
         Some(made)
     }
 
-    /// A velocity that says over which interval it is the mean, and so needs nothing of those before.
+    /// A velocity that says over which interval it is the mean: of those before it only tells for how long it stands.
     ///
     /// # Errors
     /// [`FrameReject::Implausible`]: the robot is never that fast.
@@ -121,6 +121,7 @@ impl BaseDecoder {
             start_ns,
             stamp_ns,
             velocity,
+            rest: self.velocity.rest(velocity, start_ns),
         })
     }
 
@@ -182,6 +183,7 @@ fn take(
 #[cfg(test)]
 mod tests {
     use super::super::config::BaseConfig;
+    use super::super::merge::Rest;
     use super::*;
 
     const MS: i64 = 1_000_000;
@@ -292,6 +294,34 @@ mod tests {
         assert_eq!(reading(0.02, 60), Ok(None));
         let came = reading(0.03, 80).unwrap().map(|it| it.velocity);
         assert!(near(came, [0.5, 0.0, 0.0]), "{came:?}");
+    }
+
+    /// What is said of standing after three seconds of samples.
+    fn rest_of(mut push: impl FnMut(&mut BaseDecoder, i64) -> Option<WheelOdometry>) -> Rest {
+        let mut decoder = decoder();
+        let last = (0..8).filter_map(|time| push(&mut decoder, 400 * time * MS));
+        last.last().expect("a sample").rest
+    }
+
+    #[test]
+    fn ways_that_do_not_change_are_standing_and_so_may_be_speeds() {
+        let said = |reading| {
+            move |decoder: &mut BaseDecoder, ns| {
+                let made = decoder.push(reading, ns, &mut OdometryCounters::default());
+                made.expect("configured").unwrap()
+            }
+        };
+        assert_eq!(
+            rest_of(said(BaseReading::Distances([7.0, -3.0]))),
+            Rest::Counts
+        );
+        assert_eq!(rest_of(said(BaseReading::Counts([7, -3]))), Rest::Counts);
+        assert_eq!(rest_of(said(BaseReading::Velocity([0.0; 3]))), Rest::Speeds);
+        let over = |velocity| {
+            move |decoder: &mut BaseDecoder, ns| decoder.over(velocity, (ns, ns + 400 * MS)).ok()
+        };
+        assert_eq!(rest_of(over([0.0; 3])), Rest::Speeds);
+        assert_eq!(rest_of(over([0.0, 0.0, 1e-3])), Rest::Moving);
     }
 
     #[test]

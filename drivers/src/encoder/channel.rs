@@ -199,6 +199,11 @@ impl Channel {
         self.began_ns = Some(stamp_ns);
     }
 
+    /// Whether it says how far it has come, rather than how fast it is.
+    pub(super) fn counts(&self) -> bool {
+        matches!(self.measure, Measure::Counter(_))
+    }
+
     /// Whether a frame has come since the last sample.
     pub(super) fn has_news(&self) -> bool {
         self.has_news

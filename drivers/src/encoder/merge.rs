@@ -6,6 +6,7 @@
 //!   made of one wheel's motion and the other's rest.
 //! * What counters count is never lost with a frame: the next sample covers the longer time.
 //! * What comes less than 1 ms apart (a backlog that came at once) goes into one sample.
+//! * What has not moved for [`STILL_AFTER_NS`] while it was listened to stands; after a single sample without a count nobody knows.
 //! * No sample is faster than the robot can be. Where late frames come at once, their way is spread over what follows.
 
 use super::channel::{Channel, Continuity, Update};
@@ -24,7 +25,24 @@ pub struct WheelOdometry {
     pub stamp_ns: i64,
     /// `[v_x, v_y, ω]` \[m/s, m/s, rad/s\]; finite.
     pub velocity: [f64; 3],
+    /// Whether the robot was measured to stand.
+    pub rest: Rest,
 }
+
+/// What says that a robot stands.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub enum Rest {
+    /// Nothing: it moves, or did a moment ago.
+    #[default]
+    Moving,
+    /// Speeds of exactly zero, of which some encoders have a dead band, for [`STILL_AFTER_NS`] and longer.
+    Speeds,
+    /// Counts or distances that have not changed for [`STILL_AFTER_NS`] and longer.
+    Counts,
+}
+
+/// A robot that drives slowly has pauses between two counts, shorter than this \[ns\].
+pub const STILL_AFTER_NS: i64 = 1_000_000_000;
 
 /// The most channels that kinematics take.
 pub const MAX_CHANNELS: usize = 3;
@@ -40,6 +58,8 @@ pub(super) struct Merge {
     held: u32,
     /// Stamp of the newest frame of all \[ns\].
     latest_ns: Option<i64>,
+    /// Since when nothing has moved, if nothing does \[ns\].
+    still_since_ns: Option<i64>,
     pub(super) counters: OdometryCounters,
 }
 
@@ -64,6 +84,7 @@ impl Merge {
             start_ns: None,
             held: 0,
             latest_ns: None,
+            still_since_ns: None,
             counters: OdometryCounters::default(),
         }
     }
@@ -135,7 +156,25 @@ impl Merge {
             start_ns,
             stamp_ns,
             velocity,
+            rest: self.rest(velocity, start_ns),
         }))
+    }
+
+    /// What an interval from `start_ns` with that velocity says of standing, by what was before.
+    pub(super) fn rest(&mut self, velocity: [f64; 3], start_ns: i64) -> Rest {
+        if velocity.iter().any(|&it| it != 0.0) {
+            self.still_since_ns = None;
+            return Rest::Moving;
+        }
+        let since_ns = *self.still_since_ns.get_or_insert(start_ns);
+        if start_ns.saturating_sub(since_ns) < STILL_AFTER_NS {
+            return Rest::Moving;
+        }
+        if self.channels().all(Channel::counts) {
+            Rest::Counts
+        } else {
+            Rest::Speeds
+        }
     }
 
     /// Time between two frames of a channel, as far as seen.
@@ -154,6 +193,7 @@ impl Merge {
     /// All that was before is given up, also what a channel has not said yet of the time before.
     fn begin_anew(&mut self, stamp_ns: i64) {
         self.begin_interval(stamp_ns, 1.0);
+        self.still_since_ns = None;
         for channel in self.channels.iter_mut().flatten() {
             channel.begin_anew(stamp_ns);
         }

@@ -29,7 +29,7 @@ pub use self::config::{
 pub use self::counters::OdometryCounters;
 pub use self::decoder::OdometryDecoder;
 pub use self::description::{Description, Expected, SignalDescription};
-pub use self::merge::{MAX_CHANNELS, WheelOdometry};
+pub use self::merge::{MAX_CHANNELS, Rest, STILL_AFTER_NS, WheelOdometry};
 pub use self::plan::{describe, warnings};
 pub use self::reject::FrameReject;
 pub use self::tolerance::Tolerance;
