@@ -1,6 +1,6 @@
 //! `robot.toml`: read once at start, refused as a whole before anything opens.
 //!
-//! [`sections`] says what can be written and is allowed, `defaults` what is meant where nothing is written. From these two
+//! [`sections`] says what can be written and is allowed, `defaults` and `presets` what is meant where nothing is written. From these two
 //! `shape` makes the description that `review` holds a file against and that `reference` shows to people. `check` is for
 //! what no single value tells, `unlikely` for what is allowed and was hardly meant; [`error`] is how a refusal reads,
 //! [`understood`] how `colocd check` shows what it understood.
@@ -14,6 +14,7 @@ mod finding;
 mod hint;
 mod location;
 mod places;
+mod presets;
 pub mod reference;
 mod review;
 pub mod sections;
@@ -36,7 +37,8 @@ use error::Fault;
 pub use error::ConfigError;
 pub use sections::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Member,
-    Motion, Propagation, Realtime, Robot, Scheduler, Shm, Telemetry, Tick, Trigger, Variance,
+    Motion, Preset, Propagation, Realtime, Robot, Scheduler, Shm, StandsBy, Telemetry, Tick, Trigger,
+    Variance,
     WaitMode,
 };
 
@@ -64,8 +66,9 @@ pub struct Config {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(example = example_of_odometry())]
     pub odometry: Option<OdometryConfig>,
-    /// Noise of the wheels, and what happens without their samples. A velocity's variance is a + b v² + c ω², v in m/s, ω
-    /// in rad/s.
+    /// Noise of the wheels, and what happens without their samples. A velocity's variance is a + b v² + c ω² + (per_s + per_m |v| +
+    /// per_rad |ω|) / T, v in m/s, ω in rad/s, T being `reference_period_s`; `colocd check` says what that makes after 100 m and
+    /// after an hour of standing.
     #[serde(default)]
     pub motion: Motion,
     /// Where the robot is at start.

@@ -17,7 +17,7 @@ const METRES_PER_COUNT: f64 = 1e-5;
 /// Each wheel's speed \[m/s\]: a turn to the left.
 const SPEEDS: [f64; 2] = [0.4, 0.6];
 
-const NOISE: &str = "[motion]\nforward = { a = 1e-6 }\nturning = { a = 1e-6 }\n[initial]\nsigma = [0.01, 0.01, 1e-3]\n";
+const NOISE: &str = "[motion]\npreset = \"paper\"\nforward = { a = 1e-6 }\nturning = { a = 1e-6 }\n[initial]\nsigma = [0.01, 0.01, 1e-3]\n";
 
 fn settings() -> String {
     format!(

@@ -129,9 +129,24 @@ fn it_says_everything_that_it_understood() {
         ),
         ("geometry", "two wheels of an axle, 0.287 m apart"),
         ("limits", "2 m/s: what is faster is garbage"),
+        ("noise", "differential: Two driven wheels"),
         (
             "noise",
-            "forward σ = 0 m/s at 0 m/s, 4.50555 m/s at 2 m/s; turning σ = 0.587367 rad/s at 0 m/s, 0.587367 rad/s at 2 m/s",
+            "forward σ = 0.0141421 m/s at 0 m/s, 0.200499 m/s at 2 m/s, σ² growing by 0.005 for each rad/s; \
+             sideways σ = 0.0141421 m/s at 0 m/s, 0.100995 m/s at 2 m/s, σ² growing by 0.005 for each rad/s; \
+             turning σ = 0.0479583 rad/s at 0 m/s, 0.0479583 rad/s at 2 m/s, σ² growing by 0.02 for each rad/s",
+        ),
+        (
+            "noise",
+            "after 100 m straight at 1 m/s, the heading known at the start: ± 0.2 m along, ± 3.9 m across, heading ± 3.9°",
+        ),
+        (
+            "standing",
+            "after an hour: heading ± 0.95°, ± 0.033 m along, ± 0.033 m across",
+        ),
+        (
+            "standing",
+            "meanwhile it may creep by 0.1 m, 0.1 m sideways, 2.9° and be within 3 σ",
         ),
         (
             "no samples",

@@ -54,7 +54,7 @@ fn a_driving_robot_drives_on_through_a_clock_step() {
     for source in ["realtime", "boottime"] {
         for step in STEPS {
             let world = World::new();
-            let precise = "[initial]\nsigma = [0.1, 0.1, 0.0]\n[motion]\nturning = { a = 0.0 }\noutage_variance = [0.0, 0.0, 0.0]\n";
+            let precise = "[initial]\nsigma = [0.1, 0.1, 0.0]\n[motion]\npreset = \"paper\"\nturning = { a = 0.0 }\noutage_variance = [0.0, 0.0, 0.0]\n";
             let mut robot = world.robot(
                 "a",
                 1,

@@ -15,7 +15,7 @@ use coloc_shm_types::{
     BeliefState, Clock, Estimate, Health, Input, Position, Publisher, Reject, Sender, SourceHealth,
     Status,
 };
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// `COLOC_CASES`, or `../shared/cases` from here or any directory above.
 fn cases() -> Option<PathBuf> {
@@ -49,6 +49,12 @@ struct Case {
 impl Case {
     fn play(case: &str) -> Option<Self> {
         let case = cases()?.join(case);
+        let events = events(&case);
+        Some(Self::play_events(&case, events))
+    }
+
+    /// As the case's `robot.toml` says, and what happens by `events`.
+    fn play_events(case: &Path, events: Vec<Value>) -> Self {
         let world = World::new();
         let mut config: toml::Table =
             toml::from_str(&std::fs::read_to_string(case.join("robot.toml")).unwrap()).unwrap();
@@ -63,14 +69,14 @@ impl Case {
             frames: coloc_drivers::can::Sender::open(&bus).unwrap(),
             wheels: WheelFrames::new(1e-4),
             receivers: Vec::new(),
-            events: events(&case),
+            events,
             estimates: Vec::new(),
             status: Status::default(),
             lines: Vec::new(),
             world,
         };
         case.run();
-        Some(case)
+        case
     }
 
     fn run(&mut self) {
@@ -177,6 +183,51 @@ fn frame(event: &Value) -> Frame {
     let id = u16::try_from(event["id"].as_u64().unwrap()).unwrap();
     let id = Id::Standard(StandardId::new(id).unwrap());
     Frame::data_frame(id, &data).unwrap()
+}
+
+/// What the case's `make_script.py` writes, its fixes with an error of their σ now this way, now that.
+fn straight_with_an_outage() -> Vec<Value> {
+    let period = |k: i32| {
+        let t = f64::from(k) / 50.0;
+        let wheels = json!({"t": t, "do": "wheels", "l": t, "r": t});
+        let has_fix = k % 10 == 0 && !(10.0..200.0).contains(&t);
+        let [dx, dy] = [7, 5].map(|turns| f64::from(turns * k).sin() * f64::sqrt(2.0));
+        let fix =
+            json!({"t": t + 0.001, "do": "fix", "pos": [t + dx, dy], "cov": [1.0, 0.0, 0.0, 1.0]});
+        [Some(wheels), has_fix.then_some(fix)]
+    };
+    (0..=239 * 50).flat_map(period).flatten().collect()
+}
+
+/// d² of the truth in the position's ellipse.
+fn d2(estimate: &Estimate, truth: [f64; 2]) -> f64 {
+    let [dx, dy] = [0, 1].map(|axis| estimate.pose[axis] - truth[axis]);
+    let total = estimate.total();
+    let (xx, xy, yy) = (total[0], total[1], total[4]);
+    (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
+}
+
+/// χ² of two degrees of freedom, 95 %.
+const INSIDE: f64 = 5.991;
+
+#[test]
+fn after_three_minutes_without_fixes_a_robot_on_defaults_knows_how_wrong_it_is() {
+    let Some(cases) = cases() else { return };
+    let case = Case::play_events(
+        &cases.join("loc-outage-straight"),
+        straight_with_an_outage(),
+    );
+    for second in [20, 60, 100, 150, 199] {
+        let estimate = &case.estimates[usize::try_from(second * SECOND / PERIOD).unwrap()];
+        let truth = [second as f64, 0.0];
+        let sigma = [0, 4].map(|at| estimate.total()[at].sqrt());
+        println!(
+            "{second} s: {:?}, σ {sigma:?} m, d² {}",
+            estimate.pose,
+            d2(estimate, truth)
+        );
+        assert!(d2(estimate, truth) < INSIDE, "{second} s: {estimate:?}");
+    }
 }
 
 /// It is refused for long, and every word about it says so.

@@ -150,7 +150,7 @@ impl Base {
             source: message.header.source,
             start: Stamp::from_nanos(odometry.start_ns),
             stamp: Stamp::from_nanos(odometry.stamp_ns),
-            motion: self.noise.motion(message, odometry.velocity, span_s)?,
+            motion: self.noise.motion(message, &odometry, span_s)?,
         }))
     }
 
@@ -231,15 +231,15 @@ impl Noise {
     fn motion(
         &self,
         message: &Odometry,
-        velocity: [f64; 3],
+        odometry: &WheelOdometry,
         span_s: f64,
     ) -> Result<Motion, Reject> {
         if message.has_configured_noise() {
-            return Ok(self.configured.of_base(velocity));
+            return Ok(self.configured.of_base(odometry));
         }
         // The history takes noise as that of the reference period, and scales it back by the time that passed.
         let factor = span_s / self.reference.as_seconds();
-        let [vx, vy, omega] = velocity;
+        let velocity @ [vx, vy, omega] = odometry.velocity;
         let [xx, .., pp] = message.covariance;
         let [_, _, xp, _, yy, _, px, ..] = message.covariance;
         let [fx, _, fp] = self.floor;

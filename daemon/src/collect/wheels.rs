@@ -4,8 +4,8 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::Arc;
 
 use coloc_drivers::can::{self, Bus, Filter};
-use coloc_drivers::encoder::{FrameReject, OdometryCounters, OdometryDecoder, WheelOdometry};
-use coloc_estimator::{Motion, OdometryNoise, OdometrySample, Stamp, noise};
+use coloc_drivers::encoder::{FrameReject, OdometryCounters, OdometryDecoder, Rest, WheelOdometry};
+use coloc_estimator::{Motion, OdometryNoise, OdometrySample, Stamp};
 use coloc_shm_types::{BusState, CanCounters, Input};
 use tracing::warn;
 
@@ -15,7 +15,7 @@ use super::frames::Frames;
 use super::way::Way;
 use crate::account::Account;
 use crate::clock::{Moment, TimeSource};
-use crate::config::{self, Config};
+use crate::config::{Config, StandsBy};
 use crate::event::Link;
 use crate::start::StartError;
 
@@ -34,6 +34,9 @@ pub struct Wheels {
 pub(crate) struct ToMotion {
     noise: OdometryNoise,
     holonomic: bool,
+    stands_by: StandsBy,
+    /// Of a robot that stands.
+    creep: Motion,
 }
 
 impl Wheels {
@@ -158,7 +161,9 @@ impl ToMotion {
         let body = config.odometry.iter().find_map(|it| it.body.as_ref());
         let base = config.odometry.iter().find_map(|it| it.base.as_ref());
         Self {
-            noise: noise(&config.motion),
+            noise: config.motion.noise(),
+            stands_by: config.motion.stands_by,
+            creep: Motion::standstill(config.motion.creep_variance()),
             holonomic: body.is_some_and(|body| body.sideways.is_some())
                 || base.is_some_and(|base| base.sideways),
         }
@@ -170,15 +175,29 @@ impl ToMotion {
             source,
             start: Stamp::from_nanos(odometry.start_ns),
             stamp: Stamp::from_nanos(odometry.stamp_ns),
-            motion: self.motion(odometry.velocity),
+            motion: self
+                .standing(odometry.rest)
+                .unwrap_or_else(|| self.motion(odometry.velocity)),
         }
     }
 
     /// The same where nobody knows in advance whether a robot moves sideways.
-    pub(super) fn of_base(self, velocity: [f64; 3]) -> Motion {
-        let [_, sideways, _] = velocity;
+    pub(super) fn of_base(self, odometry: &WheelOdometry) -> Motion {
+        let [_, sideways, _] = odometry.velocity;
         let holonomic = self.holonomic || sideways != 0.0;
-        Self { holonomic, ..self }.motion(velocity)
+        let moving = Self { holonomic, ..self };
+        self.standing(odometry.rest)
+            .unwrap_or_else(|| moving.motion(odometry.velocity))
+    }
+
+    /// Zero velocity with its allowance for creep, if that was measured.
+    pub(crate) fn standing(&self, rest: Rest) -> Option<Motion> {
+        let stands = match self.stands_by {
+            StandsBy::Counts => rest == Rest::Counts,
+            StandsBy::Speeds => rest != Rest::Moving,
+            StandsBy::Nothing => false,
+        };
+        stands.then_some(self.creep)
     }
 
     /// `[v_x, v_y, ω]` with the noise of such a velocity.
@@ -189,15 +208,6 @@ impl ToMotion {
         } else {
             self.noise.nonholonomic([v, omega])
         }
-    }
-}
-
-fn noise(motion: &config::Motion) -> OdometryNoise {
-    let variance = |config::Variance { a, b, c }| noise::Variance { a, b, c };
-    OdometryNoise {
-        forward: variance(motion.forward),
-        sideways: variance(motion.sideways),
-        turning: variance(motion.turning),
     }
 }
 
@@ -274,5 +284,43 @@ fn counters(buses: &[Bus], decoded: &OdometryCounters) -> CanCounters {
         late_ways: decoded.late_ways,
         gaps: decoded.gaps,
         spare: [0; 7],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    const ALL: [Rest; 3] = [Rest::Moving, Rest::Speeds, Rest::Counts];
+
+    fn to_motion(lines: &str) -> ToMotion {
+        let text = format!("[robot]\nname = \"a\"\nid = 1\n[motion]\n{lines}");
+        ToMotion::new(&Config::parse(&text, Path::new("a.toml")).unwrap())
+    }
+
+    #[test]
+    fn standing_is_what_the_configuration_takes_for_it() {
+        let stands = |lines| ALL.map(|rest| to_motion(lines).standing(rest).is_some());
+        assert_eq!(stands(""), [false, false, true]);
+        assert_eq!(stands("stands_by = \"speeds\""), [false, true, true]);
+        assert_eq!(stands("stands_by = \"nothing\""), [false; 3]);
+        assert_eq!(stands("preset = \"paper\""), [false; 3]);
+    }
+
+    /// In an hour of white noise a third of what was stated.
+    #[test]
+    fn what_stands_creeps_as_stated() {
+        let to_motion = to_motion("creep_per_hour = [0.3, 0.6, 0.9]\nreference_period_s = 0.1");
+        let creep = to_motion.standing(Rest::Counts).expect("it stands");
+        assert_eq!(creep.velocity(), [0.0; 3]);
+        let in_an_hour = creep.covariance().variances().map(|it| it * 0.1 * 3600.0);
+        for (variance, sigma) in in_an_hour.into_iter().zip([0.1_f64, 0.2, 0.3]) {
+            assert!(
+                (variance - sigma * sigma).abs() < 1e-12,
+                "{variance} {sigma}"
+            );
+        }
     }
 }

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use coloc_estimator::{FusionSettings, OdometryNoise, OdometrySettings, Settings, noise};
+use coloc_estimator::{FusionSettings, Settings};
 
 use super::{
-    Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Motion,
-    Propagation, Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, Variance, WaitMode,
+    Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Propagation,
+    Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, WaitMode,
 };
 
 impl Default for Clock {
@@ -33,28 +33,6 @@ impl Default for Shm {
             root: PathBuf::new(),
             prefix: coloc_shm_types::places::DEFAULT_PREFIX.into(),
         }
-    }
-}
-
-impl Default for Motion {
-    fn default() -> Self {
-        let noise = OdometryNoise::paper();
-        let between = OdometrySettings::default();
-        Self {
-            forward: noise.forward.into(),
-            sideways: noise.sideways.into(),
-            turning: noise.turning.into(),
-            reference_period_s: between.reference_period.as_seconds(),
-            hold_s: between.hold.as_seconds(),
-            hold_growth: between.hold_growth,
-            outage_variance: between.outage_variance,
-        }
-    }
-}
-
-impl From<noise::Variance> for Variance {
-    fn from(noise::Variance { a, b, c }: noise::Variance) -> Self {
-        Self { a, b, c }
     }
 }
 
@@ -145,20 +123,5 @@ impl Default for Telemetry {
             record: PathBuf::new(),
             watchdog_ticks: 10,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_direction_is_without_noise() {
-        let motion = Motion::default();
-        let directions = [motion.forward, motion.sideways, motion.turning];
-        assert!(
-            directions.iter().all(|it| *it != Variance::default()),
-            "{motion:?}"
-        );
     }
 }

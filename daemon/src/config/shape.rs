@@ -16,7 +16,25 @@ fn describe() -> Value {
     let schema = settings.into_generator().into_root_schema_for::<Config>();
     let mut whole = schema.to_value();
     hand_examples_down(&mut whole);
+    join_lines(&mut whole);
     whole
+}
+
+/// A word's meaning is one line, however many its comment has.
+fn join_lines(shape: &mut Value) {
+    match shape {
+        Value::Object(settings) => {
+            if let (Some(_), Some(Value::String(text))) = (
+                settings.get("const").cloned(),
+                settings.get_mut("description"),
+            ) {
+                *text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+            }
+            settings.values_mut().for_each(join_lines);
+        }
+        Value::Array(items) => items.iter_mut().for_each(join_lines),
+        _ => {}
+    }
 }
 
 /// A section's example is also the example of each setting in it.

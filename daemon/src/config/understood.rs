@@ -1,8 +1,10 @@
 //! What `colocd check` says it understood: everything, in words and units, a line a subject.
 
 mod estimator;
+mod forecast;
 mod machine;
 mod missing;
+mod noise;
 mod page;
 mod robot;
 mod wheels;

@@ -45,7 +45,7 @@ impl Site {
              [odometry.wheels]\ntrack_m = 0.3\n\
              left = {{ message = \"WheelLeft\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}\n\
              right = {{ message = \"WheelRight\", signal = \"Ticks\", metres_per_tick = {METRES_PER_TICK} }}\n\
-             [motion]\nforward = {{ b = 1e-6 }}\nturning = {{ a = 1e-9 }}\noutage_variance = [1e-6, 1e-6, 1e-9]\n\
+             [motion]\npreset = \"paper\"\nforward = {{ b = 1e-6 }}\nturning = {{ a = 1e-9 }}\noutage_variance = [1e-6, 1e-6, 1e-9]\n\
              {}",
             if lines.contains("[realtime]") {
                 ""

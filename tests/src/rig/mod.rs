@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use coloc_counting::{Calls, calls_during};
-use coloc_daemon::config::{self, Config, Initial, Motion, Shm, Variance};
+use coloc_daemon::config::{self, Config, Initial, Motion, Preset, Shm, Variance};
 use coloc_daemon::event::Link;
 use coloc_daemon::tick::{Outcome, Robot};
 use coloc_daemon::wait::Wake;
@@ -162,7 +162,7 @@ fn config(root: &Path, bus: &BusSpec) -> Config {
             },
             turning: Variance::default(),
             outage_variance: [1.0, 1.0, 0.0],
-            ..Motion::default()
+            ..Preset::Paper.motion()
         },
         odometry: Some(odometry),
         ..Config::of(config::Robot { name, id: 1 })

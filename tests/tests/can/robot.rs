@@ -5,7 +5,7 @@ use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
 use coloc_daemon::config::{
-    self, Config, Initial, Motion, Realtime, Scheduler, Shm, Tick, Trigger, Variance,
+    self, Config, Initial, Motion, Preset, Realtime, Scheduler, Shm, Tick, Trigger, Variance,
 };
 use coloc_drivers::encoder::OdometryConfig;
 use coloc_shm_types::{Estimate, Message, RobotName, Space, Status, Subscriber, Timing};
@@ -179,7 +179,7 @@ pub(crate) fn configuration(left: &str, right: &str, trigger: Trigger, root: &Pa
             forward: Variance::default(),
             turning: Variance::default(),
             outage_variance: [0.0; 3],
-            ..Motion::default()
+            ..Preset::Paper.motion()
         },
         odometry: Some(wheels(left, right)),
         realtime: ordinary(),

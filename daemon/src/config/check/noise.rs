@@ -33,17 +33,36 @@ fn variances(motion: &Motion) -> Vec<(String, f64)> {
         ("turning", motion.turning),
     ];
     let coefficients = directions.into_iter().flat_map(|(name, variance)| {
-        let Variance { a, b, c } = variance;
-        [("a", a), ("b", b), ("c", c)].map(|(key, value)| (format!("motion.{name}.{key}"), value))
+        coefficients(variance).map(|(key, value)| (format!("motion.{name}.{key}"), value))
     });
     coefficients
         .chain(numbered("motion.outage_variance", &motion.outage_variance))
         .collect()
 }
 
+fn coefficients(variance: Variance) -> [(&'static str, f64); 6] {
+    let Variance {
+        a,
+        b,
+        c,
+        per_s,
+        per_m,
+        per_rad,
+    } = variance;
+    [
+        ("a", a),
+        ("b", b),
+        ("c", c),
+        ("per_s", per_s),
+        ("per_m", per_m),
+        ("per_rad", per_rad),
+    ]
+}
+
 fn sigmas(config: &Config) -> Vec<(String, f64)> {
     let fusion = &config.fusion;
-    let lists: [(&'static str, &[f64]); 4] = [
+    let lists: [(&'static str, &[f64]); 5] = [
+        ("motion.creep_per_hour", &config.motion.creep_per_hour),
         ("initial.sigma", &config.initial.sigma),
         ("fusion.relative_pose_floor", &fusion.relative_pose_floor),
         ("fusion.neighbour_floor", &fusion.neighbour_floor),
@@ -68,7 +87,7 @@ fn numbered<'l>(
 mod tests {
     use std::path::Path;
 
-    use coloc_estimator::{Motion, OdometrySample, Span, Stamp, TickInputs};
+    use coloc_estimator::{OdometrySample, Span, Stamp, TickInputs};
     use proptest::prelude::*;
 
     use super::*;
@@ -108,11 +127,9 @@ mod tests {
 
     /// Variances of the forward and the turning velocity at full speed, straight on and in a turn.
     fn variances_at_speed(config: &Config) -> [f64; 2] {
-        let Motion::Nonholonomic { noise, .. } = ToMotion::new(config).motion([2.0, 0.0, 10.0])
-        else {
-            unreachable!("wheels of an axle")
-        };
-        noise.variances()
+        let motion = ToMotion::new(config).motion([2.0, 0.0, 10.0]);
+        let [forward, _, turning] = motion.covariance().variances();
+        [forward, turning]
     }
 
     fn is_written(variance: Variance) -> bool {

@@ -1,11 +1,12 @@
-//! Buses, signals, a base, and the noise of what they say.
+//! Buses, signals, a base, and what happens when they say nothing.
 
 use coloc_drivers::encoder::{
     BaseConfig, Description, Expected, Length, OdometryConfig, Rounded, SignalDescription, Time,
     describe,
 };
 
-use super::super::{Config, Variance};
+use super::super::Config;
+use super::noise;
 use super::page::Page;
 use crate::collect::backlog::KEPT;
 
@@ -24,7 +25,7 @@ pub(super) fn write(config: &Config, page: &mut Page) {
         base(config, it, page);
     }
     limits(odometry, page);
-    noise(config, odometry, page);
+    noise::write(config, odometry, page);
     hold(config, page);
     outage(config, page);
 }
@@ -123,42 +124,6 @@ fn limits(odometry: &OdometryConfig, page: &mut Page) {
             turn.unwrap_or_default()
         ),
     );
-}
-
-/// As σ, at rest and at the highest speed.
-fn noise(config: &Config, odometry: &OdometryConfig, page: &mut Page) {
-    let (motion, speed) = (&config.motion, odometry.max_speed_mps);
-    let is_holonomic = (odometry.body.as_ref()).is_some_and(|body| body.sideways.is_some())
-        || (odometry.base.as_ref()).is_some_and(|base| base.sideways);
-    let directions = [
-        ("forward", motion.forward, "m/s"),
-        ("sideways", motion.sideways, "m/s"),
-        ("turning", motion.turning, "rad/s"),
-    ];
-    let used = |(name, ..): &(&str, Variance, &str)| is_holonomic || *name != "sideways";
-    let sigma = |(name, variance, unit)| format!("{name} {}", sigmas(variance, speed, unit));
-    page.lines("noise", directions.into_iter().filter(used).map(sigma));
-    page.line(
-        "",
-        format!(
-            "each in a sample of {}; other intervals are scaled as white noise",
-            Time(motion.reference_period_s)
-        ),
-    );
-}
-
-fn sigmas(variance: Variance, speed: f64, unit: &str) -> String {
-    let Variance { a, b, c } = variance;
-    let turning = if c > 0.0 {
-        format!(", σ² growing by {c} for each (rad/s)²")
-    } else {
-        String::new()
-    };
-    format!(
-        "σ = {} {unit} at 0 m/s, {} {unit} at {speed} m/s{turning}",
-        Rounded(a.sqrt()),
-        Rounded((a + b * speed * speed).sqrt())
-    )
 }
 
 fn hold(config: &Config, page: &mut Page) {

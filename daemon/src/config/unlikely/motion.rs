@@ -41,8 +41,8 @@ fn is_perfect(key: &str, variance: Variance, what: &str) -> Option<Finding> {
 }
 
 fn useless(config: &Config, max_speed_mps: f64) -> Option<Finding> {
-    let Variance { a, b, .. } = config.motion.forward;
-    let sigma = (a + b * max_speed_mps * max_speed_mps).sqrt();
+    let forward = config.motion.noise().forward;
+    let sigma = forward.at(max_speed_mps, max_speed_mps, 0.0).sqrt();
     let problem = format!(
         ": makes σ = {} m/s of a speed of {max_speed_mps} m/s: are these variances, per reference_period_s?",
         Rounded(sigma)

@@ -25,10 +25,7 @@ pub(super) fn plan<'a>(
     let different = unlikely::of_steps(wheels, left, right);
     planner.description.warn(different);
     reach::check(planner.config, &planner.counters)?;
-    planner.description.geometry = format!(
-        "two wheels of an axle, {} apart, that do not slip sideways",
-        Length(track_m)
-    );
+    planner.description.geometry = format!("two wheels of an axle, {} apart", Length(track_m));
     Ok(Kinematics::Axle { track_m })
 }
 
