@@ -141,11 +141,11 @@ fn it_says_everything_that_it_understood() {
             "after 100 m straight at 1 m/s, the heading known at the start: ± 0.2 m along, ± 3.9 m across, heading ± 3.9°",
         ),
         (
-            "standing",
-            "after an hour: heading ± 0.95°, ± 0.033 m along, ± 0.033 m across",
+            "noise",
+            "after an hour of standing: heading ± 0.95°, ± 0.033 m along, ± 0.033 m across",
         ),
         (
-            "standing",
+            "stands by",
             "meanwhile it may creep by 0.1 m, 0.1 m sideways, 2.9° and be within 3 σ",
         ),
         (

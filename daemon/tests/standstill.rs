@@ -13,7 +13,7 @@ use coloc_daemon::tick::Outcome;
 use coloc_daemon::wait::Wake;
 use coloc_drivers::can::Sender;
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::Estimate;
+use coloc_shm_types::{Estimate, Position};
 
 const MINUTE: i64 = 60 * SECOND;
 
@@ -115,7 +115,7 @@ fn a_robot_parked_for_an_hour_doubts_itself_by_a_degree_at_most() {
     assert!(along_m <= 0.04, "{along_m} m");
     let [along_m, across_m, heading_rad] =
         std::array::from_fn(|axis| (after[axis].powi(2) - before[axis].powi(2)).sqrt());
-    let hour = "after an hour: heading";
+    let hour = "after an hour of standing: heading";
     assert!(is_as_said(
         heading_rad.to_degrees(),
         said("", hour, "±", "°")
@@ -153,6 +153,29 @@ fn is_within_3_sigma_when_it_creeps_by(rad_per_hour: f64) -> bool {
 fn a_robot_that_creeps_as_stated_is_within_3_sigma_of_itself_for_an_hour() {
     assert!(is_within_3_sigma_when_it_creeps_by(0.05));
     assert!(!is_within_3_sigma_when_it_creeps_by(0.06));
+}
+
+/// Whether a fix at `x_m`, σ 2 cm, moves a robot that has been parked for an hour.
+fn is_moved_by_a_fix_at(x_m: f64) -> bool {
+    let mut robot = Parked::for_an_hour("[motion]\noutage_variance = [1e-9, 1e-9, 1e-9]\n");
+    robot.stand_for(60 * MINUTE);
+    let publisher = robot.world.publisher("a");
+    let fix = Position {
+        header: robot.world.header(1),
+        quality: 4,
+        position: [x_m, 0.0],
+        covariance: [4e-4, 0.0, 0.0, 4e-4],
+        ..Position::default()
+    };
+    publisher.send(fix).unwrap();
+    robot.stand_for(SECOND).pose[0] > 0.1 * x_m
+}
+
+/// Somebody who pushes it with its wheels blocked is found out by the next fix.
+#[test]
+fn a_fix_is_judged_by_the_creep_that_was_stated() {
+    assert!(is_moved_by_a_fix_at(0.08));
+    assert!(!is_moved_by_a_fix_at(0.5));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use coloc_daemon::config::{
-    Clock, ClockSource, Config, Initial, LogLevel, Member, Realtime, Robot, Scheduler, Shm,
+    Clock, ClockSource, Config, Initial, LogLevel, Member, Preset, Realtime, Robot, Scheduler, Shm,
     Telemetry,
 };
 use coloc_daemon::record::{Gaps, Recording};
@@ -64,6 +64,8 @@ impl Team {
                 root: self.home.path().join("shm"),
                 prefix: PREFIX.into(),
             },
+            // As the worlds of the sim are made.
+            motion: Preset::Paper.motion(),
             initial: Initial {
                 pose: [pose.x, pose.y, pose.phi],
                 sigma: [0.01; 3],

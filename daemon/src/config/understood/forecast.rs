@@ -1,6 +1,6 @@
 //! What the configured noise makes of a robot's certainty, by the estimator itself.
 
-use coloc_drivers::encoder::Rest;
+use coloc_drivers::encoder::{OdometryConfig, Quantity, Rest};
 use coloc_estimator::{Belief, Covariance3, Motion, OdometrySample, Pose, Span, Stamp, TickInputs};
 
 use super::super::{Config, nanos};
@@ -24,11 +24,21 @@ pub(super) fn straight(config: &Config, speed_mps: f64) -> Doubt {
 /// After an hour in which every encoder said, as well as it can, that it stands.
 pub(super) fn standing(config: &Config) -> Doubt {
     let to_motion = ToMotion::new(config);
-    let counts = config.odometry.as_ref().is_none_or(|it| it.body.is_none());
+    let counts = config.odometry.as_ref().is_some_and(counts);
     let rest = if counts { Rest::Counts } else { Rest::Speeds };
     let standing = to_motion.standing(rest);
     let motion = standing.unwrap_or_else(|| to_motion.motion([0.0; 3]));
     after(config, motion, 3600.0)
+}
+
+/// Whether counts or distances are heard, not speeds alone.
+pub(super) fn counts(odometry: &OdometryConfig) -> bool {
+    let of_wheels = odometry.wheels.as_ref().is_some_and(|wheels| {
+        let mut both = [&wheels.left, &wheels.right].into_iter();
+        both.all(|wheel| wheel.quantity == Quantity::CumulativeTicks)
+    });
+    let of_base = odometry.base.as_ref().and_then(|base| base.track_m);
+    of_wheels || of_base.is_some()
 }
 
 /// After so long in at least a thousand samples, none of them longer than the history.
@@ -73,6 +83,7 @@ fn drive(estimate: &mut Estimate, motion: Motion, start: Stamp, stamp: Stamp) ->
 mod tests {
     use std::path::Path;
 
+    use super::super::super::StandsBy;
     use super::*;
 
     fn config(motion: &str) -> Config {
@@ -141,6 +152,17 @@ mod tests {
             degrees("stands_by = \"nothing\""),
             (4.6e-5_f64 * 3600.0).sqrt().to_degrees()
         ));
+        let mut speeds = config("");
+        for wheel in speeds
+            .odometry
+            .iter_mut()
+            .flat_map(|it| it.wheels.iter_mut())
+        {
+            wheel.left.quantity = Quantity::MetresPerSecond;
+        }
+        assert!(standing(&speeds).heading_rad.to_degrees() > 20.0);
+        speeds.motion.stands_by = StandsBy::Speeds;
+        assert!(near(standing(&speeds).heading_rad, 0.05 / 3.0));
         assert!(degrees("preset = \"paper\"") > 60.0);
     }
 }

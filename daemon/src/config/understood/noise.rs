@@ -4,7 +4,7 @@ use coloc_drivers::encoder::{OdometryConfig, Rounded, Time};
 use coloc_estimator::noise::Variance;
 
 use super::super::{Config, Motion, StandsBy};
-use super::forecast::{Doubt, standing, straight};
+use super::forecast::{Doubt, counts, standing, straight};
 use super::page::{Page, chosen};
 
 pub(super) fn write(config: &Config, odometry: &OdometryConfig, page: &mut Page) {
@@ -121,15 +121,15 @@ fn after_an_hour(config: &Config, odometry: &OdometryConfig, page: &mut Page) {
         heading_rad,
     } = standing(config);
     page.line(
-        "standing",
+        "",
         format!(
-            "after an hour: heading ± {}°, ± {} m along, ± {} m across",
+            "after an hour of standing: heading ± {}°, ± {} m along, ± {} m across",
             brief(heading_rad.to_degrees()),
             brief(along_m),
             brief(across_m)
         ),
     );
-    page.line("", said_by(config, odometry));
+    page.line("stands by", said_by(config, odometry));
 }
 
 /// What the hour's standing was told by.
@@ -142,7 +142,7 @@ fn said_by(config: &Config, odometry: &OdometryConfig) -> String {
     let by = chosen("motion.stands_by", config.motion.stands_by);
     match config.motion.stands_by {
         StandsBy::Nothing => by,
-        StandsBy::Counts if odometry.body.is_some() => format!(
+        StandsBy::Counts if !counts(odometry) => format!(
             "{by}; its speeds do not say that, and while they are 0 it has the noise of 0 m/s"
         ),
         _ => format!("{by}; {creep}"),
