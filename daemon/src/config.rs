@@ -37,9 +37,8 @@ use error::Fault;
 pub use error::ConfigError;
 pub use sections::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Member,
-    Motion, Preset, Propagation, Realtime, Robot, Scheduler, Shm, StandsBy, Telemetry, Tick, Trigger,
-    Variance,
-    WaitMode,
+    Motion, Preset, Propagation, Realtime, Robot, Scheduler, Shm, StandsBy, Telemetry, Tick,
+    Trigger, Variance, WaitMode,
 };
 
 /// A whole `robot.toml`. Only `[robot]` must be written; every other section has defaults.
@@ -66,8 +65,8 @@ pub struct Config {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(example = example_of_odometry())]
     pub odometry: Option<OdometryConfig>,
-    /// Noise of the wheels, and what happens without their samples. A velocity's variance is a + b v² + c ω² + (per_s + per_m |v| +
-    /// per_rad |ω|) / T, v in m/s, ω in rad/s, T being `reference_period_s`; `colocd check` says what that makes after 100 m and
+    /// Noise of the wheels, and what happens without their samples. A velocity's variance is a + b v² + c ω² + (`per_s` + `per_m` |v| +
+    /// `per_rad` |ω|) / T, v in m/s, ω in rad/s, T being `reference_period_s`; `colocd check` says what that makes after 100 m and
     /// after an hour of standing.
     #[serde(default)]
     pub motion: Motion,

@@ -90,106 +90,109 @@ fn of<'t>(said: &'t str, subject: &str) -> String {
         .join("; ")
 }
 
+/// What is said of a robot with two wheels and two in its team, by its subject.
+const UNDERSTOOD: &[(&str, &str)] = &[
+    ("robot", "robot1 (number 1), 2 in the team"),
+    ("team", "this one, robot2 (number 2)"),
+    ("clock", "realtime: CLOCK_REALTIME"),
+    ("tick", "50 Hz, every 20 ms"),
+    (
+        "tick",
+        "started by timer: Absolute deadlines on CLOCK_BOOTTIME",
+    ),
+    (
+        "start",
+        "x 0 m ± 0.1 m, y 0 m ± 0.1 m, heading 0 rad ± 0.05 rad, which are 0° ± 2.86479°",
+    ),
+    (
+        "bus 0",
+        "socketcan:can0, from which is wanted 0x100 (WheelLeft), 0x101 (WheelRight)",
+    ),
+    ("bus 0", "the kernel is asked to keep their frames of 60 s"),
+    ("dbc", "none: the messages are coloc's own"),
+    (
+        "wheels.right",
+        "Ticks of WheelRight, identifier 0x101 on bus 0: 32 bits from bit 0, Intel (little-endian), unsigned, times 1 plus 0",
+    ),
+    (
+        "wheels.right",
+        "cumulative_ticks: one count is 0.1 mm; it wraps after 4294967296 counts, 429.497 km",
+    ),
+    ("wheels.left", "a frame every 20 ms (assumed"),
+    (
+        "wheels.left",
+        "alive counter Alive, 4 bits; checksum Checksum in byte 5, CRC-8 SAE J1850",
+    ),
+    ("geometry", "two wheels of an axle, 0.287 m apart"),
+    ("limits", "2 m/s: what is faster is garbage"),
+    ("noise", "differential: Two driven wheels"),
+    (
+        "noise",
+        "forward σ = 0.0141421 m/s at 0 m/s, 0.200499 m/s at 2 m/s, σ² growing by 0.005 for each rad/s; \
+         sideways σ = 0.0141421 m/s at 0 m/s, 0.100995 m/s at 2 m/s, σ² growing by 0.005 for each rad/s; \
+         turning σ = 0.0479583 rad/s at 0 m/s, 0.0479583 rad/s at 2 m/s, σ² growing by 0.02 for each rad/s",
+    ),
+    (
+        "noise",
+        "after 100 m straight at 1 m/s, the heading known at the start: ± 0.2 m along, ± 3.9 m across, heading ± 3.9°",
+    ),
+    (
+        "noise",
+        "after an hour of standing: heading ± 0.95°, ± 0.033 m along, ± 0.033 m across",
+    ),
+    (
+        "stands by",
+        "meanwhile it may creep by 0.1 m, 0.1 m sideways, 2.9° and be within 3 σ",
+    ),
+    (
+        "no samples",
+        "the last velocity is held for 200 ms, its variance growing by 0.5 of itself every 20 ms",
+    ),
+    (
+        "no samples",
+        "σ = 2.25278 m/s forward, 2.25278 m/s sideways, 0.587367 rad/s turning",
+    ),
+    (
+        "fusion",
+        "the weight minimises trace: The trace of the covariance",
+    ),
+    (
+        "gates",
+        "a neighbour's pose is accepted up to d² = 11.3449, 3.36821 σ",
+    ),
+    ("gates", "a fix is accepted up to d² = 9.21034, 3.03485 σ"),
+    (
+        "floors",
+        "none: every source is believed to be as good as it says",
+    ),
+    (
+        "history",
+        "1024 measurements; older than 1 s is too old, more than 100 ms ahead of the clock is from the future",
+    ),
+    ("health", "odometry after 100 ms"),
+    (
+        "realtime",
+        "fifo: SCHED_FIFO: the tick runs whenever it is due, priority 80",
+    ),
+    (
+        "realtime",
+        "processors: any; memory locked; stack 256 KiB; goes on with a warning where it is refused",
+    ),
+    ("shm", "/tmp/coloc-check, prefix coloc"),
+    ("log", "standard error, from level info"),
+    ("watchdog", "after 10 ticks"),
+    (
+        "not set",
+        "initial.resume: every start is at initial.pose, nothing is saved; telemetry.record: nothing is recorded",
+    ),
+];
+
 #[test]
 fn it_says_everything_that_it_understood() {
     let said = understood(&format!(
         "{ROBOT}[[team]]\nname = \"robot2\"\nid = 2\n{WHEELS}"
     ));
-    for (subject, expected) in [
-        ("robot", "robot1 (number 1), 2 in the team"),
-        ("team", "this one, robot2 (number 2)"),
-        ("clock", "realtime: CLOCK_REALTIME"),
-        ("tick", "50 Hz, every 20 ms"),
-        (
-            "tick",
-            "started by timer: Absolute deadlines on CLOCK_BOOTTIME",
-        ),
-        (
-            "start",
-            "x 0 m ± 0.1 m, y 0 m ± 0.1 m, heading 0 rad ± 0.05 rad, which are 0° ± 2.86479°",
-        ),
-        (
-            "bus 0",
-            "socketcan:can0, from which is wanted 0x100 (WheelLeft), 0x101 (WheelRight)",
-        ),
-        ("bus 0", "the kernel is asked to keep their frames of 60 s"),
-        ("dbc", "none: the messages are coloc's own"),
-        (
-            "wheels.right",
-            "Ticks of WheelRight, identifier 0x101 on bus 0: 32 bits from bit 0, Intel (little-endian), unsigned, times 1 plus 0",
-        ),
-        (
-            "wheels.right",
-            "cumulative_ticks: one count is 0.1 mm; it wraps after 4294967296 counts, 429.497 km",
-        ),
-        ("wheels.left", "a frame every 20 ms (assumed"),
-        (
-            "wheels.left",
-            "alive counter Alive, 4 bits; checksum Checksum in byte 5, CRC-8 SAE J1850",
-        ),
-        ("geometry", "two wheels of an axle, 0.287 m apart"),
-        ("limits", "2 m/s: what is faster is garbage"),
-        ("noise", "differential: Two driven wheels"),
-        (
-            "noise",
-            "forward σ = 0.0141421 m/s at 0 m/s, 0.200499 m/s at 2 m/s, σ² growing by 0.005 for each rad/s; \
-             sideways σ = 0.0141421 m/s at 0 m/s, 0.100995 m/s at 2 m/s, σ² growing by 0.005 for each rad/s; \
-             turning σ = 0.0479583 rad/s at 0 m/s, 0.0479583 rad/s at 2 m/s, σ² growing by 0.02 for each rad/s",
-        ),
-        (
-            "noise",
-            "after 100 m straight at 1 m/s, the heading known at the start: ± 0.2 m along, ± 3.9 m across, heading ± 3.9°",
-        ),
-        (
-            "noise",
-            "after an hour of standing: heading ± 0.95°, ± 0.033 m along, ± 0.033 m across",
-        ),
-        (
-            "stands by",
-            "meanwhile it may creep by 0.1 m, 0.1 m sideways, 2.9° and be within 3 σ",
-        ),
-        (
-            "no samples",
-            "the last velocity is held for 200 ms, its variance growing by 0.5 of itself every 20 ms",
-        ),
-        (
-            "no samples",
-            "σ = 2.25278 m/s forward, 2.25278 m/s sideways, 0.587367 rad/s turning",
-        ),
-        (
-            "fusion",
-            "the weight minimises trace: The trace of the covariance",
-        ),
-        (
-            "gates",
-            "a neighbour's pose is accepted up to d² = 11.3449, 3.36821 σ",
-        ),
-        ("gates", "a fix is accepted up to d² = 9.21034, 3.03485 σ"),
-        (
-            "floors",
-            "none: every source is believed to be as good as it says",
-        ),
-        (
-            "history",
-            "1024 measurements; older than 1 s is too old, more than 100 ms ahead of the clock is from the future",
-        ),
-        ("health", "odometry after 100 ms"),
-        (
-            "realtime",
-            "fifo: SCHED_FIFO: the tick runs whenever it is due, priority 80",
-        ),
-        (
-            "realtime",
-            "processors: any; memory locked; stack 256 KiB; goes on with a warning where it is refused",
-        ),
-        ("shm", "/tmp/coloc-check, prefix coloc"),
-        ("log", "standard error, from level info"),
-        ("watchdog", "after 10 ticks"),
-        (
-            "not set",
-            "initial.resume: every start is at initial.pose, nothing is saved; telemetry.record: nothing is recorded",
-        ),
-    ] {
+    for (subject, expected) in UNDERSTOOD {
         let part = of(&said, subject);
         assert!(
             part.contains(expected),

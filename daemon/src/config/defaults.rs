@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use coloc_estimator::{FusionSettings, Settings};
 
 use super::{
-    Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Propagation,
-    Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, WaitMode,
+    Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel,
+    Propagation, Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, WaitMode,
 };
 
 impl Default for Clock {

@@ -76,7 +76,7 @@ fn drive(estimate: &mut Estimate, motion: Motion, start: Stamp, stamp: Stamp) ->
         stamp,
         measurements: &[sample.into()],
     });
-    outputs.estimate.belief.total.variances()
+    outputs.estimate.belief.total().variances()
 }
 
 #[cfg(test)]

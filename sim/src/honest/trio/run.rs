@@ -202,7 +202,11 @@ fn beginning(noise: &Noise, robot: usize, [x, y, phi]: [f64; 3]) -> (Pose, Place
 
 fn settings(life: Life, propagation: Propagation) -> FilterSettings {
     let [forward, _, turning] = life.sort.per_second().map(|it| it * f64::from(RATE_HZ));
-    let variance = |a, b| Variance { a, b, c: 0.0 };
+    let variance = |a, b| Variance {
+        a,
+        b,
+        ..Variance::default()
+    };
     FilterSettings {
         dt_s: 1.0 / f64::from(RATE_HZ),
         odometry: OdometryNoise {
