@@ -288,6 +288,7 @@ fn counters(buses: &[Bus], decoded: &OdometryCounters) -> CanCounters {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "these results are exact")]
 mod tests {
     use std::path::Path;
 

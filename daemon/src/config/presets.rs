@@ -163,6 +163,7 @@ impl<'de> Deserialize<'de> for Motion {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "these results are exact")]
 mod tests {
     use std::path::Path;
 
