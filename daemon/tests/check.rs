@@ -134,7 +134,7 @@ const UNDERSTOOD: &[(&str, &str)] = &[
     ),
     (
         "noise",
-        "after 100 m straight at 1 m/s, the heading known at the start: ± 0.2 m along, ± 3.9 m across, heading ± 3.9°",
+        "after 100 m straight at 1 m/s, the heading known at the start: ± 0.24 m along, ± 3.9 m across, heading ± 3.9°",
     ),
     (
         "noise",

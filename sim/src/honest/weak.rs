@@ -29,7 +29,7 @@ const LOOKS_S: [u32; 2] = [30, 100];
 const BAR: f64 = 2.4;
 const HELD_RAD: f64 = 0.3;
 
-/// What the document of the equations found at each look, for each of [`Rival::ALL`], where it says so.
+/// What an independent implementation of the same equations found at each look, for each of [`Rival::ALL`], where it says so.
 type Document = [[Option<&'static str>; 3]; LOOKS_S.len()];
 
 /// How well the heading was known at the start \[rad\].
@@ -184,7 +184,7 @@ pub fn find(form: &Form) -> Finding {
             form.robots, form.rate_hz
         ),
         text: format!(
-            "Mean NEES (in brackets what the equations' document found) / share outside:\n\n{}",
+            "Mean NEES (in brackets what another implementation found) / share outside:\n\n{}",
             table.text()
         ),
         missed,

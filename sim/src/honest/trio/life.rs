@@ -19,7 +19,7 @@ pub(super) struct Life {
     pub(super) heading: f64,
     /// Radius of the floor beyond which they turn back \[m\].
     pub(super) floor_m: f64,
-    /// What the document of the equations found, with cubature and with the bend carried.
+    /// What an independent implementation of the same equations found, in another world, with cubature and with the bend carried.
     pub(super) document: [&'static str; 2],
 }
 

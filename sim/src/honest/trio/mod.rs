@@ -45,8 +45,8 @@ pub fn find(form: &Form) -> Finding {
         "floor",
         "cubature",
         "coloc",
-        "document: cubature",
-        "document: bend carried",
+        "elsewhere: cubature",
+        "elsewhere: bend carried",
     ]);
     let mut missed = Vec::new();
     for life in LIVES {
