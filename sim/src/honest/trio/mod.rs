@@ -2,8 +2,8 @@
 //!
 //! They start 5 m apart with their headings at random and drive at 1 m/s for ten minutes, on a floor of 10 m about the first one's
 //! start: within it they turn at random, each by itself, beyond it back. Each sees both others at every exchange, to 0.1 m and
-//! 1°; fixes are good to 0.1 m. What is compared is the transform alone: the fusion is the product's in both. The document of
-//! the equations does not say on which ways its figures were found. Where nothing keeps the robots together is shown beside,
+//! 1°; fixes are good to 0.1 m. What is compared is the transform alone: the fusion is the product's in both. Of the
+//! figures found elsewhere it is not known on which ways. Where nothing keeps the robots together is shown beside,
 //! without a bar: in ten minutes they come to be some fifty metres from one another, and no team sees so far.
 
 mod life;
