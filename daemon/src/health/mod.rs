@@ -226,6 +226,15 @@ mod tests {
         }
     }
 
+    /// It is said with each input that is beyond it.
+    #[test]
+    fn fixes_and_neighbours_have_their_gates_and_nothing_else_has_one() {
+        let gate = |input| watch().gate(input);
+        assert!((gate(Input::Position) - 9.210_340).abs() < 1e-6);
+        assert!((gate(Input::Neighbour) - 11.344_867).abs() < 1e-6);
+        assert!(gate(Input::Odometry).max(gate(Input::RelativePose)) <= 0.0);
+    }
+
     #[test]
     fn a_source_without_a_row_still_counts_for_its_kind() {
         let mut watch = watch();
