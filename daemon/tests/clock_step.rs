@@ -79,6 +79,11 @@ fn a_driving_robot_drives_on_through_a_clock_step() {
                     estimate.pose
                 );
                 assert!(
+                    (estimate.odometry[0] - way_m).abs() < 1e-6,
+                    "{source} {step} tick {tick}: {:?}",
+                    estimate.odometry
+                );
+                assert!(
                     tick == 0 || (estimate.velocity[0] - 0.5).abs() < 1e-6,
                     "{:?}",
                     estimate.velocity

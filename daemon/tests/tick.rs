@@ -43,10 +43,25 @@ fn a_sensor_is_stale_on_the_first_tick_beyond_its_threshold() {
 fn every_estimate_has_the_next_number_of_one_session() {
     let world = World::new();
     let mut robot = world.robot("a", 1, "");
-    let headers: Vec<_> = (0..5).map(|_| robot.tick().header).collect();
-    for (number, header) in (0..).zip(&headers) {
+    let estimates: Vec<_> = (0..5).map(|_| robot.tick()).collect();
+    for (number, estimate) in (0..).zip(&estimates) {
+        let header = &estimate.header;
         assert_eq!((header.sequence, header.source), (number, 1));
-        assert_eq!(header.session, headers[0].session);
+        assert_eq!(header.session, estimates[0].header.session);
+        assert_eq!(estimate.tick, estimates[0].tick + number);
+    }
+}
+
+/// Also after the clock of the day was set: the other one runs on.
+#[test]
+fn an_estimate_says_its_moment_by_both_clocks() {
+    let world = World::new();
+    let mut robot = world.robot("a", 1, "");
+    for step_ns in [0, 3600 * SECOND, -SECOND] {
+        world.time.step(step_ns);
+        let estimate = robot.tick();
+        assert_eq!(estimate.boot_ns, world.time.read_boot());
+        assert_eq!(estimate.header.stamp_ns, world.time.realtime());
     }
 }
 
