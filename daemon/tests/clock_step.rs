@@ -5,7 +5,7 @@ mod by_hand;
 
 use by_hand::{METRES_PER_TICK, PERIOD, SECOND, World};
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::{Health, Input, Position};
+use coloc_shm_types::{BeliefState, Health, Input, Position};
 
 const STEPS: [i64; 4] = [SECOND, -SECOND, 3600 * SECOND, -3600 * SECOND];
 
@@ -89,6 +89,9 @@ fn a_driving_robot_drives_on_through_a_clock_step() {
                     estimate.velocity
                 );
                 assert!(tick == 0 || estimate.health_of(Input::Odometry) == Health::Ok);
+                assert!(tick == 0 || estimate.state() == BeliefState::Ok);
+                assert!(tick == 0 || estimate.is_fit(), "nothing was asked for");
+                assert!(tick == 0 || estimate.velocity_covariance[0] > 0.0);
             }
             assert_eq!(
                 robot

@@ -89,6 +89,7 @@ fn a_sighting_helps_the_robot_that_was_seen() {
         after.pose
     );
     assert!(after.total()[0] < before.1.total()[0] / 2.0);
+    assert!(after.dependent[0] > 0.0, "it owes it to the other one");
     let account = seen.robot.account();
     assert_eq!(account.status().accepted_of(Input::Neighbour), 1);
     assert_eq!(
