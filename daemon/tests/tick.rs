@@ -334,6 +334,8 @@ fn a_frame_that_comes_as_the_clocks_are_read_starts_the_next_tick_at_once() {
     let estimate = subject.estimates.receive().unwrap().expect("a tick");
     let timing = subject.timing().expect("a tick tells its time");
     assert_eq!(timing.header.stamp_ns, estimate.header.stamp_ns);
+    let stages = [timing.collect_ns, timing.estimate_ns, timing.publish_ns];
+    assert!(stages.iter().all(|&ns| ns > 0), "{timing:?}");
     assert!(
         (1..=timing.header.stamp_ns).contains(&timing.frame_stamp_ns) && timing.latency_ns > 0,
         "{timing:?}"
