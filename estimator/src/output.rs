@@ -35,7 +35,7 @@ pub struct Estimate {
     /// How fresh `velocity` is.
     pub odometry: OdometryState,
     /// Pose in the odometry frame: where the wheels alone have taken the robot since its start, which is this frame's origin. No
-    /// measurement moves it and no doubt shortens it, so it never jumps; it drifts without end.
+    /// measurement moves it and no doubt shortens it: it jumps only by what a late sample corrects, and drifts without end.
     pub driven: Pose,
 }
 

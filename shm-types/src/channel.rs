@@ -181,7 +181,7 @@ impl Channel {
         Told {
             channel: Self::Estimate,
             name: "estimate",
-            what: "pose, velocity, both with their covariance, and whether to drive on them, at every tick",
+            what: "both poses, velocity, covariances, and whether to drive on them, at every tick",
             age: Age::Millis(1000),
             size: size_of::<Estimate>(),
             subscribers: 32,

@@ -57,7 +57,7 @@ pub struct Track {
 pub struct PastPose {
     /// `[x, y, φ]` in the common frame, φ in (−π, π] \[m, m, rad\].
     pub pose: [f64; 3],
-    /// `[x, y, φ]` in the odometry frame, likewise: it never jumps.
+    /// `[x, y, φ]` in the odometry frame, likewise: no measurement moves it.
     pub odometry: [f64; 3],
     /// P of `pose`, 3×3, full row-major \[m², m·rad, rad²\].
     pub covariance: [f64; 9],

@@ -299,13 +299,9 @@ mod tests {
         }
     }
 
-    /// All of it used to count for the first one.
-    #[test]
-    fn odometry_counts_for_the_source_that_it_came_from() {
-        let (mut account, _link) = account();
-        let stamp = Stamp::from_nanos(20_000_000);
-        account.begin(stamp, 0);
-        let sample = |source| {
+    /// Of samples of these sources, one of source 3 was too old.
+    fn refuse_one(account: &mut Account, sources: &[u16], stamp: Stamp) {
+        let sample = |&source| {
             Measurement::from(OdometrySample {
                 source,
                 start: Stamp::default(),
@@ -325,7 +321,17 @@ mod tests {
             overflowed: 0,
             folded_early: 0,
         };
-        account.outputs(&outputs, &[0, 3, 3].map(sample));
+        let given: Vec<_> = sources.iter().map(sample).collect();
+        account.outputs(&outputs, &given);
+    }
+
+    /// All of it used to count for the first one.
+    #[test]
+    fn odometry_counts_for_the_source_that_it_came_from() {
+        let (mut account, _link) = account();
+        let stamp = Stamp::from_nanos(20_000_000);
+        account.begin(stamp, 0);
+        refuse_one(&mut account, &[0, 3, 3], stamp);
         let status = account.status();
         let rows = status.sources().map(|(_, row)| row);
         let mut counts: Vec<_> = rows
@@ -345,25 +351,7 @@ mod tests {
             let stamp = Stamp::from_nanos(1_000_000 * millis);
             account.begin(stamp, 0);
             account.valid(Input::Odometry, 3, stamp);
-            let sample = OdometrySample {
-                source: 3,
-                start: Stamp::default(),
-                stamp,
-                motion: Motion::standstill([1.0; 3]),
-            };
-            let refused = Report {
-                source: Source::new(Kind::Odometry, 3),
-                stamp,
-                verdict: Verdict::TooOld,
-            };
-            let outputs = TickOutputs {
-                estimate: Estimate::default(),
-                outgoing: &[],
-                reports: &[refused],
-                overflowed: 0,
-                folded_early: 0,
-            };
-            account.outputs(&outputs, &[Measurement::from(sample)]);
+            refuse_one(&mut account, &[3], stamp);
         }
         let (health, _) = account.health(&Belief::default());
         assert_eq!(health[Input::Odometry as usize], Health::Refused);

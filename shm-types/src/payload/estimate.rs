@@ -23,7 +23,8 @@ pub struct Estimate {
     /// `[x, y, φ]` in the common frame (m, m, rad).
     pub pose: [f64; 3],
     /// `[x, y, φ]` in the odometry frame (m, m, rad): where the wheels alone have taken the robot since its daemon started. It
-    /// never jumps, and drifts without end; `pose` jumps when the robot learns. For controllers, and for differences of two poses.
+    /// drifts without end, and no measurement moves it: it jumps only by what a late frame of the wheels corrects. `pose` jumps when
+    /// the robot learns. For controllers, and for differences of two poses.
     pub odometry: [f64; 3],
     /// `[v_x, v_y, ω]` in the body frame (m/s, m/s, rad/s).
     pub velocity: [f64; 3],

@@ -21,7 +21,7 @@ const LONGEST_PREFIX: usize = 16;
 const CREATION: Duration = Duration::from_millis(50);
 
 /// Publishers that leave between two looks of a subscriber and whose last messages it gets all the same; of more, some
-/// lose theirs. Each place is looked at in every call: the 128 that are iceoryx2's default cost a fifth of a tick.
+/// lose theirs. Each place is looked at in every call: the 128 that are iceoryx2's default cost a sixth of a tick.
 const LEAVERS: usize = 16;
 
 /// A root directory and a prefix that is nobody else's.

@@ -170,11 +170,11 @@ pub fn find(form: &Form) -> Finding {
         "coloc",
     ]);
     let mut missed = Vec::new();
-    for (start, document) in STARTS {
+    for (start, elsewhere) in STARTS {
         let found = Rival::ALL.map(|rival| scores(form, rival, start));
         for (look, seconds) in (0..found[2].len()).zip(LOOKS_S) {
             let scores = found.each_ref().map(|scores| scores[look]);
-            table.row(row(start, seconds, &scores, &document[look]));
+            table.row(row(start, seconds, &scores, &elsewhere[look]));
         }
         missed.extend(missed_bar(start, &found[2]));
     }
@@ -191,9 +191,14 @@ pub fn find(form: &Form) -> Finding {
     }
 }
 
-fn row(start: f64, seconds: u32, scores: &[Score; 3], document: &[Option<&str>; 3]) -> [String; 5] {
+fn row(
+    start: f64,
+    seconds: u32,
+    scores: &[Score; 3],
+    elsewhere: &[Option<&str>; 3],
+) -> [String; 5] {
     let [a, b, c] = [0, 1, 2].map(|rival| {
-        let theirs = document[rival].map_or(String::new(), |it| format!(" ({it})"));
+        let theirs = elsewhere[rival].map_or(String::new(), |it| format!(" ({it})"));
         let (nees, outside) = (scores[rival].nees(), scores[rival].outside());
         format!("{}{theirs} / {}", digits(nees), percent(outside))
     });

@@ -20,17 +20,17 @@ pub(super) struct Life {
     /// Radius of the floor beyond which they turn back \[m\].
     pub(super) floor_m: f64,
     /// What an independent implementation of the same equations found, in another world, with cubature and with the bend carried.
-    pub(super) document: [&'static str; 2],
+    pub(super) elsewhere: [&'static str; 2],
 }
 
-const fn life(sort: Sort, exchange: u32, fixes: Option<u32>, document: [&'static str; 2]) -> Life {
+const fn life(sort: Sort, exchange: u32, fixes: Option<u32>, elsewhere: [&'static str; 2]) -> Life {
     Life {
         sort,
         exchange,
         fixes,
         heading: HEADING,
         floor_m: FLOOR_M,
-        document,
+        elsewhere,
     }
 }
 

@@ -72,7 +72,7 @@ pub fn find(form: &Form) -> Finding {
 
 fn row(life: &Life, theirs: &Outcome, own: &Outcome) -> [String; 9] {
     let figures = |it: &Outcome| format!("{} m / {}", digits(it.rms_m()), digits(it.score.nees()));
-    let [a, b] = life.document.map(String::from);
+    let [a, b] = life.elsewhere.map(String::from);
     let floor = if life.is_held() {
         format!("{} m", life.floor_m)
     } else {
