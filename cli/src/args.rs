@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
+use crate::demo::scene::SceneName;
 use crate::eval::EvalArgs;
 use crate::latency::{LatencyArgs, ReaderArgs};
 use crate::list::ListArgs;
@@ -95,8 +96,11 @@ pub(crate) struct DemoArgs {
     /// Where all randomness comes from
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
+    /// What is played
+    #[arg(long, value_enum, default_value_t = SceneName::Meet)]
+    pub(crate) scene: SceneName,
     /// Robots of a recording in MR.CLAM's format, rather than of a world made up from the seed
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "scene")]
     pub(crate) data: Option<PathBuf>,
     /// Where to write pictures, summary and logs [default: demo-out, or the first demo-out-N that is free]
     #[arg(long, value_name = "DIR")]

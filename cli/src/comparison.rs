@@ -39,6 +39,27 @@ impl Comparison {
     }
 }
 
+/// A comparison, and what the picture of a run wants beside it.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Moment {
+    pub(crate) comparison: Comparison,
+    /// Covariance of the estimated place, `[xx, xy, yy]` \[m²\].
+    pub(crate) covariance: [f64; 3],
+    /// Where the robot's wheels alone would put it.
+    pub(crate) by_wheels: Pose,
+}
+
+impl Moment {
+    /// As if the wheels had been believed, with no word about how certain they are.
+    pub(crate) fn of_wheels(&self) -> Comparison {
+        Comparison {
+            estimate: self.by_wheels,
+            sigma: [f64::NAN; 3],
+            ..self.comparison
+        }
+    }
+}
+
 /// Averages over the ticks of a run, one value for each of x, y, φ.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Accuracy {
@@ -55,20 +76,26 @@ pub(crate) struct Accuracy {
 impl Accuracy {
     /// `None` where there is nothing to average.
     #[allow(clippy::cast_precision_loss)] // Counts of ticks.
-    pub(crate) fn of(comparisons: &[Comparison]) -> Option<Self> {
-        if comparisons.is_empty() {
+    pub(crate) fn of(comparisons: impl Iterator<Item = Comparison> + Clone) -> Option<Self> {
+        let estimates = comparisons.clone().count();
+        if estimates == 0 {
             return None;
         }
-        let n = comparisons.len() as f64;
+        let n = estimates as f64;
         let mean = |value: &dyn Fn(&Comparison, usize) -> f64| {
-            std::array::from_fn(|i| comparisons.iter().map(|c| value(c, i)).sum::<f64>() / n)
+            std::array::from_fn(|i| comparisons.clone().map(|c| value(&c, i)).sum::<f64>() / n)
         };
         Some(Self {
-            estimates: comparisons.len(),
+            estimates,
             mean_abs_error: mean(&|c, i| c.error()[i].abs()),
             rms_error: mean(&|c, i| c.error()[i].powi(2)).map(f64::sqrt),
             inside_3_sigma: mean(&|c, i| f64::from(u8::from(c.inside()[i]))),
         })
+    }
+
+    /// Root of the time mean of the squared distance \[m\].
+    pub(crate) fn rms_place(&self) -> f64 {
+        self.rms_error[0].hypot(self.rms_error[1])
     }
 }
 
@@ -93,13 +120,13 @@ mod tests {
 
     #[test]
     fn averages_are_over_time() {
-        let accuracy = Accuracy::of(&[
+        let comparisons = [
             comparison(0.3, 0.2),
             comparison(-0.1, 0.01),
             comparison(0.2, 0.1),
             comparison(0.0, 0.1),
-        ])
-        .unwrap();
+        ];
+        let accuracy = Accuracy::of(comparisons.into_iter()).unwrap();
         assert_eq!(accuracy.estimates, 4);
         assert!((accuracy.mean_abs_error[0] - 0.15).abs() < 1e-12);
         assert!((accuracy.rms_error[0] - 0.035_f64.sqrt()).abs() < 1e-12);
@@ -108,6 +135,6 @@ mod tests {
 
     #[test]
     fn nothing_has_no_average() {
-        assert_eq!(Accuracy::of(&[]), None);
+        assert_eq!(Accuracy::of(std::iter::empty()), None);
     }
 }

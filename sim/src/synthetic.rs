@@ -1,4 +1,4 @@
-//! A world made up from a seed: robots that drive to waypoints at random on an indoor floor.
+//! A world made up from a seed: robots that drive to waypoints, at random on an indoor floor or along given ways.
 
 use coloc_estimator::Pose;
 use coloc_estimator::angle::wrap;
@@ -27,6 +27,10 @@ pub struct SyntheticConfig {
     pub top_turn_radps: f64,
     /// How far the wheels' motion is from what they report.
     pub noise: OdometryNoise,
+    /// For every robot the waypoints that it drives round and round, at least two; a robot without any drives to waypoints at random.
+    pub ways: Vec<Vec<[f64; 2]>>,
+    /// How close to a waypoint counts as there \[m\].
+    pub arrived_m: f64,
 }
 
 impl Default for SyntheticConfig {
@@ -40,6 +44,8 @@ impl Default for SyntheticConfig {
             top_speed_mps: 0.1,
             top_turn_radps: 0.5,
             noise: OdometryNoise::paper(),
+            ways: Vec::new(),
+            arrived_m: 0.15,
         }
     }
 }
@@ -48,8 +54,6 @@ impl Default for SyntheticConfig {
 const DT_S: f64 = 0.02;
 /// How close to a wall a waypoint may be.
 const MARGIN_M: f64 = 0.5;
-/// How close counts as there.
-const ARRIVED_M: f64 = 0.15;
 /// Turning rate per radian of heading error.
 const TURN_GAIN_PER_S: f64 = 1.5;
 /// Fastest change of the forward velocity.
@@ -57,10 +61,10 @@ const ACCELERATION_MPS2: f64 = 0.3;
 /// Fastest change of the turning rate.
 const TURN_ACCELERATION_RADPS2: f64 = 2.0;
 
-/// A synthetic world: odometry is what the robots mean to do, the truth is that plus the noise of Table 2.
+/// A synthetic world: odometry is what the robots mean to do, the truth is that plus the noise of the configuration.
 ///
 /// So the noise in the truth is exactly what a filter with the same [`OdometryNoise`] assumes, as on robots
-/// that log their commands as odometry.
+/// that log their commands as odometry. Robots see where they are: however they slip, they stay on their ways.
 #[derive(Clone, Debug)]
 pub struct Synthetic {
     robots: Vec<Vec<(Pose, [f64; 2])>>,
@@ -145,10 +149,18 @@ impl<'a> Driver<'a> {
     }
 
     fn next_waypoint(&mut self) -> [f64; 2] {
+        let visited = self.visited;
+        self.visited += 1;
+        match self.config.ways.get(self.robot).map(Vec::as_slice) {
+            None | Some([]) => self.waypoint_at_random(visited),
+            Some(way) => way[visited % way.len()],
+        }
+    }
+
+    fn waypoint_at_random(&self, visited: usize) -> [f64; 2] {
         let mut draws = self
             .waypoints
-            .draws(Purpose::Waypoint, self.visited, self.robot, 0);
-        self.visited += 1;
+            .draws(Purpose::Waypoint, visited, self.robot, 0);
         self.config.floor_m.map(|length| {
             let reach = (length / 2.0 - MARGIN_M).max(0.0);
             draws.uniform(-reach, reach)
@@ -170,7 +182,7 @@ impl<'a> Driver<'a> {
             self.waypoint[0] - self.pose.x,
             self.waypoint[1] - self.pose.y,
         ];
-        if libm::hypot(dx, dy) < ARRIVED_M {
+        if libm::hypot(dx, dy) < self.config.arrived_m {
             self.waypoint = self.next_waypoint();
         }
         let error = wrap(libm::atan2(dy, dx) - self.pose.phi);
@@ -186,14 +198,18 @@ impl<'a> Driver<'a> {
     }
 
     fn advance(&mut self, step: usize) {
-        let [v, omega] = self.velocity;
+        let ([v, omega], noise) = (self.velocity, &self.config.noise);
         let slip = self
             .slip
             .draws(Purpose::Odometry, step, self.robot, 0)
-            .normals::<2>();
-        let v_true = v + slip[0] * self.config.noise.forward.at(v, v.abs(), omega).sqrt();
-        let omega_true = omega + slip[1] * self.config.noise.turning.at(v, v.abs(), omega).sqrt();
+            .normals::<3>();
+        let v_true = v + slip[0] * noise.forward.at(v, v.abs(), omega).sqrt();
+        let omega_true = omega + slip[1] * noise.turning.at(v, v.abs(), omega).sqrt();
+        let aside_m = DT_S * slip[2] * noise.sideways.at(0.0, v.abs(), omega).sqrt();
+        let (sin, cos) = libm::sincos(self.pose.phi + 0.5 * omega * DT_S);
         self.pose = arc(&self.pose, [v_true, omega_true], DT_S);
+        self.pose.x -= aside_m * sin;
+        self.pose.y += aside_m * cos;
     }
 }
 

@@ -20,10 +20,12 @@ mod process;
 mod record;
 mod robot_file;
 mod run;
+pub(crate) mod scene;
 mod show;
 mod summary;
 mod table;
 mod watch;
+mod wheels;
 mod world;
 
 use std::fmt::Display;

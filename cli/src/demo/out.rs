@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use super::record::Record;
 use super::robot_file::name;
 use super::summary::Summary;
-use crate::comparison::Comparison;
-use crate::pictures::{ErrorPoint, RobotPath, draw_errors, draw_paths};
+use super::world::Stage;
+use crate::comparison::{Accuracy, Comparison};
+use crate::pictures::{Drive, ErrorPoint, draw_drives, draw_errors};
 use crate::result_file::{ResultFile, WriteError, prepare_folder};
 
 /// A folder that was tried before the robots started.
@@ -42,13 +43,13 @@ impl Out {
     /// Draws all paths into one picture and the errors of every robot into one each, as far as that goes. Says which are there.
     pub(crate) fn draw(
         &self,
-        world: &str,
+        stage: &Stage,
         records: &[Record],
     ) -> (Vec<PathBuf>, Result<(), WriteError>) {
         let robots = records.iter().enumerate();
-        let errors = robots.map(|(robot, record)| self.draw_errors(world, robot, record));
+        let errors = robots.map(|(robot, record)| self.draw_errors(stage.description(), robot, record));
         let (mut drawn, mut result) = (Vec::new(), Ok(()));
-        for picture in std::iter::once(self.draw_paths(world, records)).chain(errors) {
+        for picture in std::iter::once(self.draw_paths(stage, records)).chain(errors) {
             match picture {
                 Ok(file) => drawn.push(file),
                 Err(error) => result = result.and(Err(error)),
@@ -57,18 +58,24 @@ impl Out {
         (drawn, result)
     }
 
-    fn draw_paths(&self, world: &str, records: &[Record]) -> Result<PathBuf, WriteError> {
+    fn draw_paths(&self, stage: &Stage, records: &[Record]) -> Result<PathBuf, WriteError> {
         let names: Vec<String> = (1..=records.len()).map(name).collect();
-        let robots = names.iter().zip(records);
-        let paths: Vec<_> = robots
-            .map(|(name, record)| RobotPath {
+        let robots = names.iter().zip(records).enumerate();
+        let drives: Vec<_> = robots
+            .map(|(robot, (name, record))| Drive {
                 name,
+                note: note(stage, robot, record),
                 pieces: record.pieces(),
             })
             .collect();
         let file = self.folder.join("paths.svg");
-        let caption = format!("Where the robots were, and where they said they were ({world})");
-        draw_paths(&file, &caption, &paths).map(|()| file)
+        let caption = format!(
+            "Where the robots were, and where they said they were ({})",
+            stage.description()
+        );
+        let times = records.iter().filter_map(Record::latest_comparison);
+        let until_s = times.map(|c| c.time_s).fold(0.0, f64::max);
+        draw_drives(&file, &caption, &drives, &stage.glimpses(until_s)).map(|()| file)
     }
 
     fn draw_errors(
@@ -81,7 +88,7 @@ impl Out {
         let pieces: Vec<Vec<ErrorPoint>> = record
             .pieces()
             .into_iter()
-            .map(|piece| piece.iter().map(error_point).collect())
+            .map(|piece| piece.iter().map(|m| error_point(&m.comparison)).collect())
             .collect();
         let file = self.folder.join(format!("errors-{name}.svg"));
         let caption =
@@ -110,6 +117,19 @@ fn fresh() -> PathBuf {
         .chain(numbered)
         .find(|path| !path.exists())
         .unwrap_or_default()
+}
+
+/// What a robot has to go by, and how far that takes it.
+fn note(stage: &Stage, robot: usize, record: &Record) -> String {
+    let rms = |accuracy: Option<Accuracy>| {
+        accuracy.map_or("?".into(), |it| format!("{:.2} m", it.rms_place()))
+    };
+    format!(
+        "{}: off by {}, wheels alone by {}",
+        stage.help(robot),
+        rms(record.accuracy()),
+        rms(record.accuracy_of_wheels())
+    )
 }
 
 fn error_point(comparison: &Comparison) -> ErrorPoint {

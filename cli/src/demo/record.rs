@@ -7,7 +7,7 @@ use coloc_shm_types::{Estimate, Input, Reject, Status, Timing};
 use hdrhistogram::Histogram;
 
 use super::bystanders::{Stall, stalled_ns};
-use crate::comparison::Comparison;
+use crate::comparison::{Accuracy, Comparison, Moment};
 
 /// After so long without an estimate \[s\] its daemon was dead, or as good as.
 const GAP_S: f64 = 0.25;
@@ -15,7 +15,7 @@ const GAP_S: f64 = 0.25;
 /// One robot's estimates and counters, over all starts of its daemon.
 pub(crate) struct Record {
     /// Every estimate since the world started, beside the truth.
-    pub(crate) comparisons: Vec<Comparison>,
+    pub(crate) moments: Vec<Moment>,
     /// The newest one, whenever it was.
     pub(crate) latest: Option<(Estimate, Instant)>,
     /// The newest counters of every start of the daemon, by its session.
@@ -58,7 +58,7 @@ impl Record {
         let latency =
             Histogram::new(3).unwrap_or_else(|_| unreachable!("three digits are allowed"));
         Self {
-            comparisons: Vec::new(),
+            moments: Vec::new(),
             latest: None,
             statuses: BTreeMap::new(),
             missed: BTreeMap::new(),
@@ -68,9 +68,9 @@ impl Record {
     }
 
     /// Notes an estimate, with the truth at its stamp where that is known.
-    pub(crate) fn hear_estimate(&mut self, estimate: &Estimate, comparison: Option<Comparison>) {
+    pub(crate) fn hear_estimate(&mut self, estimate: &Estimate, moment: Option<Moment>) {
         self.latest = Some((*estimate, Instant::now()));
-        self.comparisons.extend(comparison);
+        self.moments.extend(moment);
         self.missed.entry(estimate.header.session).or_default();
     }
 
@@ -176,10 +176,26 @@ impl Record {
         })
     }
 
-    /// The comparisons, cut where nothing was heard for a while.
-    pub(crate) fn pieces(&self) -> Vec<&[Comparison]> {
-        let together = |a: &Comparison, b: &Comparison| b.time_s - a.time_s < GAP_S;
-        self.comparisons.chunk_by(together).collect()
+    /// The newest comparison with the truth.
+    pub(crate) fn latest_comparison(&self) -> Option<Comparison> {
+        self.moments.last().map(|moment| moment.comparison)
+    }
+
+    /// How well it knew where it was.
+    pub(crate) fn accuracy(&self) -> Option<Accuracy> {
+        Accuracy::of(self.moments.iter().map(|moment| moment.comparison))
+    }
+
+    /// How well its wheels alone would have known.
+    pub(crate) fn accuracy_of_wheels(&self) -> Option<Accuracy> {
+        Accuracy::of(self.moments.iter().map(Moment::of_wheels))
+    }
+
+    /// The moments, cut where nothing was heard for a while.
+    pub(crate) fn pieces(&self) -> Vec<&[Moment]> {
+        let time_s = |moment: &Moment| moment.comparison.time_s;
+        let together = |a: &Moment, b: &Moment| time_s(b) - time_s(a) < GAP_S;
+        self.moments.chunk_by(together).collect()
     }
 }
 
@@ -208,7 +224,12 @@ mod tests {
                 estimate: coloc_estimator::Pose::default(),
                 sigma: [0.1; 3],
             };
-            record.hear_estimate(&Estimate::default(), Some(comparison));
+            let moment = Moment {
+                comparison,
+                covariance: [0.01, 0.0, 0.01],
+                by_wheels: comparison.truth,
+            };
+            record.hear_estimate(&Estimate::default(), Some(moment));
         }
         let lengths: Vec<usize> = record.pieces().iter().map(|piece| piece.len()).collect();
         assert_eq!(lengths, [3, 2]);

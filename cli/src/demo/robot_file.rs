@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use coloc_daemon::config::{Clock, ClockSource, Config, Initial, Preset, Shm, Telemetry};
+use coloc_daemon::config::{Clock, ClockSource, Config, Initial, Shm, Telemetry};
 use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
 
@@ -72,7 +72,7 @@ fn describe(
         },
         odometry: Some(odometry),
         // What the worlds' wheels are made with.
-        motion: Preset::Paper.motion(),
+        motion: stage.motion(),
         ..robot(number(index + 1)?)?
     })
 }

@@ -39,7 +39,7 @@ pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<Status, Demo
     let ended = show.end(console);
     let (facts, records) = facts(&stage, buses, ended, broke_down);
     let summary = Summary::of(facts, interrupt.is_there());
-    Ok(report(args, console, &out, summary, &records, &interrupt))
+    Ok(report(args, console, &out, &stage, summary, &records, &interrupt))
 }
 
 /// A place to work in, once what demos that were killed have left is gone.
@@ -85,12 +85,13 @@ fn report(
     args: &DemoArgs,
     console: &mut Console,
     out: &Out,
+    stage: &Stage,
     mut summary: Summary,
     records: &[Record],
     interrupt: &Interrupt,
 ) -> Status {
     console.say(&summary.lines().join("\n"));
-    let (pictures, drawn) = out.draw(&summary.world, records);
+    let (pictures, drawn) = out.draw(stage, records);
     summary.pictures = pictures;
     let (json, written) = out.write_summary(&summary);
     if args.json {

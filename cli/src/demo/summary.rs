@@ -121,7 +121,7 @@ impl RobotSummary {
             name: name(robot + 1),
             up_at_the_end,
             starts: record.starts(),
-            accuracy: Accuracy::of(&record.comparisons),
+            accuracy: record.accuracy(),
             deadlines_missed: record.missed(),
             deadlines_missed_by_more_than_a_period: record.missed_by_more_than_a_period(),
             deadlines_missed_by_the_machine: record.missed_by_the_machine(stalls),

@@ -6,7 +6,6 @@ use super::clock::world_time_s;
 use super::record::Record;
 use super::robot_file::name;
 use super::watch::sigma;
-use crate::comparison::Comparison;
 
 /// A daemon that was silent for so long is not up.
 const SILENCE: Duration = Duration::from_millis(500);
@@ -141,9 +140,8 @@ fn row(robot: usize, record: &Record, state: &State) -> String {
     };
     let [x, y, phi] = estimate.pose;
     let error = record
-        .comparisons
-        .last()
-        .map_or([f64::NAN; 3], Comparison::error);
+        .latest_comparison()
+        .map_or([f64::NAN; 3], |comparison| comparison.error());
     let [sigma_x, sigma_y, sigma_phi] = sigma(estimate);
     let [accepted, rejected] = record.totals();
     let latency_us = record.latency().map_or(f64::NAN, |latency| latency.max);
@@ -179,8 +177,8 @@ pub(crate) fn line(progress: Progress, records: &[Record], states: &[State]) -> 
         .count();
     let errors = records
         .iter()
-        .filter_map(|record| record.comparisons.last())
-        .map(Comparison::error);
+        .filter_map(Record::latest_comparison)
+        .map(|comparison| comparison.error());
     let worst = errors.fold([0.0_f64; 3], |worst, error| {
         std::array::from_fn(|i| worst[i].max(error[i].abs()))
     });

@@ -9,9 +9,10 @@ use coloc_shm_types::{Estimate, RobotName, Space, Status, Subscriber, Timing};
 use super::clock::world_time_s;
 use super::record::Record;
 use super::robot_file::name;
+use super::wheels::WheelsAlone;
 use super::world::Stage;
 use super::{DemoError, PREFIX};
-use crate::comparison::Comparison;
+use crate::comparison::{Comparison, Moment};
 
 /// Everybody's estimates and counters.
 pub(crate) struct Watch {
@@ -27,6 +28,7 @@ struct Ears {
     estimates: Subscriber<Estimate>,
     timings: Subscriber<Timing>,
     statuses: Subscriber<Status>,
+    wheels: WheelsAlone,
 }
 
 impl Watch {
@@ -49,12 +51,17 @@ impl Watch {
     /// Takes in whatever was published since the last call. `start_ns` is when the world started, if it has.
     pub(crate) fn listen(&mut self, start_ns: Option<i64>) -> Result<(), DemoError> {
         let period_ns = self.stage.step_ns().unsigned_abs();
-        for (robot, (ears, record)) in self.ears.iter().zip(&mut self.records).enumerate() {
+        for (robot, (ears, record)) in self.ears.iter_mut().zip(&mut self.records).enumerate() {
             while let Some(estimate) = ears.estimates.receive().map_err(DemoError::shm)? {
                 let comparison = start_ns.and_then(|start_ns| {
                     compare(&self.stage, self.seconds, robot, &estimate, start_ns)
                 });
-                record.hear_estimate(&estimate, comparison);
+                let moment = comparison.map(|comparison| Moment {
+                    comparison,
+                    covariance: of_place(&estimate),
+                    by_wheels: ears.wheels.follow(&estimate, &comparison.truth),
+                });
+                record.hear_estimate(&estimate, moment);
             }
             while let Some(timing) = ears.timings.receive().map_err(DemoError::shm)? {
                 record.hear_timing(&timing, period_ns);
@@ -94,6 +101,7 @@ impl Ears {
             estimates: space.subscriber(&robot).map_err(DemoError::shm)?,
             timings: space.subscriber(&robot).map_err(DemoError::shm)?,
             statuses: space.subscriber(&robot).map_err(DemoError::shm)?,
+            wheels: WheelsAlone::default(),
         })
     }
 }
@@ -123,4 +131,10 @@ fn compare(
 pub(crate) fn sigma(estimate: &Estimate) -> [f64; 3] {
     let total = estimate.total();
     [0, 4, 8].map(|diagonal| total[diagonal].max(0.0).sqrt())
+}
+
+/// `[xx, xy, yy]` of the covariance.
+fn of_place(estimate: &Estimate) -> [f64; 3] {
+    let total = estimate.total();
+    [0, 1, 4].map(|entry| total[entry])
 }

@@ -1,55 +1,42 @@
-//! What the demo's robots live in: a recording or a synthetic world, and where everybody is at any time.
+//! What the demo's robots live in, and where everybody is at any time.
 
-use std::path::Path;
-
+use coloc_daemon::config::Motion;
 use coloc_estimator::Pose;
 use coloc_estimator::angle::wrap;
-use coloc_sim::mrclam::Recording;
-use coloc_sim::{Scenario, Sensors, Synthetic, SyntheticConfig, World};
+use coloc_sim::{Scenario, Sensors, StepInputs, World};
 
 use super::DemoError;
+use super::scene::Scene;
 use crate::args::DemoArgs;
+use crate::pictures::Glimpse;
 
 /// The truth, and the sensors that look at it.
 pub(crate) struct Stage {
-    world: Box<dyn World + Send>,
-    scenario: Scenario,
+    scene: Scene,
     seed: u64,
-    robots: usize,
-    description: String,
 }
 
 impl Stage {
-    /// The world that `args` ask for.
+    /// The scene that `args` ask for.
     pub(crate) fn new(args: &DemoArgs) -> Result<Self, DemoError> {
-        let (world, description): (Box<dyn World + Send>, _) = match &args.data {
-            Some(folder) => (
-                recorded(folder)?,
-                format!("recorded in {}", folder.display()),
-            ),
-            None => (
-                synthetic(args),
-                format!("synthetic world, seed {}", args.seed),
-            ),
-        };
-        let robots = args.robots.map_or(world.robots(), usize::from);
         let stage = Self {
-            world,
-            scenario: Scenario::paper(),
+            scene: Scene::new(args)?,
             seed: args.seed,
-            robots,
-            description,
         };
         stage.check(args.seconds)?;
         Ok(stage)
     }
 
+    fn world(&self) -> &(dyn World + Send + 'static) {
+        self.scene.world.as_ref()
+    }
+
     fn check(&self, seconds: f64) -> Result<(), DemoError> {
         let refuse = |reason| Err(DemoError::World(reason));
-        if self.robots > self.world.robots() {
+        if self.robots() > self.world().robots() {
             return refuse(format!(
                 "{} robots were recorded: use --robots 1 to {0}",
-                self.world.robots()
+                self.world().robots()
             ));
         }
         if seconds > self.length_s() {
@@ -58,7 +45,7 @@ impl Stage {
                 self.length_s()
             ));
         }
-        let lost = (0..self.robots).find(|&robot| self.world.initial(robot).is_none());
+        let lost = (0..self.robots()).find(|&robot| self.world().initial(robot).is_none());
         lost.map_or(Ok(()), |robot| {
             refuse(format!(
                 "the truth of robot {} is nowhere in the recording",
@@ -69,55 +56,97 @@ impl Stage {
 
     #[allow(clippy::cast_precision_loss)] // Steps of a run.
     fn length_s(&self) -> f64 {
-        self.world.steps().saturating_sub(1) as f64 * self.world.dt_s()
+        self.world().steps().saturating_sub(1) as f64 * self.world().dt_s()
     }
 
     /// Robots of the team, numbered from 0 here.
     pub(crate) fn robots(&self) -> usize {
-        self.robots
+        self.scene.robots
     }
 
     /// As a person would say it.
     pub(crate) fn description(&self) -> &str {
-        &self.description
+        &self.scene.description
     }
 
     /// Length of a step \[ns\].
     #[allow(clippy::cast_possible_truncation)] // A fraction of a second.
     pub(crate) fn step_ns(&self) -> i64 {
-        (self.world.dt_s() * 1e9).round() as i64
+        (self.world().dt_s() * 1e9).round() as i64
     }
 
     /// Length of a step \[s\].
     pub(crate) fn step_s(&self) -> f64 {
-        self.world.dt_s()
+        self.world().dt_s()
     }
 
     /// What the sensors are like.
     pub(crate) fn scenario(&self) -> &Scenario {
-        &self.scenario
+        &self.scene.sensors
+    }
+
+    /// What the daemons believe of the wheels.
+    pub(crate) fn motion(&self) -> Motion {
+        self.scene.wheels.motion()
+    }
+
+    /// Whether the others tell this robot what they see of it.
+    pub(crate) fn is_told(&self, robot: usize) -> bool {
+        self.scene.untold != Some(robot)
+    }
+
+    /// What the robot has to go by, besides its wheels.
+    pub(crate) fn help(&self, robot: usize) -> &'static str {
+        match (self.scenario().fixes.robots.contains(&robot), self.is_told(robot)) {
+            (true, _) => "has a receiver",
+            (false, true) => "told by who sees it",
+            (false, false) => "seen and not told",
+        }
+    }
+
+    /// Who saw whom until `until_s`, at some moments.
+    pub(crate) fn glimpses(&self, until_s: f64) -> Vec<Glimpse> {
+        let sensors = self.sensors();
+        let steps = (until_s / self.step_s()) as usize;
+        let mut inputs = StepInputs::default();
+        let mut glimpses = Vec::new();
+        for step in (25..=steps).step_by(25) {
+            sensors.fill(step, &mut inputs);
+            let place = |robot| self.world().truth(step, robot).map(|it| (it.x, it.y));
+            let both = inputs
+                .sightings
+                .iter()
+                .filter(|it| it.observer < it.observed && it.observed < self.robots());
+            glimpses.extend(both.filter_map(|it| {
+                Some(Glimpse {
+                    between: [place(it.observer)?, place(it.observed)?],
+                    untold: !self.is_told(it.observer) || !self.is_told(it.observed),
+                })
+            }));
+        }
+        glimpses
     }
 
     /// The sensors of the team.
     pub(crate) fn sensors(&self) -> Sensors<'_, dyn World + Send> {
-        Sensors::new(self.world.as_ref(), &self.scenario, self.seed, 0)
+        Sensors::new(self.world(), &self.scene.sensors, self.seed, 0)
     }
 
     /// Where the robot begins.
     pub(crate) fn initial(&self, robot: usize) -> Pose {
-        self.world.initial(robot).unwrap_or_default()
+        self.world().initial(robot).unwrap_or_default()
     }
 
     /// Where the robot is `time_s` after the start, between steps on a straight line; before the start where it begins.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Not negative, and saturates.
     pub(crate) fn truth_at(&self, robot: usize, time_s: f64) -> Option<Pose> {
-        let steps = (time_s / self.world.dt_s()).max(0.0);
+        let steps = (time_s / self.world().dt_s()).max(0.0);
         let (step, part) = (steps.floor() as usize, steps.fract());
-        let here = self.world.truth(step, robot)?;
+        let here = self.world().truth(step, robot)?;
         if part == 0.0 {
             return Some(here);
         }
-        let there = self.world.truth(step + 1, robot)?;
+        let there = self.world().truth(step + 1, robot)?;
         Some(between(&here, &there, part))
     }
 }
@@ -131,31 +160,17 @@ fn between(a: &Pose, b: &Pose, part: f64) -> Pose {
     )
 }
 
-fn recorded(folder: &Path) -> Result<Box<dyn World + Send>, DemoError> {
-    let recording = Recording::load(folder).map_err(|error| DemoError::World(error.to_string()))?;
-    Ok(Box::new(recording.resample()))
-}
-
-/// A little longer than asked for: estimates are compared up to the last tick.
-fn synthetic(args: &DemoArgs) -> Box<dyn World + Send> {
-    let config = SyntheticConfig {
-        robots: args.robots.map_or(5, usize::from),
-        seconds: args.seconds + 1.0,
-        seed: args.seed,
-        ..SyntheticConfig::default()
-    };
-    Box::new(Synthetic::new(&config))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::demo::scene::SceneName;
 
     fn args() -> DemoArgs {
         DemoArgs {
             robots: Some(2),
             seconds: 5.0,
             seed: 3,
+            scene: SceneName::Meet,
             data: None,
             out: None,
             json: false,

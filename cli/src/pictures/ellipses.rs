@@ -35,18 +35,22 @@ pub(crate) struct Ellipse {
 }
 
 impl Ellipse {
-    /// Points around it: mean + L (cos, sin), P = L Lᵀ.
     fn outline(&self) -> Vec<(f64, f64)> {
-        let [xx, xy, yy] = self.covariance.map(|entry| CHI2_2_95 * entry);
-        let a = xx.max(0.0).sqrt();
-        let b = if a > 0.0 { xy / a } else { 0.0 };
-        let c = (yy - b * b).max(0.0).sqrt();
-        let point = |step| {
-            let (sin, cos) = (TAU * f64::from(step) / f64::from(STEPS)).sin_cos();
-            (self.mean[0] + a * cos, self.mean[1] + b * cos + c * sin)
-        };
-        (0..=STEPS).map(point).collect()
+        outline(self.mean, self.covariance, STEPS)
     }
+}
+
+/// Points around 95 % of a normal distribution: mean + L (cos, sin), P = L Lᵀ.
+pub(super) fn outline(mean: [f64; 2], covariance: [f64; 3], steps: u32) -> Vec<(f64, f64)> {
+    let [xx, xy, yy] = covariance.map(|entry| CHI2_2_95 * entry);
+    let a = xx.max(0.0).sqrt();
+    let b = if a > 0.0 { xy / a } else { 0.0 };
+    let c = (yy - b * b).max(0.0).sqrt();
+    let point = |step| {
+        let (sin, cos) = (TAU * f64::from(step) / f64::from(steps)).sin_cos();
+        (mean[0] + a * cos, mean[1] + b * cos + c * sin)
+    };
+    (0..=steps).map(point).collect()
 }
 
 /// Draws `panels` side by side, a metre as long on both axes.

@@ -3,6 +3,7 @@
 //! SVG needs no font files: the text stays text and the viewer draws it.
 
 mod bars;
+mod drives;
 mod ellipses;
 mod errors;
 mod legend;
@@ -11,6 +12,7 @@ mod paths;
 mod percentiles;
 mod png;
 mod style;
+mod window;
 
 use std::path::Path;
 
@@ -18,6 +20,7 @@ use plotters::coord::Shift;
 use plotters::prelude::{DrawingArea, IntoDrawingArea, SVGBackend};
 
 pub(crate) use bars::{BarPanel, draw_bars};
+pub(crate) use drives::{Drive, Glimpse, draw_drives};
 pub(crate) use ellipses::{Ellipse, EllipsePanel, draw_ellipses};
 pub(crate) use errors::{ErrorPoint, draw_errors};
 pub(crate) use lines::{Line, Panel, Scale, draw_lines};

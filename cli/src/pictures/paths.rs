@@ -5,7 +5,8 @@ use std::path::Path;
 use plotters::prelude::*;
 
 use super::legend::Legend;
-use super::style::{GRID, INK, TRUTH, extent, line, robot_color, thinned, tick_label};
+use super::style::{GRID, INK, TRUTH, line, robot_color, thinned, tick_label};
+use super::window::{LABELS_PX, MARGIN_PX, Window};
 use super::{Area, Failure, write_svg};
 use crate::comparison::Comparison;
 use crate::result_file::WriteError;
@@ -20,8 +21,7 @@ pub(crate) struct RobotPath<'a> {
 
 const WIDTH_PX: u32 = 1000;
 const CAPTION_PX: u32 = 40;
-const MARGIN_PX: u32 = 15;
-const LABELS_PX: u32 = 50;
+const BESIDE_PX: u32 = 2 * MARGIN_PX + LABELS_PX;
 const MOST_POINTS: usize = 3000;
 
 /// Draws truth and estimate of every robot in the common frame, a metre as long on both axes.
@@ -30,9 +30,9 @@ pub(crate) fn draw_paths(
     caption: &str,
     robots: &[RobotPath<'_>],
 ) -> Result<(), WriteError> {
-    let (window, legend) = (Window::around(robots), legend(robots));
+    let (window, legend) = (window(robots), legend(robots));
     let legend_px = legend.height_px(WIDTH_PX);
-    let size = (WIDTH_PX, CAPTION_PX + legend_px + window.height_px());
+    let size = (WIDTH_PX, CAPTION_PX + legend_px + window.height_px(WIDTH_PX, BESIDE_PX));
     write_svg(file, size, |area| {
         area.fill(&WHITE)?;
         let (title, rest) = area.split_vertically(CAPTION_PX);
@@ -53,50 +53,13 @@ fn legend(robots: &[RobotPath<'_>]) -> Legend {
     Legend::new(std::iter::once(truth).chain(estimates).collect())
 }
 
-/// The part of the plane that is shown \[m\].
-struct Window {
-    x: (f64, f64),
-    y: (f64, f64),
-}
-
-impl Window {
-    /// All paths with 5 % of air around them.
-    fn around(robots: &[RobotPath<'_>]) -> Self {
-        let poses = || {
-            robots
-                .iter()
-                .flat_map(|robot| robot.pieces.iter().copied().flatten())
-                .flat_map(|c| [c.truth, c.estimate])
-        };
-        let (x, y) = (extent(poses().map(|p| p.x)), extent(poses().map(|p| p.y)));
-        let air = 0.05 * (x.1 - x.0).max(y.1 - y.0).max(0.2);
-        let mut window = Self {
-            x: (x.0 - air, x.1 + air),
-            y: (y.0 - air, y.1 + air),
-        };
-        window.widen_to_half_as_high();
-        window
-    }
-
-    /// A window much taller than wide would make a picture of several screens.
-    fn widen_to_half_as_high(&mut self) {
-        let missing = (self.y.1 - self.y.0) - (self.x.1 - self.x.0);
-        if missing > 0.0 {
-            self.x = (self.x.0 - missing / 2.0, self.x.1 + missing / 2.0);
-        }
-        let missing = 0.4 * (self.x.1 - self.x.0) - (self.y.1 - self.y.0);
-        if missing > 0.0 {
-            self.y = (self.y.0 - missing / 2.0, self.y.1 + missing / 2.0);
-        }
-    }
-
-    /// Height of the plot that makes a metre equally long on both axes.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Between 40 % and 100 % of the width.
-    fn height_px(&self) -> u32 {
-        let plot_width = f64::from(WIDTH_PX - 2 * MARGIN_PX - LABELS_PX);
-        let plot_height = plot_width * (self.y.1 - self.y.0) / (self.x.1 - self.x.0);
-        plot_height.round() as u32 + 2 * MARGIN_PX + LABELS_PX
-    }
+/// All paths.
+fn window(robots: &[RobotPath<'_>]) -> Window {
+    let poses = robots
+        .iter()
+        .flat_map(|robot| robot.pieces.iter().copied().flatten())
+        .flat_map(|c| [c.truth, c.estimate]);
+    Window::around(poses.map(|pose| (pose.x, pose.y)))
 }
 
 fn draw_title(area: &Area<'_>, caption: &str) -> Result<(), Failure> {
@@ -213,13 +176,13 @@ mod tests {
     #[test]
     fn a_metre_is_as_long_on_both_axes() {
         let comparisons = circle(1.0);
-        let window = Window::around(&[RobotPath {
+        let window = window(&[RobotPath {
             name: "",
             pieces: vec![&comparisons],
         }]);
-        let across = f64::from(WIDTH_PX - 2 * MARGIN_PX - LABELS_PX) / (window.x.1 - window.x.0);
-        let up =
-            f64::from(window.height_px() - 2 * MARGIN_PX - LABELS_PX) / (window.y.1 - window.y.0);
+        let across = f64::from(WIDTH_PX - BESIDE_PX) / (window.x.1 - window.x.0);
+        let up = f64::from(window.height_px(WIDTH_PX, BESIDE_PX) - BESIDE_PX)
+            / (window.y.1 - window.y.0);
         assert!((across / up - 1.0).abs() < 0.01);
     }
 

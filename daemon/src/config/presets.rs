@@ -101,7 +101,8 @@ impl Variance {
 
 impl Motion {
     /// Noise of a velocity, per reference period.
-    pub(crate) fn noise(&self) -> OdometryNoise {
+    #[must_use]
+    pub fn noise(&self) -> OdometryNoise {
         let variance = |variance: Variance| variance.in_a_sample_of(self.reference_period_s);
         OdometryNoise {
             forward: variance(self.forward),

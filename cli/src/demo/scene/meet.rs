@@ -1,0 +1,155 @@
+//! Robots whose wheels skid drive figures that turn and cross. They see one another where they meet.
+
+use std::f64::consts::TAU;
+
+use coloc_daemon::config::Preset;
+use coloc_sim::scenario::{Fixes, Sightings};
+use coloc_sim::{Scenario, Synthetic, SyntheticConfig};
+
+use super::Scene;
+use crate::args::DemoArgs;
+
+/// How far a robot sees: not from one side of the floor to the other \[m\].
+const RANGE_M: f64 = 3.0;
+const TOP_SPEED_MPS: f64 = 0.8;
+const TOP_TURN_RADPS: f64 = 1.5;
+/// A robot cuts the corners of its figure by less than this \[m\].
+const ARRIVED_M: f64 = 0.3;
+/// Corners of a figure.
+const CORNERS: u16 = 64;
+/// Teams smaller than that have nobody to spare.
+const SMALLEST_WITH_UNTOLD: usize = 4;
+
+/// A closed way that is driven again and again.
+struct Figure {
+    shape: fn(f64) -> [f64; 2],
+    /// Half its length and width \[m\].
+    size_m: [f64; 2],
+    /// \[m\]
+    centre_m: [f64; 2],
+    turned_deg: f64,
+    /// Where on it a robot begins, and which way round: of a round.
+    start: f64,
+    round: f64,
+}
+
+fn eight(angle: f64) -> [f64; 2] {
+    [angle.sin(), (2.0 * angle).sin()]
+}
+
+fn oval(angle: f64) -> [f64; 2] {
+    [angle.cos(), angle.sin()]
+}
+
+/// One for each of five robots.
+const FIGURES: [Figure; 5] = [
+    Figure {
+        shape: eight,
+        size_m: [5.6, 1.6],
+        centre_m: [0.0, 0.0],
+        turned_deg: 0.0,
+        start: 0.95,
+        round: 1.0,
+    },
+    Figure {
+        shape: eight,
+        size_m: [3.2, 1.8],
+        centre_m: [-3.2, 0.0],
+        turned_deg: 90.0,
+        start: 0.4,
+        round: -1.0,
+    },
+    Figure {
+        shape: eight,
+        size_m: [3.2, 1.8],
+        centre_m: [3.2, 0.0],
+        turned_deg: 90.0,
+        start: 0.5,
+        round: -1.0,
+    },
+    Figure {
+        shape: oval,
+        size_m: [4.6, 2.6],
+        centre_m: [0.0, 0.0],
+        turned_deg: 0.0,
+        start: 0.85,
+        round: -1.0,
+    },
+    Figure {
+        shape: eight,
+        size_m: [5.0, 1.6],
+        centre_m: [0.0, 0.0],
+        turned_deg: 28.0,
+        start: 0.45,
+        round: -1.0,
+    },
+];
+
+/// After five robots the figures start over; who drives one that is taken begins this part of a round later.
+const LATER: f64 = 0.19;
+
+impl Figure {
+    fn corner(&self, part: f64) -> [f64; 2] {
+        let [x, y] = (self.shape)(TAU * part);
+        let [x, y] = [self.size_m[0] * x, self.size_m[1] * y];
+        let (sin, cos) = self.turned_deg.to_radians().sin_cos();
+        let [cx, cy] = self.centre_m;
+        [cx + cos * x - sin * y, cy + sin * x + cos * y]
+    }
+
+    /// The whole figure, from where a robot begins that comes `later`.
+    fn way(&self, later: f64) -> Vec<[f64; 2]> {
+        let part = |corner: u16| f64::from(corner) / f64::from(CORNERS);
+        (0..CORNERS)
+            .map(|corner| self.corner(self.start + later + self.round * part(corner)))
+            .collect()
+    }
+}
+
+#[allow(clippy::cast_precision_loss)] // A handful.
+fn way(robot: usize) -> Vec<[f64; 2]> {
+    let round = robot / FIGURES.len();
+    FIGURES[robot % FIGURES.len()].way(LATER * round as f64)
+}
+
+/// The paper's sensors, but that they do not see so far.
+fn sensors() -> Scenario {
+    let paper = Scenario::paper();
+    Scenario {
+        name: "meet",
+        sightings: Sightings {
+            range_m: RANGE_M,
+            ..paper.sightings
+        },
+        fixes: Fixes {
+            robots: vec![0, 1],
+            ..paper.fixes
+        },
+        ..paper
+    }
+}
+
+/// A little longer than asked for: estimates are compared up to the last tick.
+pub(super) fn scene(args: &DemoArgs) -> Scene {
+    let robots = args.robots.map_or(FIGURES.len(), usize::from);
+    let wheels = Preset::SkidSteer;
+    let world = Synthetic::new(&SyntheticConfig {
+        robots,
+        seconds: args.seconds + 1.0,
+        seed: args.seed,
+        top_speed_mps: TOP_SPEED_MPS,
+        top_turn_radps: TOP_TURN_RADPS,
+        noise: wheels.motion().noise(),
+        ways: (0..robots).map(way).collect(),
+        arrived_m: ARRIVED_M,
+        ..SyntheticConfig::default()
+    });
+    Scene {
+        description: format!("scene meet, seed {}", args.seed),
+        world: Box::new(world),
+        robots,
+        sensors: sensors(),
+        wheels,
+        untold: (robots >= SMALLEST_WITH_UNTOLD).then(|| robots - 1),
+    }
+}
