@@ -119,9 +119,8 @@ impl Feed {
 
     fn send_measurements(&mut self, inputs: &StepInputs, stamp_ns: i64) {
         let scenario = self.stage.scenario();
-        let (team, stage) = (self.robots.len(), &self.stage);
-        let told = |robot: usize| robot < team && stage.is_told(robot);
-        for sighting in inputs.sightings.iter().filter(|it| told(it.observed)) {
+        let stage = &self.stage;
+        for sighting in inputs.sightings.iter().filter(|it| stage.is_told_of(it)) {
             if let Some(robot) = self.robots.get_mut(sighting.observer) {
                 let header = robot.sights.header(stamp_ns);
                 let message = relative_pose(header, sighting, scenario.sightings.sigma);

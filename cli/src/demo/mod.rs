@@ -18,6 +18,8 @@ pub(crate) mod interrupt;
 mod out;
 mod process;
 mod record;
+#[cfg(test)]
+mod rehearsal;
 mod robot_file;
 mod run;
 pub(crate) mod scene;

@@ -6,7 +6,7 @@ use super::record::Record;
 use super::robot_file::name;
 use super::summary::Summary;
 use super::world::Stage;
-use crate::comparison::{Accuracy, Comparison};
+use crate::comparison::Comparison;
 use crate::pictures::{Drive, ErrorPoint, draw_drives, draw_errors};
 use crate::result_file::{ResultFile, WriteError, prepare_folder};
 
@@ -47,7 +47,8 @@ impl Out {
         records: &[Record],
     ) -> (Vec<PathBuf>, Result<(), WriteError>) {
         let robots = records.iter().enumerate();
-        let errors = robots.map(|(robot, record)| self.draw_errors(stage.description(), robot, record));
+        let errors =
+            robots.map(|(robot, record)| self.draw_errors(stage.description(), robot, record));
         let (mut drawn, mut result) = (Vec::new(), Ok(()));
         for picture in std::iter::once(self.draw_paths(stage, records)).chain(errors) {
             match picture {
@@ -121,14 +122,14 @@ fn fresh() -> PathBuf {
 
 /// What a robot has to go by, and how far that takes it.
 fn note(stage: &Stage, robot: usize, record: &Record) -> String {
-    let rms = |accuracy: Option<Accuracy>| {
-        accuracy.map_or("?".into(), |it| format!("{:.2} m", it.rms_place()))
+    let metres = |error: Option<[f64; 3]>| {
+        error.map_or("?".into(), |[x, y, _]| format!("{:.2} m", x.hypot(y)))
     };
     format!(
         "{}: off by {}, wheels alone by {}",
-        stage.help(robot),
-        rms(record.accuracy()),
-        rms(record.accuracy_of_wheels())
+        stage.parts()[robot].help.words(),
+        metres(record.accuracy().map(|it| it.rms_error)),
+        metres(record.rms_error_of_wheels())
     )
 }
 

@@ -186,9 +186,10 @@ impl Record {
         Accuracy::of(self.moments.iter().map(|moment| moment.comparison))
     }
 
-    /// How well its wheels alone would have known.
-    pub(crate) fn accuracy_of_wheels(&self) -> Option<Accuracy> {
-        Accuracy::of(self.moments.iter().map(Moment::of_wheels))
+    /// Root of the time mean of the squared error of its wheels alone \[m, m, rad\].
+    pub(crate) fn rms_error_of_wheels(&self) -> Option<[f64; 3]> {
+        let of_wheels = Accuracy::of(self.moments.iter().map(Moment::of_wheels));
+        of_wheels.map(|accuracy| accuracy.rms_error)
     }
 
     /// The moments, cut where nothing was heard for a while.

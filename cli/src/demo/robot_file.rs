@@ -45,12 +45,9 @@ fn describe(
     stage: &Stage,
     bus: &BusSpec,
 ) -> Result<Config, String> {
-    let number = |count: usize| u16::try_from(count).map_err(|error| error.to_string());
-    let pose = stage.initial(index);
     let odometry =
         OdometryConfig::differential(bus.clone(), TRACK_M, METRES_PER_TICK, MAX_SPEED_MPS);
     Ok(Config {
-        team: team(number(stage.robots())?)?,
         // All robots are on this machine: the clock that never steps.
         clock: Clock {
             source: ClockSource::Boottime,
@@ -59,6 +56,21 @@ fn describe(
             root: root.into(),
             prefix: PREFIX.into(),
         },
+        telemetry: Telemetry {
+            state_file: directory.join(format!("{}.belief.toml", name(index + 1))),
+            ..Telemetry::default()
+        },
+        odometry: Some(odometry),
+        ..believed(stage, index)?
+    })
+}
+
+/// What the robot believes before it hears anything.
+pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
+    let number = |count: usize| u16::try_from(count).map_err(|error| error.to_string());
+    let pose = stage.initial(index);
+    Ok(Config {
+        team: team(number(stage.robots())?)?,
         // The paper starts everybody at the true pose.
         initial: Initial {
             pose: [pose.x, pose.y, pose.phi],
@@ -66,11 +78,6 @@ fn describe(
             resume: true,
             ..Initial::default()
         },
-        telemetry: Telemetry {
-            state_file: directory.join(format!("{}.belief.toml", name(index + 1))),
-            ..Telemetry::default()
-        },
-        odometry: Some(odometry),
         // What the worlds' wheels are made with.
         motion: stage.motion(),
         ..robot(number(index + 1)?)?

@@ -9,6 +9,7 @@ use super::console::Console;
 use super::interrupt::Interrupt;
 use super::out::Out;
 use super::record::Record;
+use super::scene::Part;
 use super::show::{Ended, Show};
 use super::summary::{Facts, RobotSummary, Summary, Verdict, robots};
 use super::world::Stage;
@@ -39,7 +40,9 @@ pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<Status, Demo
     let ended = show.end(console);
     let (facts, records) = facts(&stage, buses, ended, broke_down);
     let summary = Summary::of(facts, interrupt.is_there());
-    Ok(report(args, console, &out, &stage, summary, &records, &interrupt))
+    Ok(report(
+        args, console, &out, &stage, summary, &records, &interrupt,
+    ))
 }
 
 /// A place to work in, once what demos that were killed have left is gone.
@@ -60,11 +63,12 @@ fn facts(
     ended: Ended,
     broke_down: Option<DemoError>,
 ) -> (Facts, Vec<Record>) {
-    let heard = ended.records.iter().zip(ended.up).enumerate();
+    let heard = stage.parts().iter().zip(&ended.records).zip(ended.up);
+    let robot = |(robot, ((part, record), up)): (usize, ((&Part, &Record), bool))| {
+        RobotSummary::of(robot, *part, record, up, &ended.stalls)
+    };
     let facts = Facts {
-        robots: heard
-            .map(|(robot, (record, up))| RobotSummary::of(robot, record, up, &ended.stalls))
-            .collect(),
+        robots: heard.enumerate().map(robot).collect(),
         seconds: ended.seconds,
         world: stage.description().to_owned(),
         bus: buses.kind,

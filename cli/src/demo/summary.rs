@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use coloc_shm_types::{Input, Reject};
 use serde::Serialize;
 
-use super::bars::{Bar, bars};
+use super::bars::{Bar, Expectation, bars};
 use super::bystanders::Stall;
 use super::record::{Latency, Record};
 use super::robot_file::name;
+use super::scene::{Help, Part};
 use crate::comparison::Accuracy;
 
 /// Everything that the demo found out; `--json` prints it.
@@ -90,8 +91,14 @@ pub(crate) struct RobotSummary {
     pub(crate) up_at_the_end: bool,
     /// How often its daemon was started.
     pub(crate) starts: usize,
+    /// What it had to go by, besides its wheels.
+    pub(crate) help: Help,
+    /// What it is held to.
+    pub(crate) expected: Expectation,
     /// Against the truth; nothing if it was never heard.
     pub(crate) accuracy: Option<Accuracy>,
+    /// Root of the time mean of the squared error of its wheels alone \[m, m, rad\].
+    pub(crate) wheels_alone_rms_error: Option<[f64; 3]>,
     /// Deadlines by which the tick before was not published yet.
     pub(crate) deadlines_missed: u64,
     /// Deadlines by which the tick before had not even woken.
@@ -107,7 +114,13 @@ pub(crate) struct RobotSummary {
 }
 
 impl RobotSummary {
-    pub(crate) fn of(robot: usize, record: &Record, up_at_the_end: bool, stalls: &[Stall]) -> Self {
+    pub(crate) fn of(
+        robot: usize,
+        part: Part,
+        record: &Record,
+        up_at_the_end: bool,
+        stalls: &[Stall],
+    ) -> Self {
         let accepted = Input::ALL.map(|input| (input.name(), record.accepted(input)));
         let reasons = |input| {
             let reasons = Reject::ALL.iter();
@@ -121,7 +134,10 @@ impl RobotSummary {
             name: name(robot + 1),
             up_at_the_end,
             starts: record.starts(),
+            help: part.help,
+            expected: part.expected,
             accuracy: record.accuracy(),
+            wheels_alone_rms_error: record.rms_error_of_wheels(),
             deadlines_missed: record.missed(),
             deadlines_missed_by_more_than_a_period: record.missed_by_more_than_a_period(),
             deadlines_missed_by_the_machine: record.missed_by_the_machine(stalls),
@@ -139,19 +155,18 @@ impl RobotSummary {
 fn headings() -> [String; 2] {
     [
         format!(
-            "{:>28} {:>17} {:>13} {:>9} {:>9}",
-            "mean |error|", "inside 3σ [%]", "deadlines", "inputs", "tick [µs]"
+            "{:<14} {:>13} {:>13} {:>7} {:>9} {:>13} {:>5}",
+            "robot", "error, rms", "wheels alone", "inside", "deadlines", "inputs", "[µs]"
         ),
         format!(
-            "{:<7} {:>6} {:>6} {:>6} {:>5} {:>5} {:>5} {:>6} {:>6} {:>7} {:>5} {:>5}",
-            "robot",
-            "x [m]",
-            "y [m]",
-            "φ[rad]",
-            "x",
-            "y",
-            "φ",
-            "late",
+            "{:<7} {:<6} {:>6} {:>6} {:>6} {:>6} {:>7} {:>9} {:>7} {:>5} {:>5}",
+            "",
+            "helped",
+            "[m]",
+            "[rad]",
+            "[m]",
+            "[rad]",
+            "3σ [%]",
             "missed",
             "accept",
             "rej.",
@@ -264,15 +279,20 @@ impl RobotSummary {
         let Some(accuracy) = &self.accuracy else {
             return format!("{:<7} was never heard while it drove", self.name);
         };
-        let [x, y, phi] = accuracy.mean_abs_error;
-        let [inside_x, inside_y, inside_phi] = accuracy.inside_3_sigma.map(|share| 100.0 * share);
+        let wheels = self.wheels_alone_rms_error.unwrap_or([f64::NAN; 3]);
+        let [error, of_wheels] = [accuracy.rms_error, wheels].map(|[x, y, phi]| [x.hypot(y), phi]);
+        let least_inside = accuracy.inside_3_sigma.into_iter().fold(1.0, f64::min);
         let accepted: u64 = self.accepted.values().sum();
         let rejected: u64 = self.rejected.values().flat_map(BTreeMap::values).sum();
         format!(
-            "{:<7} {x:>6.3} {y:>6.3} {phi:>6.3} {inside_x:>5.1} {inside_y:>5.1} {inside_phi:>5.1} {:>6} {:>6} \
-             {accepted:>7} {rejected:>5} {:>5.0}",
+            "{:<7} {:<6} {:>6.3} {:>6.3} {:>6.3} {:>6.3} {:>7.1} {:>9} {accepted:>7} {rejected:>5} {:>5.0}",
             self.name,
-            self.deadlines_missed,
+            self.help.by(),
+            error[0],
+            error[1],
+            of_wheels[0],
+            of_wheels[1],
+            100.0 * least_inside,
             self.deadlines_missed_by_more_than_a_period,
             self.latency_us.map_or(f64::NAN, |latency| latency.p99),
         )
@@ -282,6 +302,15 @@ impl RobotSummary {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const PART: Part = Part {
+        help: Help::Nobody,
+        expected: Expectation {
+            whose: "told nothing",
+            error: Some([0.5; 3]),
+            inside: 0.9,
+        },
+    };
 
     fn facts(robots: usize) -> Facts {
         let heard = |robot| RobotSummary {
@@ -293,7 +322,7 @@ mod tests {
             deadlines_missed: 123,
             deadlines_missed_by_more_than_a_period: 0,
             latency_us: Some(Latency::default()),
-            ..RobotSummary::of(robot, &Record::new(), true, &[])
+            ..RobotSummary::of(robot, PART, &Record::new(), true, &[])
         };
         Facts {
             robots: (0..robots).map(heard).collect(),

@@ -3,10 +3,11 @@
 use coloc_daemon::config::Motion;
 use coloc_estimator::Pose;
 use coloc_estimator::angle::wrap;
+use coloc_sim::sensors::Sighting;
 use coloc_sim::{Scenario, Sensors, StepInputs, World};
 
 use super::DemoError;
-use super::scene::Scene;
+use super::scene::{Help, Part, Scene};
 use crate::args::DemoArgs;
 use crate::pictures::Glimpse;
 
@@ -61,7 +62,7 @@ impl Stage {
 
     /// Robots of the team, numbered from 0 here.
     pub(crate) fn robots(&self) -> usize {
-        self.scene.robots
+        self.scene.parts.len()
     }
 
     /// As a person would say it.
@@ -90,18 +91,19 @@ impl Stage {
         self.scene.wheels.motion()
     }
 
-    /// Whether the others tell this robot what they see of it.
-    pub(crate) fn is_told(&self, robot: usize) -> bool {
-        self.scene.untold != Some(robot)
+    /// What everybody has to go by, and what is expected of them.
+    pub(crate) fn parts(&self) -> &[Part] {
+        &self.scene.parts
     }
 
-    /// What the robot has to go by, besides its wheels.
-    pub(crate) fn help(&self, robot: usize) -> &'static str {
-        match (self.scenario().fixes.robots.contains(&robot), self.is_told(robot)) {
-            (true, _) => "has a receiver",
-            (false, true) => "told by who sees it",
-            (false, false) => "seen and not told",
-        }
+    fn is_told(&self, robot: usize) -> bool {
+        let part = self.parts().get(robot);
+        part.is_some_and(|part| part.help != Help::Nobody)
+    }
+
+    /// Whether the observer is given what it sees, to tell the robot that is seen.
+    pub(crate) fn is_told_of(&self, sighting: &Sighting) -> bool {
+        sighting.observer < self.robots() && self.is_told(sighting.observed)
     }
 
     /// Who saw whom until `until_s`, at some moments.

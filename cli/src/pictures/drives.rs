@@ -56,7 +56,9 @@ pub(crate) fn draw_drives(
     drives: &[Drive<'_>],
     glimpses: &[Glimpse],
 ) -> Result<(), WriteError> {
-    let whole = Window::around(places(drives, |m| [m.comparison.truth, m.comparison.estimate]));
+    let whole = Window::around(places(drives, |m| {
+        [m.comparison.truth, m.comparison.estimate]
+    }));
     let panel = Window::around(places(drives, |m| [m.comparison.truth, m.by_wheels]));
     let legend = legend();
     let (legend_px, whole_px) = (
@@ -67,7 +69,10 @@ pub(crate) fn draw_drives(
     let rows = u32::try_from(drives.len())
         .unwrap_or(1)
         .div_ceil(PANELS_BESIDE_ONE_ANOTHER);
-    let size = (WIDTH_PX, CAPTION_PX + legend_px + whole_px + rows * panel_px);
+    let size = (
+        WIDTH_PX,
+        CAPTION_PX + legend_px + whole_px + rows * panel_px,
+    );
     write_svg(file, size, |area| {
         area.fill(&WHITE)?;
         let (title, rest) = area.split_vertically(CAPTION_PX);

@@ -32,7 +32,10 @@ pub(crate) fn draw_paths(
 ) -> Result<(), WriteError> {
     let (window, legend) = (window(robots), legend(robots));
     let legend_px = legend.height_px(WIDTH_PX);
-    let size = (WIDTH_PX, CAPTION_PX + legend_px + window.height_px(WIDTH_PX, BESIDE_PX));
+    let size = (
+        WIDTH_PX,
+        CAPTION_PX + legend_px + window.height_px(WIDTH_PX, BESIDE_PX),
+    );
     write_svg(file, size, |area| {
         area.fill(&WHITE)?;
         let (title, rest) = area.split_vertically(CAPTION_PX);

@@ -6,18 +6,21 @@ use coloc_daemon::config::Preset;
 use coloc_sim::scenario::{Fixes, Sightings};
 use coloc_sim::{Scenario, Synthetic, SyntheticConfig};
 
-use super::Scene;
+use super::{Help, Part, Scene};
 use crate::args::DemoArgs;
+use crate::demo::bars::Expectation;
 
 /// How far a robot sees: not from one side of the floor to the other \[m\].
-const RANGE_M: f64 = 3.0;
+const RANGE_M: f64 = 4.0;
 const TOP_SPEED_MPS: f64 = 0.8;
 const TOP_TURN_RADPS: f64 = 1.5;
 /// A robot cuts the corners of its figure by less than this \[m\].
 const ARRIVED_M: f64 = 0.3;
 /// Corners of a figure.
 const CORNERS: u16 = 64;
-/// Teams smaller than that have nobody to spare.
+/// So many of the first robots have receivers.
+const RECEIVERS: usize = 2;
+/// Teams smaller than that cannot spare a robot that is told nothing.
 const SMALLEST_WITH_UNTOLD: usize = 4;
 
 /// A closed way that is driven again and again.
@@ -48,7 +51,7 @@ const FIGURES: [Figure; 5] = [
         size_m: [5.6, 1.6],
         centre_m: [0.0, 0.0],
         turned_deg: 0.0,
-        start: 0.95,
+        start: 0.0,
         round: 1.0,
     },
     Figure {
@@ -56,7 +59,7 @@ const FIGURES: [Figure; 5] = [
         size_m: [3.2, 1.8],
         centre_m: [-3.2, 0.0],
         turned_deg: 90.0,
-        start: 0.4,
+        start: 0.3,
         round: -1.0,
     },
     Figure {
@@ -64,7 +67,7 @@ const FIGURES: [Figure; 5] = [
         size_m: [3.2, 1.8],
         centre_m: [3.2, 0.0],
         turned_deg: 90.0,
-        start: 0.5,
+        start: 0.75,
         round: -1.0,
     },
     Figure {
@@ -72,7 +75,7 @@ const FIGURES: [Figure; 5] = [
         size_m: [4.6, 2.6],
         centre_m: [0.0, 0.0],
         turned_deg: 0.0,
-        start: 0.85,
+        start: 0.95,
         round: -1.0,
     },
     Figure {
@@ -80,7 +83,7 @@ const FIGURES: [Figure; 5] = [
         size_m: [5.0, 1.6],
         centre_m: [0.0, 0.0],
         turned_deg: 28.0,
-        start: 0.45,
+        start: 0.7,
         round: -1.0,
     },
 ];
@@ -112,6 +115,39 @@ fn way(robot: usize) -> Vec<[f64; 2]> {
     FIGURES[robot % FIGURES.len()].way(LATER * round as f64)
 }
 
+/// The last one is told nothing: beside it one sees what help is worth.
+fn help(robot: usize, robots: usize) -> Help {
+    match robot {
+        ..RECEIVERS => Help::Receiver,
+        _ if robots >= SMALLEST_WITH_UNTOLD && robot + 1 == robots => Help::Nobody,
+        _ => Help::Told,
+    }
+}
+
+/// Of 200 worlds for each of teams of 1 to 5 and of 8, and of 6, 10, 30 and 120 s, the worst came to this (errors: time mean): with
+/// a receiver 0.06 m, 0.06 m, 0.10 rad, 90 % inside; told by others 0.50 m, 0.44 m, 0.24 rad, 82 % inside, of 98 in 100 robots 97 %;
+/// told nothing 62 % inside, of 98 in 100 robots 89 %.
+fn expected(help: Help) -> Expectation {
+    let (whose, error, inside) = match help {
+        Help::Receiver => ("with a receiver", Some([0.10, 0.10, 0.15]), 0.85),
+        Help::Told => ("told by others", Some([0.60, 0.60, 0.30]), 0.75),
+        Help::Nobody => ("told nothing", None, 0.50),
+    };
+    Expectation {
+        whose,
+        error,
+        inside,
+    }
+}
+
+fn part(robot: usize, robots: usize) -> Part {
+    let help = help(robot, robots);
+    Part {
+        help,
+        expected: expected(help),
+    }
+}
+
 /// The paper's sensors, but that they do not see so far.
 fn sensors() -> Scenario {
     let paper = Scenario::paper();
@@ -122,7 +158,7 @@ fn sensors() -> Scenario {
             ..paper.sightings
         },
         fixes: Fixes {
-            robots: vec![0, 1],
+            robots: (0..RECEIVERS).collect(),
             ..paper.fixes
         },
         ..paper
@@ -147,9 +183,8 @@ pub(super) fn scene(args: &DemoArgs) -> Scene {
     Scene {
         description: format!("scene meet, seed {}", args.seed),
         world: Box::new(world),
-        robots,
+        parts: (0..robots).map(|robot| part(robot, robots)).collect(),
         sensors: sensors(),
         wheels,
-        untold: (robots >= SMALLEST_WITH_UNTOLD).then(|| robots - 1),
     }
 }

@@ -9,8 +9,10 @@ mod recorded;
 use clap::ValueEnum;
 use coloc_daemon::config::Preset;
 use coloc_sim::{Scenario, World};
+use serde::Serialize;
 
 use super::DemoError;
+use super::bars::Expectation;
 use crate::args::DemoArgs;
 
 /// The scenes that are made up, as the command line calls them.
@@ -20,20 +22,57 @@ pub(crate) enum SceneName {
     Meet,
 }
 
+/// What a robot has to go by, besides its wheels.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Help {
+    /// Fixes, and what others tell.
+    Receiver,
+    /// What those tell who see it.
+    Told,
+    /// It is seen, and nobody tells it.
+    Nobody,
+}
+
+impl Help {
+    /// By what or whom, in a word.
+    pub(crate) fn by(self) -> &'static str {
+        match self {
+            Self::Receiver => "fixes",
+            Self::Told => "others",
+            Self::Nobody => "nobody",
+        }
+    }
+
+    /// As a person would say it of the robot.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            Self::Receiver => "has a receiver",
+            Self::Told => "told by who sees it",
+            Self::Nobody => "seen, but told nothing",
+        }
+    }
+}
+
+/// One robot's part.
+#[derive(Copy, Clone, Debug)]
+pub(crate) struct Part {
+    pub(crate) help: Help,
+    pub(crate) expected: Expectation,
+}
+
 /// A world, and all that is decided about it before it begins.
 pub(crate) struct Scene {
     /// As a person would say it.
     pub(crate) description: String,
     /// Where everybody is at any time, and what their wheels say.
     pub(crate) world: Box<dyn World + Send>,
-    /// Robots that take part, the first ones of the world.
-    pub(crate) robots: usize,
+    /// Those who play, the first robots of the world.
+    pub(crate) parts: Vec<Part>,
     /// What sees them.
     pub(crate) sensors: Scenario,
     /// Whose wheels they have.
     pub(crate) wheels: Preset,
-    /// The robot that is seen like the others, and that nobody tells what was seen: beside it one sees what help is worth.
-    pub(crate) untold: Option<usize>,
 }
 
 impl Scene {
