@@ -92,11 +92,6 @@ impl Accuracy {
             inside_3_sigma: mean(&|c, i| f64::from(u8::from(c.inside()[i]))),
         })
     }
-
-    /// Root of the time mean of the squared distance \[m\].
-    pub(crate) fn rms_place(&self) -> f64 {
-        self.rms_error[0].hypot(self.rms_error[1])
-    }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::robot_file::name;
 use super::summary::Summary;
 use super::world::Stage;
 use crate::comparison::Comparison;
-use crate::pictures::{Drive, ErrorPoint, draw_drives, draw_errors};
+use crate::pictures::{Drive, ErrorPoint, Words, draw_drives, draw_errors};
 use crate::result_file::{ResultFile, WriteError, prepare_folder};
 
 /// A folder that was tried before the robots started.
@@ -74,9 +74,13 @@ impl Out {
             "Where the robots were, and where they said they were ({})",
             stage.description()
         );
+        let words = Words {
+            caption: &caption,
+            story: &stage.story(),
+        };
         let times = records.iter().filter_map(Record::latest_comparison);
         let until_s = times.map(|c| c.time_s).fold(0.0, f64::max);
-        draw_drives(&file, &caption, &drives, &stage.glimpses(until_s)).map(|()| file)
+        draw_drives(&file, &words, &drives, &stage.glimpses(until_s)).map(|()| file)
     }
 
     fn draw_errors(
@@ -126,7 +130,7 @@ fn note(stage: &Stage, robot: usize, record: &Record) -> String {
         error.map_or("?".into(), |[x, y, _]| format!("{:.2} m", x.hypot(y)))
     };
     format!(
-        "{}: off by {}, wheels alone by {}",
+        "{}: error {} rms, wheels alone {}",
         stage.parts()[robot].help.words(),
         metres(record.accuracy().map(|it| it.rms_error)),
         metres(record.rms_error_of_wheels())

@@ -8,15 +8,18 @@ use coloc_sim::dead_reckoning::euler_step;
 use coloc_sim::method::stepwise::Stepwise;
 use coloc_sim::method::{FilterSettings, Method};
 
+use super::bars::bars;
 use super::record::Record;
 use super::robot_file::believed;
+use super::scene::{Help, SceneName};
 use super::summary::RobotSummary;
 use super::wheels::WheelsAlone;
 use super::world::Stage;
+use crate::args::DemoArgs;
 use crate::comparison::{Comparison, Moment};
 
-/// What is heard of every robot.
-pub(super) fn rehearse(stage: &Stage, seconds: f64) -> Vec<RobotSummary> {
+/// What came of every robot.
+fn rehearse(stage: &Stage, seconds: f64) -> Vec<RobotSummary> {
     let robots = 0..stage.robots();
     let configs: Vec<_> = robots
         .clone()
@@ -92,63 +95,96 @@ impl Heard {
     }
 }
 
+const SEEDS: u64 = 15;
+
+fn meet(robots: u16, seconds: f64, seed: u64) -> Vec<RobotSummary> {
+    let args = DemoArgs {
+        robots: Some(robots),
+        seconds,
+        seed,
+        scene: SceneName::Meet,
+        data: None,
+        out: None,
+        json: false,
+    };
+    rehearse(&Stage::new(&args).unwrap(), seconds)
+}
+
 #[test]
-fn sweep() {
-    use super::scene::SceneName;
-    use crate::args::DemoArgs;
-    let n: u64 = std::env::var("SEEDS").map_or(20, |it| it.parse().unwrap());
-    for robots in [1u16, 2, 3, 4, 5, 8, 16, 32] {
-        if std::env::var("ROBOTS").is_ok_and(|it| it != robots.to_string()) {
-            continue;
+fn what_is_promised_of_robots_that_meet_holds_in_every_world() {
+    for (robots, seconds) in [
+        (1, 10.0),
+        (2, 10.0),
+        (3, 60.0),
+        (5, 10.0),
+        (5, 30.0),
+        (8, 30.0),
+    ] {
+        for seed in 1..=SEEDS {
+            let broken = bars(&meet(robots, seconds, seed)).into_iter();
+            let broken: Vec<_> = broken.filter(|bar| !bar.broken_by.is_empty()).collect();
+            assert!(
+                broken.is_empty(),
+                "{robots} robots, seed {seed}: {broken:?}"
+            );
         }
-        for seconds in [3.0, 6.0, 10.0, 30.0, 120.0] {
-            let mut all: std::collections::BTreeMap<&str, Vec<([f64; 3], f64, f64, f64)>> =
-                Default::default();
-            for seed in 1..=n {
-                let args = DemoArgs {
-                    robots: Some(robots),
-                    seconds,
-                    seed,
-                    scene: SceneName::Meet,
-                    data: None,
-                    out: None,
-                    json: false,
-                };
-                let stage = Stage::new(&args).unwrap();
-                for (robot, summary) in rehearse(&stage, seconds).iter().enumerate() {
-                    let accuracy = summary.accuracy.unwrap();
-                    let wheels = summary.wheels_alone_rms_error.unwrap();
-                    all.entry(stage.parts()[robot].help.words())
-                        .or_default()
-                        .push((
-                            accuracy.mean_abs_error,
-                            accuracy.inside_3_sigma.into_iter().fold(1.0, f64::min),
-                            accuracy.rms_place(),
-                            wheels[0].hypot(wheels[1]),
-                        ));
-                }
-            }
-            for (help, rows) in all {
-                let worst = rows.iter().fold([0.0f64; 3], |w, r| {
-                    [w[0].max(r.0[0]), w[1].max(r.0[1]), w[2].max(r.0[2])]
-                });
-                let mut inside: Vec<f64> = rows.iter().map(|r| r.1).collect();
-                inside.sort_by(f64::total_cmp);
-                let k = rows.len() as f64;
-                let (rms, wheels) = (
-                    rows.iter().map(|r| r.2).sum::<f64>() / k,
-                    rows.iter().map(|r| r.3).sum::<f64>() / k,
-                );
-                println!(
-                    "{robots:2} robots {seconds:5} s {help:22} worst mean {:.3} {:.3} {:.3} inside least {:.3} 2 % {:.3} 10 % {:.3}; rms {rms:.3} wheels {wheels:.3}",
-                    worst[0],
-                    worst[1],
-                    worst[2],
-                    inside[0],
-                    inside[inside.len() / 50],
-                    inside[inside.len() / 10]
-                );
-            }
-        }
+    }
+}
+
+/// Root of the mean squared error of the place over all worlds, of all robots with that help, beside that of their wheels alone \[m\].
+fn of_all(worlds: &[Vec<RobotSummary>], help: Help) -> [f64; 2] {
+    let robots = || worlds.iter().flatten().filter(|robot| robot.help == help);
+    let square = |[x, y, _]: [f64; 3]| x * x + y * y;
+    let rms = |of: fn(&RobotSummary) -> [f64; 3]| {
+        let (sum, count) = robots().fold((0.0, 0.0), |(sum, count), robot| {
+            (sum + square(of(robot)), count + 1.0)
+        });
+        f64::sqrt(sum / count)
+    };
+    [
+        rms(|robot| robot.accuracy.unwrap().rms_error),
+        rms(|robot| robot.wheels_alone_rms_error.unwrap()),
+    ]
+}
+
+#[test]
+fn help_is_worth_much_to_whoever_gets_it_and_there_is_none_for_the_untold() {
+    let worlds: Vec<_> = (1..=SEEDS).map(|seed| meet(5, 30.0, seed)).collect();
+    let [fixes, told, nobody] =
+        [Help::Receiver, Help::Told, Help::Nobody].map(|help| of_all(&worlds, help));
+    assert!(fixes[0] < 0.1 * fixes[1], "{fixes:?}");
+    assert!(told[0] < 0.4 * told[1], "{told:?}");
+    assert!((nobody[0] / nobody[1] - 1.0).abs() < 0.1, "{nobody:?}");
+}
+
+#[test]
+fn everybody_is_seen_early_and_often() {
+    let args = DemoArgs {
+        robots: None,
+        seconds: 30.0,
+        seed: 1,
+        scene: SceneName::Meet,
+        data: None,
+        out: None,
+        json: false,
+    };
+    let stage = Stage::new(&args).unwrap();
+    for robot in 0..stage.robots() {
+        let seen: Vec<usize> = (1..=1500)
+            .filter(|&step| {
+                let sightings = stage.sensors().at(step).sightings;
+                sightings.iter().any(|it| it.observed == robot)
+            })
+            .collect();
+        assert!(
+            seen[0] < 250,
+            "robot {robot} is first seen in step {}",
+            seen[0]
+        );
+        assert!(
+            seen.len() > 100,
+            "robot {robot} is seen {} times",
+            seen.len()
+        );
     }
 }

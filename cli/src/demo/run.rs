@@ -34,6 +34,7 @@ pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<Status, Demo
         buses.kind,
         buses.reason
     ));
+    console.say(&stage.story());
     let mut show = Show::set_up(&stage, args.seconds, &home, &buses, &out.logs())?;
     show.wait_for_everybody(console, &interrupt)?;
     let broke_down = show.drive(console, &interrupt).err();

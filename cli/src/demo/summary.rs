@@ -155,22 +155,12 @@ impl RobotSummary {
 fn headings() -> [String; 2] {
     [
         format!(
-            "{:<14} {:>13} {:>13} {:>7} {:>9} {:>13} {:>5}",
-            "robot", "error, rms", "wheels alone", "inside", "deadlines", "inputs", "[µs]"
+            "{:<14} {:>13} {:>13} {:>7} {:>5} {:>13} {:>9}",
+            "robot", "error, rms", "wheels alone", "inside", "ticks", "inputs", "tick [µs]"
         ),
         format!(
-            "{:<7} {:<6} {:>6} {:>6} {:>6} {:>6} {:>7} {:>9} {:>7} {:>5} {:>5}",
-            "",
-            "helped",
-            "[m]",
-            "[rad]",
-            "[m]",
-            "[rad]",
-            "3σ [%]",
-            "missed",
-            "accept",
-            "rej.",
-            "p99"
+            "{:<7} {:<6} {:>6} {:>6} {:>6} {:>6} {:>7} {:>5} {:>7} {:>5} {:>9}",
+            "", "helped", "[m]", "[rad]", "[m]", "[rad]", "3σ [%]", "late", "accept", "rej.", "p99"
         ),
     ]
 }
@@ -285,7 +275,7 @@ impl RobotSummary {
         let accepted: u64 = self.accepted.values().sum();
         let rejected: u64 = self.rejected.values().flat_map(BTreeMap::values).sum();
         format!(
-            "{:<7} {:<6} {:>6.3} {:>6.3} {:>6.3} {:>6.3} {:>7.1} {:>9} {accepted:>7} {rejected:>5} {:>5.0}",
+            "{:<7} {:<6} {:>6.3} {:>6.3} {:>6.3} {:>6.3} {:>7.1} {:>5} {accepted:>7} {rejected:>5} {:>9.0}",
             self.name,
             self.help.by(),
             error[0],

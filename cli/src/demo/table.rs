@@ -6,6 +6,7 @@ use super::clock::world_time_s;
 use super::record::Record;
 use super::robot_file::name;
 use super::watch::sigma;
+use crate::comparison::{Comparison, Moment};
 
 /// A daemon that was silent for so long is not up.
 const SILENCE: Duration = Duration::from_millis(500);
@@ -73,8 +74,8 @@ impl Progress {
 fn headings() -> [String; 2] {
     [
         format!(
-            "{:>36} {:>11} {:>11} {:>13} {:>5}",
-            "pose [m, m, rad]", "place [m]", "head. [rad]", "inputs", "[µs]"
+            "{:>30} {:>17} {:>11} {:>13} {:>5}",
+            "pose [m, m]", "place [m]", "head. [rad]", "inputs", "[µs]"
         ),
         format!(
             "{:<7} {:>8} {:>6} {:>6} {:>5} {:>5} {:>5} {:>5} {:>5} {:>7} {:>5} {:>5}",
@@ -82,9 +83,9 @@ fn headings() -> [String; 2] {
             "process",
             "x",
             "y",
-            "φ",
             "error",
             "3σ",
+            "alone",
             "error",
             "3σ",
             "accept",
@@ -138,18 +139,21 @@ fn row(robot: usize, record: &Record, state: &State) -> String {
     let Some((estimate, _)) = &record.latest else {
         return start;
     };
-    let [x, y, phi] = estimate.pose;
-    let error = record
-        .latest_comparison()
-        .map_or([f64::NAN; 3], |comparison| comparison.error());
+    let [x, y, _] = estimate.pose;
+    let error = |of: fn(&Moment) -> Comparison| {
+        let latest = record.moments.last();
+        latest.map_or([f64::NAN; 3], |moment| of(moment).error())
+    };
+    let (own, of_wheels) = (error(|moment| moment.comparison), error(Moment::of_wheels));
     let [sigma_x, sigma_y, sigma_phi] = sigma(estimate);
     let [accepted, rejected] = record.totals();
     let latency_us = record.latency().map_or(f64::NAN, |latency| latency.max);
     format!(
-        "{start} {x:>6.2} {y:>6.2} {phi:>5.2} {:>5.3} {:>5.3} {:>5.3} {:>5.3} {accepted:>7} {rejected:>5} {latency_us:>5.0}",
-        error[0].hypot(error[1]),
+        "{start} {x:>6.2} {y:>6.2} {:>5.3} {:>5.3} {:>5.3} {:>5.3} {:>5.3} {accepted:>7} {rejected:>5} {latency_us:>5.0}",
+        own[0].hypot(own[1]),
         3.0 * sigma_x.hypot(sigma_y),
-        error[2].abs(),
+        of_wheels[0].hypot(of_wheels[1]),
+        own[2].abs(),
         3.0 * sigma_phi,
     )
 }

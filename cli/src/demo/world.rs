@@ -7,9 +7,10 @@ use coloc_sim::sensors::Sighting;
 use coloc_sim::{Scenario, Sensors, StepInputs, World};
 
 use super::DemoError;
+use super::robot_file::name;
 use super::scene::{Help, Part, Scene};
 use crate::args::DemoArgs;
-use crate::pictures::Glimpse;
+use crate::pictures::{GLIMPSES, Glimpse};
 
 /// The truth, and the sensors that look at it.
 pub(crate) struct Stage {
@@ -106,27 +107,56 @@ impl Stage {
         sighting.observer < self.robots() && self.is_told(sighting.observed)
     }
 
-    /// Who saw whom until `until_s`, at some moments.
+    /// Who is seen and who is not told, in a line.
+    pub(crate) fn story(&self) -> String {
+        let untold = self.parts().iter().position(|it| it.help == Help::Nobody);
+        let but =
+            untold.map(|robot| format!("; {} is seen too, and told nothing", name(robot + 1)));
+        format!(
+            "Who is seen learns from who sees it{}.",
+            but.unwrap_or_default()
+        )
+    }
+
+    /// Who saw whom until `until_s`, at moments that are spread evenly.
+    #[allow(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss
+    )] // Steps of a run.
     pub(crate) fn glimpses(&self, until_s: f64) -> Vec<Glimpse> {
-        let sensors = self.sensors();
-        let steps = (until_s / self.step_s()) as usize;
-        let mut inputs = StepInputs::default();
+        let (sensors, mut inputs) = (self.sensors(), StepInputs::default());
+        // Where there are sightings: a multiple of their period.
+        let period = (1.0 / self.scenario().sightings.rate_hz / self.step_s())
+            .round()
+            .max(1.0);
         let mut glimpses = Vec::new();
-        for step in (25..=steps).step_by(25) {
-            sensors.fill(step, &mut inputs);
-            let place = |robot| self.world().truth(step, robot).map(|it| (it.x, it.y));
-            let both = inputs
-                .sightings
-                .iter()
-                .filter(|it| it.observer < it.observed && it.observed < self.robots());
-            glimpses.extend(both.filter_map(|it| {
-                Some(Glimpse {
-                    between: [place(it.observer)?, place(it.observed)?],
-                    untold: !self.is_told(it.observer) || !self.is_told(it.observed),
-                })
-            }));
+        for moment in 1..=GLIMPSES {
+            let steps = moment as f64 / GLIMPSES as f64 * until_s / self.step_s();
+            sensors.fill(((steps / period).floor() * period) as usize, &mut inputs);
+            glimpses.extend(
+                inputs
+                    .sightings
+                    .iter()
+                    .filter_map(|it| self.glimpse(moment, inputs.step, it)),
+            );
         }
         glimpses
+    }
+
+    /// Nothing of those who do not take part.
+    fn glimpse(&self, moment: usize, step: usize, sighting: &Sighting) -> Option<Glimpse> {
+        let place = |robot| {
+            let pose = self.world().truth(step, robot)?;
+            (robot < self.robots()).then_some((pose.x, pose.y))
+        };
+        Some(Glimpse {
+            moment,
+            seer: sighting.observer,
+            seen: sighting.observed,
+            places: [place(sighting.observer)?, place(sighting.observed)?],
+            told: self.is_told_of(sighting),
+        })
     }
 
     /// The sensors of the team.

@@ -3,14 +3,13 @@
 
 use std::path::Path;
 
-use plotters::coord::types::RangedCoordf64;
-use plotters::element::DashedPathElement;
+use coloc_estimator::Pose;
 use plotters::prelude::*;
 
 use super::ellipses::outline;
-use super::legend::Legend;
+use super::legend::{Legend, Look, dashed};
 use super::style::{GRID, INK, TRUTH, line, robot_color, thinned, tick_label};
-use super::window::{LABELS_PX, MARGIN_PX, Window};
+use super::window::{Chart, LABELS_PX, MARGIN_PX, Window};
 use super::{Area, Failure, write_svg};
 use crate::comparison::Moment;
 use crate::result_file::WriteError;
@@ -27,88 +26,150 @@ pub(crate) struct Drive<'a> {
 /// One robot sees another.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) struct Glimpse {
-    /// Where both are \[m\].
-    pub(crate) between: [(f64, f64); 2],
-    /// Whether one of them is told nothing by it.
-    pub(crate) untold: bool,
+    /// Which of the moments that the picture shows.
+    pub(crate) moment: usize,
+    /// Their places in the list of drives.
+    pub(crate) seer: usize,
+    pub(crate) seen: usize,
+    /// Where they are, the seer first \[m\].
+    pub(crate) places: [(f64, f64); 2],
+    /// Whether the seen is told.
+    pub(crate) told: bool,
+}
+
+impl Glimpse {
+    /// The whole has room for half of the moments, when there is an ellipse, and for who sees one another, once.
+    fn is_of_the_whole(&self) -> bool {
+        self.moment.is_multiple_of(GLIMPSES_PER_ELLIPSE) && self.seer < self.seen
+    }
 }
 
 const WIDTH_PX: u32 = 1200;
-const CAPTION_PX: u32 = 40;
+const CAPTION_PX: u32 = 66;
 const BESIDE_PX: u32 = 2 * MARGIN_PX + LABELS_PX;
-const PANELS_BESIDE_ONE_ANOTHER: u32 = 3;
-const PANEL_PX: u32 = WIDTH_PX / PANELS_BESIDE_ONE_ANOTHER;
+const PANELS_BESIDE_ONE_ANOTHER: usize = 3;
+const PANEL_PX: u32 = WIDTH_PX / 3;
 const PANEL_CAPTION_PX: u32 = 44;
 const PANEL_MARGIN_PX: u32 = 10;
 const PANEL_LABELS_PX: u32 = 28;
 const PANEL_BESIDE_PX: u32 = 2 * PANEL_MARGIN_PX + PANEL_LABELS_PX;
-const MOST_POINTS: usize = 2000;
+/// Of a drive; more of them would show how the wheels shake.
+const MOST_POINTS: usize = 300;
 const ELLIPSE_STEPS: u32 = 48;
-/// About so many ellipses along a path.
+/// So many ellipses along a path.
 const ELLIPSES: f64 = 15.0;
+const GLIMPSES_PER_ELLIPSE: usize = 2;
+/// So often in a run the picture shows who sees whom.
+pub(crate) const GLIMPSES: usize = 30;
 
-type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+/// What the picture says in words.
+pub(crate) struct Words<'a> {
+    pub(crate) caption: &'a str,
+    /// Below it, smaller.
+    pub(crate) story: &'a str,
+}
 
 /// Draws every robot's drive into one plot with the `glimpses`, and below it each into a panel of its own.
 pub(crate) fn draw_drives(
     file: &Path,
-    caption: &str,
+    words: &Words<'_>,
     drives: &[Drive<'_>],
     glimpses: &[Glimpse],
 ) -> Result<(), WriteError> {
-    let whole = Window::around(places(drives, |m| {
-        [m.comparison.truth, m.comparison.estimate]
-    }));
-    let panel = Window::around(places(drives, |m| [m.comparison.truth, m.by_wheels]));
-    let legend = legend();
-    let (legend_px, whole_px) = (
-        legend.height_px(WIDTH_PX),
-        whole.height_px(WIDTH_PX, BESIDE_PX),
-    );
-    let panel_px = PANEL_CAPTION_PX + panel.height_px(PANEL_PX, PANEL_BESIDE_PX);
-    let rows = u32::try_from(drives.len())
-        .unwrap_or(1)
-        .div_ceil(PANELS_BESIDE_ONE_ANOTHER);
-    let size = (
-        WIDTH_PX,
-        CAPTION_PX + legend_px + whole_px + rows * panel_px,
-    );
-    write_svg(file, size, |area| {
+    let layout = Layout::of(drives);
+    write_svg(file, (WIDTH_PX, layout.height_px()), |area| {
         area.fill(&WHITE)?;
         let (title, rest) = area.split_vertically(CAPTION_PX);
-        let font = ("sans-serif", 20).into_font().color(&INK);
-        title.draw(&Text::new(caption.to_owned(), (10, 12), font))?;
-        let (keys, rest) = rest.split_vertically(legend_px);
-        legend.draw(&keys)?;
-        let (plot, panels) = rest.split_vertically(whole_px);
-        draw_whole(&plot, drives, glimpses, &whole)?;
-        let places = panels.split_evenly((rows as usize, PANELS_BESIDE_ONE_ANOTHER as usize));
+        draw_title(&title, words)?;
+        let (keys, rest) = rest.split_vertically(layout.legend_px());
+        layout.legend.draw(&keys)?;
+        let (plot, panels) = rest.split_vertically(layout.whole_px());
+        draw_whole(&plot, drives, glimpses, &layout.whole)?;
+        let places = panels.split_evenly((layout.rows, PANELS_BESIDE_ONE_ANOTHER));
         for (index, (place, drive)) in places.iter().zip(drives).enumerate() {
-            draw_panel(place, index, drive, &panel)?;
+            draw_panel(place, index, drive, glimpses, &layout.panel)?;
         }
         Ok(())
     })
 }
 
-fn places<'a>(
-    drives: &'a [Drive<'_>],
-    of: fn(&Moment) -> [coloc_estimator::Pose; 2],
-) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
-    let moments = drives
-        .iter()
-        .flat_map(|drive| drive.pieces.iter().copied().flatten());
-    moments.flat_map(of).map(|pose| (pose.x, pose.y))
+/// Where everything has its place.
+struct Layout {
+    legend: Legend,
+    whole: Window,
+    panel: Window,
+    /// Of panels.
+    rows: usize,
+}
+
+impl Layout {
+    /// What wheels alone make of a long drive leads far away: a panel shows twice as much as was really driven, not more.
+    fn of(drives: &[Drive<'_>]) -> Self {
+        let places = |of: fn(&Moment) -> Pose| {
+            let moments = drives
+                .iter()
+                .flat_map(|drive| drive.pieces.iter().copied().flatten());
+            moments.map(of).map(|pose| (pose.x, pose.y))
+        };
+        let [truth, estimate, wheels] = [
+            |m: &Moment| m.comparison.truth,
+            |m: &Moment| m.comparison.estimate,
+            |m: &Moment| m.by_wheels,
+        ]
+        .map(places);
+        let driven = Window::around(truth.clone());
+        Self {
+            legend: legend(),
+            whole: Window::around(truth.clone().chain(estimate)),
+            panel: Window::around(truth.chain(wheels)).within(&driven.scaled(2.0)),
+            rows: drives.len().div_ceil(PANELS_BESIDE_ONE_ANOTHER).max(1),
+        }
+    }
+
+    fn legend_px(&self) -> u32 {
+        self.legend.height_px(WIDTH_PX)
+    }
+
+    fn whole_px(&self) -> u32 {
+        self.whole.height_px(WIDTH_PX, BESIDE_PX)
+    }
+
+    fn panel_px(&self) -> u32 {
+        PANEL_CAPTION_PX + self.panel.height_px(PANEL_PX, PANEL_BESIDE_PX)
+    }
+
+    #[allow(clippy::cast_possible_truncation)] // A few rows.
+    fn height_px(&self) -> u32 {
+        CAPTION_PX + self.legend_px() + self.whole_px() + self.rows as u32 * self.panel_px()
+    }
+}
+
+fn draw_title(area: &Area<'_>, words: &Words<'_>) -> Result<(), Failure> {
+    let font = |size: i32| ("sans-serif", size).into_font().color(&INK);
+    area.draw(&Text::new(words.caption.to_owned(), (10, 12), font(20)))?;
+    area.draw(&Text::new(words.story.to_owned(), (10, 40), font(14)))?;
+    Ok(())
 }
 
 fn legend() -> Legend {
-    let key = |name: &str, style: ShapeStyle| (name.to_owned(), style);
-    Legend::new(vec![
-        key("truth", line(TRUTH, 5)),
-        key("estimate", line(INK, 2)),
-        key("95 % ellipse", INK.mix(0.25).stroke_width(12)),
-        key("wheels alone", line(INK, 1)),
-        key("sees", INK.mix(0.3).stroke_width(1)),
+    let solid = |name: &str, style| (name.to_owned(), Look::Solid(style));
+    let dashed = |name: &str, style| (name.to_owned(), Look::Dashed(style));
+    Legend::of_looks(vec![
+        solid("truth", line(TRUTH, 5)),
+        solid("estimate", line(INK, 2)),
+        solid("95 % ellipse", INK.mix(0.2).stroke_width(12)),
+        dashed("its wheels alone", wheels_style()),
+        solid("seen and told", glimpse_style()),
+        dashed("seen, not told", glimpse_style()),
     ])
+}
+
+fn wheels_style() -> ShapeStyle {
+    INK.mix(0.75).stroke_width(1)
+}
+
+fn glimpse_style() -> ShapeStyle {
+    INK.mix(0.3).stroke_width(1)
 }
 
 fn draw_whole(
@@ -133,13 +194,16 @@ fn draw_whole(
         .x_label_formatter(&tick_label)
         .y_label_formatter(&tick_label)
         .draw()?;
-    draw_glimpses(&mut chart, glimpses)?;
+    draw_glimpses(
+        &mut chart,
+        glimpses.iter().filter(|it| it.is_of_the_whole()),
+    )?;
     for drive in drives {
         draw_truth(&mut chart, drive, 5)?;
     }
     for (index, drive) in drives.iter().enumerate() {
-        draw_estimate(&mut chart, index, drive)?;
-        draw_start(&mut chart, index, drive)?;
+        draw_estimate(&mut chart, index, drive, false)?;
+        draw_start(&mut chart, index, drive, drive.name)?;
     }
     Ok(())
 }
@@ -148,6 +212,7 @@ fn draw_panel(
     place: &Area<'_>,
     index: usize,
     drive: &Drive<'_>,
+    glimpses: &[Glimpse],
     window: &Window,
 ) -> Result<(), Failure> {
     let (caption, plot) = place.split_vertically(PANEL_CAPTION_PX);
@@ -170,15 +235,22 @@ fn draw_panel(
         .x_label_formatter(&tick_label)
         .y_label_formatter(&tick_label)
         .draw()?;
+    draw_glimpses(&mut chart, glimpses.iter().filter(|it| it.seen == index))?;
     draw_truth(&mut chart, drive, 4)?;
-    draw_wheels(&mut chart, index, drive)?;
-    draw_estimate(&mut chart, index, drive)
+    draw_estimate(&mut chart, index, drive, true)?;
+    draw_wheels(&mut chart, drive)?;
+    draw_start(&mut chart, index, drive, "")
 }
 
-fn draw_glimpses(chart: &mut Chart<'_>, glimpses: &[Glimpse]) -> Result<(), Failure> {
-    let style = INK.mix(0.25).stroke_width(1);
-    let line = |glimpse: &Glimpse| PathElement::new(glimpse.between, style);
-    chart.draw_series(glimpses.iter().map(line))?;
+fn draw_glimpses<'a>(
+    chart: &mut Chart<'_>,
+    glimpses: impl Iterator<Item = &'a Glimpse> + Clone,
+) -> Result<(), Failure> {
+    let style = glimpse_style();
+    let told = glimpses.clone().filter(|it| it.told);
+    chart.draw_series(told.map(|it| PathElement::new(it.places, style)))?;
+    let untold = glimpses.filter(|it| !it.told);
+    chart.draw_series(untold.map(|it| dashed(it.places, style)))?;
     Ok(())
 }
 
@@ -188,35 +260,50 @@ fn draw_truth(chart: &mut Chart<'_>, drive: &Drive<'_>, width: u32) -> Result<()
     Ok(())
 }
 
-fn draw_wheels(chart: &mut Chart<'_>, index: usize, drive: &Drive<'_>) -> Result<(), Failure> {
-    let style = line(robot_color(index), 1);
+fn draw_wheels(chart: &mut Chart<'_>, drive: &Drive<'_>) -> Result<(), Failure> {
     let wheels = |m: &Moment| (m.by_wheels.x, m.by_wheels.y);
-    let dashed = lines(drive, wheels).map(|at| DashedPathElement::new(at, 6, 4, style));
-    chart.draw_series(dashed)?;
+    let window = Window::of(chart);
+    let shown = lines(drive, wheels).flat_map(|at| window.inside(&at));
+    chart.draw_series(shown.map(|at| dashed(at, wheels_style())))?;
     Ok(())
 }
 
-fn draw_estimate(chart: &mut Chart<'_>, index: usize, drive: &Drive<'_>) -> Result<(), Failure> {
+/// Ellipses that are `filled` show better, and cover what is below them.
+fn draw_estimate(
+    chart: &mut Chart<'_>,
+    index: usize,
+    drive: &Drive<'_>,
+    filled: bool,
+) -> Result<(), Failure> {
     let color = robot_color(index);
-    let estimate = |m: &Moment| (m.comparison.estimate.x, m.comparison.estimate.y);
     let ellipses: Vec<_> = at_intervals(drive).map(ellipse).collect();
-    let filled = ellipses.iter().cloned();
-    chart.draw_series(filled.map(|at| Polygon::new(at, color.mix(0.18))))?;
+    if filled {
+        let filled = ellipses.iter().cloned();
+        chart.draw_series(filled.map(|at| Polygon::new(at, color.mix(0.15))))?;
+    }
     let edge = color.mix(0.6).stroke_width(1);
-    chart.draw_series(ellipses.into_iter().map(|at| PathElement::new(at, edge)))?;
+    let window = Window::of(chart);
+    let edges = ellipses.iter().flat_map(|outline| window.inside(outline));
+    chart.draw_series(edges.map(|at| PathElement::new(at, edge)))?;
+    let estimate = |m: &Moment| (m.comparison.estimate.x, m.comparison.estimate.y);
     chart.draw_series(lines(drive, estimate).map(|at| PathElement::new(at, line(color, 2))))?;
     Ok(())
 }
 
-fn draw_start(chart: &mut Chart<'_>, index: usize, drive: &Drive<'_>) -> Result<(), Failure> {
+fn draw_start(
+    chart: &mut Chart<'_>,
+    index: usize,
+    drive: &Drive<'_>,
+    name: &str,
+) -> Result<(), Failure> {
     let first = drive.pieces.iter().copied().flatten().next();
     let start = first.map(|m| (m.comparison.truth.x, m.comparison.truth.y));
     let dot = robot_color(index).filled();
     chart.draw_series(start.map(|at| Circle::new(at, 5, dot)))?;
     // Colours start over after ten robots; names do not.
     let font = ("sans-serif", 14).into_font().color(&INK);
-    let name = |at| EmptyElement::at(at) + Text::new(drive.name.to_owned(), (8, -16), font.clone());
-    chart.draw_series(start.map(name))?;
+    let text = |at| EmptyElement::at(at) + Text::new(name.to_owned(), (8, -16), font.clone());
+    chart.draw_series(start.map(text))?;
     Ok(())
 }
 
@@ -246,4 +333,121 @@ fn lines(
     place: impl Fn(&Moment) -> (f64, f64),
 ) -> impl Iterator<Item = Vec<(f64, f64)>> {
     thinned(&drive.pieces, MOST_POINTS).map(move |piece| piece.map(&place).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::comparison::Comparison;
+
+    /// North, and the wheels believe that it is east.
+    fn moments(from: i32, to: i32) -> Vec<Moment> {
+        (from..to)
+            .map(|k| {
+                let way_m = 0.1 * f64::from(k);
+                let truth = Pose::new(1.0, way_m, 0.0);
+                let comparison = Comparison {
+                    time_s: 0.1 * f64::from(k),
+                    truth,
+                    estimate: Pose { x: 1.05, ..truth },
+                    sigma: [0.1; 3],
+                };
+                Moment {
+                    comparison,
+                    covariance: [0.01, 0.0, 0.01],
+                    by_wheels: Pose::new(1.0 + way_m, 0.0, 0.0),
+                }
+            })
+            .collect()
+    }
+
+    fn drive<'a>(name: &'a str, pieces: Vec<&'a [Moment]>) -> Drive<'a> {
+        Drive {
+            name,
+            note: format!("a note on {name}"),
+            pieces,
+        }
+    }
+
+    const WORDS: Words<'_> = Words {
+        caption: "Ways",
+        story: "and what they are about",
+    };
+
+    fn drawn(drives: &[Drive<'_>], glimpses: &[Glimpse]) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("paths.svg");
+        draw_drives(&file, &WORDS, drives, glimpses).unwrap();
+        std::fs::read_to_string(&file).unwrap()
+    }
+
+    #[test]
+    fn everybody_has_a_name_a_note_and_a_panel_and_all_looks_are_explained() {
+        let moments = moments(0, 100);
+        let drives = ["one", "two", "three", "four"].map(|name| drive(name, vec![&moments]));
+        let svg = drawn(&drives, &[]);
+        for text in [
+            "Ways",
+            "and what they are about",
+            "truth",
+            "estimate",
+            "95 % ellipse",
+            "its wheels alone",
+            "seen and told",
+            "seen, not told",
+            "a note on one",
+            "a note on four",
+        ] {
+            assert!(svg.contains(text), "{text} is missing");
+        }
+        assert_eq!(
+            svg.matches("<polygon").count(),
+            4 * 15,
+            "an ellipse for each fifteenth of each drive, filled in its panel"
+        );
+    }
+
+    #[test]
+    fn who_sees_whom_is_in_the_plot_once_and_in_the_panel_of_whoever_is_seen() {
+        let moments = moments(0, 100);
+        let drives = ["one", "two"].map(|name| drive(name, vec![&moments]));
+        let glimpse = |moment, seer, seen| Glimpse {
+            moment,
+            seer,
+            seen,
+            places: [(1.0, 3.0), (1.0, 4.0)],
+            told: true,
+        };
+        let lines = |glimpses: &[Glimpse]| drawn(&drives, glimpses).matches("<polyline").count();
+        let none = lines(&[]);
+        assert_eq!(lines(&[glimpse(2, 0, 1)]), none + 2, "the plot and a panel");
+        assert_eq!(lines(&[glimpse(2, 0, 1), glimpse(2, 1, 0)]), none + 3);
+        assert_eq!(lines(&[glimpse(3, 0, 1)]), none + 1, "a panel");
+        let untold = Glimpse {
+            told: false,
+            ..glimpse(3, 0, 1)
+        };
+        assert!(lines(&[untold]) > none + 2, "dashes");
+    }
+
+    #[test]
+    fn a_drive_with_a_gap_and_a_robot_that_never_spoke_do_not_spoil_the_picture() {
+        let [before, after] = [moments(0, 40), moments(60, 100)];
+        let drives = [
+            drive("one", vec![&before, &after]),
+            drive("two", Vec::new()),
+        ];
+        let svg = drawn(&drives, &[]);
+        assert!(svg.contains("a note on two"));
+        assert!(!svg.contains("NaN"), "{svg}");
+    }
+
+    #[test]
+    fn wheels_that_lead_far_away_do_not_make_the_panel_useless() {
+        let mut moments = moments(0, 100);
+        moments[99].by_wheels.x = 1000.0;
+        let layout = Layout::of(&[drive("one", vec![&moments])]);
+        let (low, high) = layout.panel.x;
+        assert!(high - low < 30.0, "{low} {high}");
+    }
 }

@@ -1,5 +1,6 @@
 //! A legend in rows of its own, above what it explains: it covers nothing, however many names there are.
 
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 use super::style::INK;
@@ -14,13 +15,28 @@ const KEY_PX: u32 = 18;
 /// About the width of a letter.
 const LETTER_PX: usize = 8;
 
+/// Of a dashed line, the dashes and the gaps between them.
+pub(super) const DASH_PX: [u32; 2] = [6, 4];
+
 /// Names with the look of what they name.
 pub(super) struct Legend {
-    keys: Vec<(String, ShapeStyle)>,
+    keys: Vec<(String, Look)>,
+}
+
+/// How a line is drawn.
+#[derive(Copy, Clone)]
+pub(super) enum Look {
+    Solid(ShapeStyle),
+    Dashed(ShapeStyle),
 }
 
 impl Legend {
     pub(super) fn new(keys: Vec<(String, ShapeStyle)>) -> Self {
+        let solid = |(name, style)| (name, Look::Solid(style));
+        Self::of_looks(keys.into_iter().map(solid).collect())
+    }
+
+    pub(super) fn of_looks(keys: Vec<(String, Look)>) -> Self {
         Self { keys }
     }
 
@@ -49,11 +65,15 @@ impl Legend {
 
     pub(super) fn draw(&self, area: &Area<'_>) -> Result<(), Failure> {
         let columns = self.columns(area.dim_in_pixel().0);
-        for (index, (name, style)) in self.keys.iter().enumerate() {
+        for (index, (name, look)) in self.keys.iter().enumerate() {
             let (row, column) = (index / columns, index % columns);
             let x = pixels(LEFT_PX) + pixels(self.column_px()) * whole(column);
             let y = pixels(ROW_PX) * whole(row) + 11;
-            area.draw(&PathElement::new([(x, y), (x + pixels(KEY_PX), y)], *style))?;
+            let line = [(x, y), (x + pixels(KEY_PX), y)];
+            match *look {
+                Look::Solid(style) => area.draw(&PathElement::new(line, style))?,
+                Look::Dashed(style) => area.draw(&dashed(line, style))?,
+            }
             let font = ("sans-serif", 14).into_font().color(&INK);
             area.draw(&Text::new(
                 name.clone(),
@@ -63,6 +83,15 @@ impl Legend {
         }
         Ok(())
     }
+}
+
+/// A dashed line through the points.
+pub(super) fn dashed<T, P>(points: P, style: ShapeStyle) -> DashedPathElement<P::IntoIter, u32>
+where
+    P: IntoIterator<Item = T, IntoIter: Clone>,
+{
+    let [dash, gap] = DASH_PX;
+    DashedPathElement::new(points, dash, gap, style)
 }
 
 fn pixels(px: u32) -> i32 {

@@ -1,6 +1,13 @@
 //! The part of the plane that a picture shows, a metre as long on both axes.
 
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::{Cartesian2d, ChartContext, SVGBackend};
+
 use super::style::extent;
+
+/// A plot with such a window.
+pub(super) type Chart<'a> =
+    ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 pub(super) const MARGIN_PX: u32 = 15;
 pub(super) const LABELS_PX: u32 = 50;
@@ -27,6 +34,49 @@ impl Window {
         window
     }
 
+    /// The same middle, so many times as wide and high.
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        let scaled = |(low, high): (f64, f64)| {
+            let (middle, half) = (f64::midpoint(low, high), 0.5 * factor * (high - low));
+            (middle - half, middle + half)
+        };
+        Self {
+            x: scaled(self.x),
+            y: scaled(self.y),
+        }
+    }
+
+    /// The part that is within another window, which it overlaps.
+    pub(super) fn within(&self, other: &Self) -> Self {
+        let both = |a: (f64, f64), b: (f64, f64)| (a.0.max(b.0), a.1.min(b.1));
+        let mut window = Self {
+            x: both(self.x, other.x),
+            y: both(self.y, other.y),
+        };
+        window.widen_to_half_as_high();
+        window
+    }
+
+    /// What a chart shows.
+    pub(super) fn of(chart: &Chart<'_>) -> Self {
+        let bounds = |range: std::ops::Range<f64>| (range.start, range.end);
+        Self {
+            x: bounds(chart.x_range()),
+            y: bounds(chart.y_range()),
+        }
+    }
+
+    /// The pieces of a line that are in the window: what is outside would be drawn along its edge.
+    pub(super) fn inside(&self, line: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
+        let shows = |&(x, y): &(f64, f64)| {
+            (self.x.0..=self.x.1).contains(&x) && (self.y.0..=self.y.1).contains(&y)
+        };
+        line.chunk_by(|a, b| shows(a) == shows(b))
+            .filter(|piece| piece.first().is_some_and(shows))
+            .map(<[_]>::to_vec)
+            .collect()
+    }
+
     /// A window much taller than wide would make a picture of several screens.
     fn widen_to_half_as_high(&mut self) {
         let missing = (self.y.1 - self.y.0) - (self.x.1 - self.x.0);
@@ -45,5 +95,33 @@ impl Window {
         let plot_width = f64::from(width_px - beside_px);
         let plot_height = plot_width * (self.y.1 - self.y.0) / (self.x.1 - self.x.0);
         plot_height.round() as u32 + beside_px
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_a_line_only_what_is_inside_remains() {
+        let window = Window {
+            x: (0.0, 1.0),
+            y: (0.0, 1.0),
+        };
+        let line = [(0.1, 0.1), (0.2, 0.2), (0.3, 1.5), (0.4, 0.4), (9.0, 0.5)];
+        assert_eq!(
+            window.inside(&line),
+            [vec![(0.1, 0.1), (0.2, 0.2)], vec![(0.4, 0.4)]]
+        );
+    }
+
+    #[test]
+    fn a_long_row_and_a_tall_one_make_pictures_of_a_bearable_shape() {
+        let height = |places: [(f64, f64); 2]| {
+            let window = Window::around(places.into_iter());
+            window.height_px(1050, 50)
+        };
+        assert_eq!(height([(0.0, 0.0), (9.0, 0.0)]), 400 + 50);
+        assert_eq!(height([(0.0, 0.0), (0.0, 9.0)]), 1000 + 50);
     }
 }
