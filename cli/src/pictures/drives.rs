@@ -76,7 +76,7 @@ pub(crate) fn draw_drives(
     drives: &[Drive<'_>],
     glimpses: &[Glimpse],
 ) -> Result<(), WriteError> {
-    let layout = Layout::of(drives);
+    let layout = Layout::of(drives, glimpses);
     write_svg(file, (WIDTH_PX, layout.height_px()), |area| {
         area.fill(&WHITE)?;
         let (title, rest) = area.split_vertically(CAPTION_PX);
@@ -104,7 +104,7 @@ struct Layout {
 
 impl Layout {
     /// What wheels alone make of a long drive leads far away: a panel shows twice as much as was really driven, not more.
-    fn of(drives: &[Drive<'_>]) -> Self {
+    fn of(drives: &[Drive<'_>], glimpses: &[Glimpse]) -> Self {
         let places = |of: fn(&Moment) -> Pose| {
             let moments = drives
                 .iter()
@@ -119,7 +119,7 @@ impl Layout {
         .map(places);
         let driven = Window::around(truth.clone());
         Self {
-            legend: legend(),
+            legend: legend(glimpses),
             whole: Window::around(truth.clone().chain(estimate)),
             panel: Window::around(truth.chain(wheels)).within(&driven.scaled(2.0)),
             rows: drives.len().div_ceil(PANELS_BESIDE_ONE_ANOTHER).max(1),
@@ -151,17 +151,20 @@ fn draw_title(area: &Area<'_>, words: &Words<'_>) -> Result<(), Failure> {
     Ok(())
 }
 
-fn legend() -> Legend {
+fn legend(glimpses: &[Glimpse]) -> Legend {
     let solid = |name: &str, style| (name.to_owned(), Look::Solid(style));
     let dashed = |name: &str, style| (name.to_owned(), Look::Dashed(style));
-    Legend::of_looks(vec![
+    let mut looks = vec![
         solid("truth", line(TRUTH, 5)),
         solid("estimate", line(INK, 2)),
         solid("95 % ellipse", INK.mix(0.2).stroke_width(12)),
         dashed("its wheels alone", wheels_style()),
         solid("seen and told", glimpse_style()),
-        dashed("seen, not told", glimpse_style()),
-    ])
+    ];
+    if glimpses.iter().any(|it| !it.told) {
+        looks.push(dashed("seen, not told", glimpse_style()));
+    }
+    Legend::of_looks(looks)
 }
 
 fn wheels_style() -> ShapeStyle {
@@ -169,7 +172,7 @@ fn wheels_style() -> ShapeStyle {
 }
 
 fn glimpse_style() -> ShapeStyle {
-    INK.mix(0.3).stroke_width(1)
+    INK.mix(0.35).stroke_width(1)
 }
 
 fn draw_whole(
@@ -394,7 +397,6 @@ mod tests {
             "95 % ellipse",
             "its wheels alone",
             "seen and told",
-            "seen, not told",
             "a note on one",
             "a note on four",
         ] {
@@ -428,6 +430,8 @@ mod tests {
             ..glimpse(3, 0, 1)
         };
         assert!(lines(&[untold]) > none + 2, "dashes");
+        let says = |glimpses: &[Glimpse]| drawn(&drives, glimpses).contains("seen, not told");
+        assert!(says(&[untold]) && !says(&[glimpse(3, 0, 1)]));
     }
 
     #[test]
@@ -446,7 +450,7 @@ mod tests {
     fn wheels_that_lead_far_away_do_not_make_the_panel_useless() {
         let mut moments = moments(0, 100);
         moments[99].by_wheels.x = 1000.0;
-        let layout = Layout::of(&[drive("one", vec![&moments])]);
+        let layout = Layout::of(&[drive("one", vec![&moments])], &[]);
         let (low, high) = layout.panel.x;
         assert!(high - low < 30.0, "{low} {high}");
     }
