@@ -215,6 +215,8 @@ impl<'a> Driver<'a> {
 
 #[cfg(test)]
 mod tests {
+    use coloc_estimator::noise::Variance;
+
     use super::*;
 
     fn minutes(count: f64, run: u16) -> Synthetic {
@@ -278,5 +280,61 @@ mod tests {
         assert_eq!(a.truth(3000, 4), b.truth(3000, 4));
         assert_ne!(a.truth(3000, 4), c.truth(3000, 4));
         assert_eq!(a.truth(0, 4), c.truth(0, 4));
+    }
+
+    fn skidding(ways: Vec<Vec<[f64; 2]>>) -> Synthetic {
+        let skid = |per_speed| Variance {
+            per_speed,
+            ..Variance::default()
+        };
+        Synthetic::new(&SyntheticConfig {
+            robots: 2,
+            seconds: 120.0,
+            top_speed_mps: 0.8,
+            top_turn_radps: 1.5,
+            noise: OdometryNoise {
+                forward: skid(0.25),
+                sideways: skid(0.125),
+                turning: skid(0.5),
+            },
+            ways,
+            arrived_m: 0.3,
+            ..SyntheticConfig::default()
+        })
+    }
+
+    #[test]
+    fn a_robot_with_a_way_drives_it_round_and_round_however_it_slips() {
+        let square = vec![[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
+        let world = skidding(vec![square.clone()]);
+        let laps = |corner: &[f64; 2]| {
+            let near = |step: &usize| {
+                let pose = world.truth(*step, 0).unwrap();
+                libm::hypot(pose.x - corner[0], pose.y - corner[1]) < 0.35
+            };
+            let steps: Vec<usize> = (0..world.steps()).filter(near).collect();
+            steps.chunk_by(|a, b| b - a < 200).count()
+        };
+        assert!(square.iter().map(laps).all(|laps| laps >= 4));
+        let other = (0..world.steps()).map(|step| world.truth(step, 1).unwrap().x);
+        assert!(
+            other.fold(0.0, f64::min) < -1.0,
+            "who has no way goes anywhere"
+        );
+    }
+
+    #[test]
+    fn a_robot_slips_sideways_as_its_noise_says() {
+        let world = skidding(Vec::new());
+        let (mut sum, mut expected) = (0.0, 0.0);
+        for step in 1..world.steps() {
+            let [a, b] = [step - 1, step].map(|step| world.truth(step, 0).unwrap());
+            let [v, omega] = world.odometry(step - 1, 0);
+            let (sin, cos) = libm::sincos(a.phi + 0.5 * omega * DT_S);
+            let aside_m = cos * (b.y - a.y) - sin * (b.x - a.x);
+            sum += aside_m * aside_m;
+            expected += 0.125 * v.abs() * DT_S * DT_S;
+        }
+        assert!((sum / expected - 1.0).abs() < 0.1, "{sum} {expected}");
     }
 }

@@ -4,6 +4,8 @@
 //! world ──► feed ──► CAN frames, sightings, fixes ──► five colocd (fleet) ──► estimates ──► watch ──► table, summary, pictures
 //!   └──────────────────────────── truth ──────────────────────────────────────────────────────┘
 //! ```
+//!
+//! What is played is a [`scene`]. In tests a rehearsal plays the same without daemons.
 
 mod bars;
 pub(crate) mod bus;
