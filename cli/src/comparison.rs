@@ -76,21 +76,27 @@ pub(crate) struct Accuracy {
 impl Accuracy {
     /// `None` where there is nothing to average.
     #[allow(clippy::cast_precision_loss)] // Counts of ticks.
-    pub(crate) fn of(comparisons: impl Iterator<Item = Comparison> + Clone) -> Option<Self> {
-        let estimates = comparisons.clone().count();
-        if estimates == 0 {
-            return None;
-        }
-        let n = estimates as f64;
-        let mean = |value: &dyn Fn(&Comparison, usize) -> f64| {
-            std::array::from_fn(|i| comparisons.clone().map(|c| value(&c, i)).sum::<f64>() / n)
-        };
-        Some(Self {
-            estimates,
-            mean_abs_error: mean(&|c, i| c.error()[i].abs()),
-            rms_error: mean(&|c, i| c.error()[i].powi(2)).map(f64::sqrt),
-            inside_3_sigma: mean(&|c, i| f64::from(u8::from(c.inside()[i]))),
+    pub(crate) fn of(comparisons: impl Iterator<Item = Comparison>) -> Option<Self> {
+        let mut sums = Self::default();
+        comparisons.for_each(|comparison| sums.add(&comparison));
+        let n = sums.estimates as f64;
+        let mean = |sum: [f64; 3]| sum.map(|sum| sum / n);
+        (sums.estimates > 0).then(|| Self {
+            estimates: sums.estimates,
+            mean_abs_error: mean(sums.mean_abs_error),
+            rms_error: mean(sums.rms_error).map(f64::sqrt),
+            inside_3_sigma: mean(sums.inside_3_sigma),
         })
+    }
+
+    fn add(&mut self, comparison: &Comparison) {
+        let (error, inside) = (comparison.error(), comparison.inside());
+        self.estimates += 1;
+        for i in 0..3 {
+            self.mean_abs_error[i] += error[i].abs();
+            self.rms_error[i] += error[i].powi(2);
+            self.inside_3_sigma[i] += f64::from(u8::from(inside[i]));
+        }
     }
 }
 

@@ -29,5 +29,5 @@ pub mod world;
 pub use fleet::{Fleet, Letter};
 pub use scenario::Scenario;
 pub use sensors::{Sensors, StepInputs};
-pub use synthetic::{Synthetic, SyntheticConfig};
+pub use synthetic::{Synthetic, SyntheticConfig, Ways};
 pub use world::World;

@@ -27,9 +27,14 @@ pub struct SyntheticConfig {
     pub top_turn_radps: f64,
     /// How far the wheels' motion is from what they report.
     pub noise: OdometryNoise,
+}
+
+/// Where robots drive that do not drive to waypoints at random.
+#[derive(Clone, Debug, Default)]
+pub struct Ways {
     /// For every robot the waypoints that it drives round and round, at least two; a robot without any drives to waypoints at random.
-    pub ways: Vec<Vec<[f64; 2]>>,
-    /// How close to a waypoint counts as there \[m\].
+    pub waypoints: Vec<Vec<[f64; 2]>>,
+    /// How close to one of these counts as there \[m\].
     pub arrived_m: f64,
 }
 
@@ -44,16 +49,16 @@ impl Default for SyntheticConfig {
             top_speed_mps: 0.1,
             top_turn_radps: 0.5,
             noise: OdometryNoise::paper(),
-            ways: Vec::new(),
-            arrived_m: 0.15,
         }
     }
 }
 
 /// Step of the world.
 const DT_S: f64 = 0.02;
-/// How close to a wall a waypoint may be.
+/// How close to a wall a waypoint at random may be.
 const MARGIN_M: f64 = 0.5;
+/// How close to one counts as there.
+const ARRIVED_M: f64 = 0.15;
 /// Turning rate per radian of heading error.
 const TURN_GAIN_PER_S: f64 = 1.5;
 /// Fastest change of the forward velocity.
@@ -72,13 +77,19 @@ pub struct Synthetic {
 }
 
 impl Synthetic {
-    /// Drives the robots through the world.
+    /// Drives the robots to waypoints at random.
+    #[must_use]
+    pub fn new(config: &SyntheticConfig) -> Self {
+        Self::along(&Ways::default(), config)
+    }
+
+    /// Drives the robots along `ways`.
     #[must_use]
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Saturates, which is what is wanted.
-    pub fn new(config: &SyntheticConfig) -> Self {
+    pub fn along(ways: &Ways, config: &SyntheticConfig) -> Self {
         let steps = (config.seconds / DT_S).round() as usize + 1;
         let robots = (0..config.robots)
-            .map(|robot| Driver::new(config, robot).drive(steps))
+            .map(|robot| Driver::new(ways, config, robot).drive(steps))
             .collect();
         Self { robots, steps }
     }
@@ -112,6 +123,9 @@ impl World for Synthetic {
 
 struct Driver<'a> {
     config: &'a SyntheticConfig,
+    /// Empty: at random.
+    way: &'a [[f64; 2]],
+    arrived_m: f64,
     /// The same in every run.
     waypoints: Noise,
     slip: Noise,
@@ -123,13 +137,20 @@ struct Driver<'a> {
 }
 
 impl<'a> Driver<'a> {
-    fn new(config: &'a SyntheticConfig, robot: usize) -> Self {
+    fn new(ways: &'a Ways, config: &'a SyntheticConfig, robot: usize) -> Self {
+        let way = ways.waypoints.get(robot).map_or(&[][..], Vec::as_slice);
         let (waypoints, slip) = (
             Noise::new(config.seed, 0),
             Noise::new(config.seed, config.run),
         );
         let mut driver = Self {
             config,
+            way,
+            arrived_m: if way.is_empty() {
+                ARRIVED_M
+            } else {
+                ways.arrived_m
+            },
             waypoints,
             slip,
             robot,
@@ -151,9 +172,9 @@ impl<'a> Driver<'a> {
     fn next_waypoint(&mut self) -> [f64; 2] {
         let visited = self.visited;
         self.visited += 1;
-        match self.config.ways.get(self.robot).map(Vec::as_slice) {
-            None | Some([]) => self.waypoint_at_random(visited),
-            Some(way) => way[visited % way.len()],
+        match self.way {
+            [] => self.waypoint_at_random(visited),
+            way => way[visited % way.len()],
         }
     }
 
@@ -182,7 +203,7 @@ impl<'a> Driver<'a> {
             self.waypoint[0] - self.pose.x,
             self.waypoint[1] - self.pose.y,
         ];
-        if libm::hypot(dx, dy) < self.config.arrived_m {
+        if libm::hypot(dx, dy) < self.arrived_m {
             self.waypoint = self.next_waypoint();
         }
         let error = wrap(libm::atan2(dy, dx) - self.pose.phi);
@@ -282,12 +303,16 @@ mod tests {
         assert_eq!(a.truth(0, 4), c.truth(0, 4));
     }
 
-    fn skidding(ways: Vec<Vec<[f64; 2]>>) -> Synthetic {
+    fn skidding(waypoints: Vec<Vec<[f64; 2]>>) -> Synthetic {
         let skid = |per_speed| Variance {
             per_speed,
             ..Variance::default()
         };
-        Synthetic::new(&SyntheticConfig {
+        let ways = Ways {
+            waypoints,
+            arrived_m: 0.3,
+        };
+        let config = SyntheticConfig {
             robots: 2,
             seconds: 120.0,
             top_speed_mps: 0.8,
@@ -297,10 +322,9 @@ mod tests {
                 sideways: skid(0.125),
                 turning: skid(0.5),
             },
-            ways,
-            arrived_m: 0.3,
             ..SyntheticConfig::default()
-        })
+        };
+        Synthetic::along(&ways, &config)
     }
 
     #[test]

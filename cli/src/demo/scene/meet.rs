@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use coloc_daemon::config::Preset;
 use coloc_sim::scenario::{Fixes, Sightings};
-use coloc_sim::{Scenario, Synthetic, SyntheticConfig};
+use coloc_sim::{Scenario, Synthetic, SyntheticConfig, Ways};
 
 use super::{Help, Part, Scene};
 use crate::args::DemoArgs;
@@ -169,20 +169,22 @@ fn sensors() -> Scenario {
 pub(super) fn scene(args: &DemoArgs) -> Scene {
     let robots = args.robots.map_or(FIGURES.len(), usize::from);
     let wheels = Preset::SkidSteer;
-    let world = Synthetic::new(&SyntheticConfig {
+    let ways = Ways {
+        waypoints: (0..robots).map(way).collect(),
+        arrived_m: ARRIVED_M,
+    };
+    let config = SyntheticConfig {
         robots,
         seconds: args.seconds + 1.0,
         seed: args.seed,
         top_speed_mps: TOP_SPEED_MPS,
         top_turn_radps: TOP_TURN_RADPS,
         noise: wheels.motion().noise(),
-        ways: (0..robots).map(way).collect(),
-        arrived_m: ARRIVED_M,
         ..SyntheticConfig::default()
-    });
+    };
     Scene {
         description: format!("scene meet, seed {}", args.seed),
-        world: Box::new(world),
+        world: Box::new(Synthetic::along(&ways, &config)),
         parts: (0..robots).map(|robot| part(robot, robots)).collect(),
         sensors: sensors(),
         wheels,
