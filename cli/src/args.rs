@@ -69,10 +69,6 @@ pub(crate) enum Command {
 /// Starts a real `colocd` for every robot, sends each the CAN frames of its wheel encoders, gives them relative poses and
 /// satellite fixes over shared memory, and compares what they publish with the truth, and with what their wheels alone would say.
 ///
-/// In the scene `meet` robots whose wheels skid drive figures that turn and cross, and see one another up to 4 m. Who is seen learns
-/// from who sees it. Two have a satellite receiver. The last one, of four or more, has none, is seen like the others, and is told
-/// nothing: its error beside theirs is what help is worth.
-///
 /// Ends by itself; Ctrl-C ends it early, with what was seen until then and no verdict. While it runs, kill a daemon and start it again
 /// with the command that the table shows.
 #[derive(Clone, Debug, Args)]
@@ -81,6 +77,11 @@ pub(crate) enum Command {
   coloc demo --robots 3 --seconds 60 --seed 7 --out pictures
   coloc demo --data ../shared/data/mrclam1 --seconds 120
   coloc demo --json > summary.json
+
+In the scene meet robots whose wheels skid drive figures that turn and cross, and see
+one another up to 4 m. Who is seen learns from who sees it. Two have a satellite receiver.
+The last one, of four or more, has none, is seen like the others, and is told nothing:
+beside it one sees what help is worth.
 
 What is expected of every robot, whatever the seed:
                     error, mean over time     inside its own 3σ
