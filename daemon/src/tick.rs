@@ -212,13 +212,18 @@ impl Robot {
         let lateness_ns = self.account.woke(wake, watch.last_ns());
         // collect
         let behind = !self.collect.emptied();
-        if behind {
+        let inputs = if behind {
             self.go_ahead(moment);
+            // Messages that are there already wait for the tick that has caught up.
+            TickInputs {
+                stamp: moment.stamp,
+                measurements: &[],
+            }
         } else {
             self.collect.messages(moment, &mut self.account);
-        }
-        self.collect.gather();
-        let inputs = self.collect.inputs(moment);
+            self.collect.gather();
+            self.collect.inputs(moment)
+        };
         let mut stages = Stages {
             collect_ns: watch.lap(&*self.time),
             ..Stages::default()
@@ -245,14 +250,10 @@ impl Robot {
         self.publish.neighbours(outputs.outgoing, moment);
         stages.publish_ns = watch.lap(&*self.time);
         // account
-        let given = TickInputs {
-            measurements: if behind { &[] } else { inputs.measurements },
-            ..inputs
-        };
-        let lines = record::of_inputs(self.account.tick(), step, &given);
+        let lines = record::of_inputs(self.account.tick(), step, &inputs);
         self.account.record(lines);
         self.account.record([Record::from(&outputs.estimate)]);
-        self.account.outputs(&outputs, given.measurements);
+        self.account.outputs(&outputs, inputs.measurements);
         self.collect.clear(moment.stamp, behind);
         self.close_books(moment, since_tick_ns);
         stages.account_ns = watch.lap(&*self.time);

@@ -6,9 +6,10 @@ mod by_hand;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use by_hand::{METRES_PER_TICK, PERIOD, SECOND, World, diagonal};
+use by_hand::{METRES_PER_TICK, PERIOD, SECOND, TestTime, World, diagonal};
 use coloc_daemon::clock::{KernelTime, Reading, TimeSource};
 use coloc_daemon::event::Link;
+use coloc_daemon::record::Step;
 use coloc_daemon::tick::Outcome;
 use coloc_daemon::wait::Wake;
 use coloc_drivers::can::{Frame, Sender};
@@ -340,6 +341,66 @@ fn a_frame_that_comes_as_the_clocks_are_read_starts_the_next_tick_at_once() {
         (1..=timing.header.stamp_ns).contains(&timing.frame_stamp_ns) && timing.latency_ns > 0,
         "{timing:?}"
     );
+}
+
+/// The test's clock; while there are frames to flood with, each that is taken off the bus lets another one in.
+struct Flooded {
+    time: TestTime,
+    sender: Mutex<Sender>,
+    frames: Arc<Mutex<Option<Frame>>>,
+}
+
+impl TimeSource for Flooded {
+    fn read(&self) -> Reading {
+        self.time.read()
+    }
+
+    fn of_kernel(&self, stamp_ns: i64) -> i64 {
+        if let Some(frame) = *self.frames.lock().unwrap() {
+            self.sender.lock().unwrap().send(&frame).unwrap();
+        }
+        stamp_ns
+    }
+}
+
+/// A flood of frames leaves no time for a fix that came before it.
+#[test]
+fn a_tick_that_is_behind_is_recorded_without_what_waits_for_the_next_one() {
+    let world = World::new();
+    let frames = Arc::new(Mutex::new(None));
+    let time = Flooded {
+        time: world.time.clone(),
+        sender: Mutex::new(world.sender()),
+        frames: Arc::clone(&frames),
+    };
+    let lines = format!("[telemetry]\nrecord = \"a.jsonl\"\n{}", world.wheels());
+    let mut subject = world.robot_under(Box::new(time), "a", 1, &lines);
+    subject.tick();
+    assert_eq!(subject.recorded_ticks(), [(Step::Own, 0)]);
+    let fixes = world.publisher::<Position>("a");
+    fixes
+        .send(Position {
+            header: world.header(0),
+            quality: 4,
+            covariance: [1.0, 0.0, 0.0, 1.0],
+            ..Position::default()
+        })
+        .unwrap();
+    assert!(
+        (0..16).all(|_| !subject.robot.listen()),
+        "there is time for messages"
+    );
+    let [frame, _] = WheelFrames::new(METRES_PER_TICK).encode(0.0, 0.0);
+    let mut sender = world.sender();
+    (0..8).for_each(|_| sender.send(&frame).unwrap()); // Fewer would mean that there are no more.
+    *frames.lock().unwrap() = Some(frame);
+    subject.tick();
+    assert_eq!(subject.recorded_ticks(), [(Step::Behind, 0)]);
+    *frames.lock().unwrap() = None;
+    subject.tick();
+    assert_eq!(subject.recorded_ticks(), [(Step::Own, 1)]);
+    let status = subject.robot.account().status();
+    assert_eq!(status.accepted_of(Input::Position), 1);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use coloc_daemon::clock::{Reading, TimeSource};
 use coloc_daemon::config::Config;
 use coloc_daemon::event::{Event, Link};
+use coloc_daemon::record::{Record, Step};
 use coloc_daemon::tick::{Outcome, Robot};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::can::{BusSpec, Sender};
@@ -171,6 +172,16 @@ impl Subject {
             _ => None,
         });
         timings.last()
+    }
+
+    /// The ticks that were recorded since this was asked last: what the estimator did, and with how many inputs.
+    pub(crate) fn recorded_ticks(&self) -> Vec<(Step, usize)> {
+        let events = std::iter::from_fn(|| self.link.next_event());
+        let ticks = events.filter_map(|event| match event {
+            Event::Recorded(Record::Tick { step, inputs, .. }) => Some((step, inputs)),
+            _ => None,
+        });
+        ticks.collect()
     }
 
     /// A period passes, and a tick on time.
