@@ -3,18 +3,22 @@
 
 mod by_hand;
 
+use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use by_hand::{METRES_PER_TICK, PERIOD, SECOND, TestTime, World, diagonal};
 use coloc_daemon::clock::{KernelTime, Reading, TimeSource};
+use coloc_daemon::config::Config;
 use coloc_daemon::event::Link;
 use coloc_daemon::record::Step;
 use coloc_daemon::tick::Outcome;
 use coloc_daemon::wait::Wake;
 use coloc_drivers::can::{Frame, Sender};
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::{Header, Health, Input, Neighbour, Position, Reject, RelativePose};
+use coloc_shm_types::{
+    Header, Health, Input, Message, Neighbour, Position, Publisher, Reject, RelativePose,
+};
 
 #[test]
 fn a_sensor_is_stale_on_the_first_tick_beyond_its_threshold() {
@@ -261,6 +265,72 @@ fn a_flood_of_rejects_is_counted_to_the_last() {
         "nobody drains the ring of {}",
         Link::CAPACITY
     );
+}
+
+/// So many of each kind are taken in at once; the wheels' sample comes on top.
+#[test]
+fn a_tick_has_room_for_all_that_it_takes_in() {
+    let world = World::new();
+    let team = |id| format!("[[team]]\nname = \"r{id}\"\nid = {id}\n");
+    let team = (1..=17).map(team).collect::<Vec<_>>().concat();
+    let text = format!(
+        "{team}[robot]\nname = \"r1\"\nid = 1\n[telemetry]\nrecord = \"r1.jsonl\"\n{}",
+        world.wheels()
+    );
+    let config = Config::parse(&text, "tick.toml".as_ref()).unwrap();
+    let mut robot = world.robot_of(&config);
+    let (mut encoders, mut wheels) = (world.sender(), WheelFrames::new(METRES_PER_TICK));
+    let mut send_wheels = || {
+        for frame in wheels.encode(0.0, 0.0) {
+            encoders.send(&frame).unwrap();
+        }
+    };
+    send_wheels();
+    robot.tick();
+    robot.recorded_ticks();
+    send_wheels();
+    let (_lasers, sightings) = crowd(&world, (0..2, 64), |header| RelativePose {
+        header,
+        observed: 2,
+        covariance: diagonal([0.01, 0.01, 0.001]),
+        ..RelativePose::default()
+    });
+    let (_receivers, fixes) = crowd(&world, (0..1, 32), |header| Position {
+        header,
+        quality: 4,
+        covariance: [1.0, 0.0, 0.0, 1.0],
+        ..Position::default()
+    });
+    let (_others, words) = crowd(&world, (2..18, 16), |header| Neighbour {
+        header,
+        independent: diagonal([0.01, 0.01, 0.001]),
+        ..Neighbour::default()
+    });
+    robot.tick();
+    let all = sightings + fixes + words + 1;
+    assert_eq!(robot.recorded_ticks(), [(Step::Own, all)]);
+}
+
+/// A publisher of each source, and how many messages they have sent to `r1`: so many each.
+fn crowd<M: Message>(
+    world: &World,
+    (sources, each): (Range<u16>, usize),
+    message: impl Fn(Header) -> M,
+) -> (Vec<Publisher<M>>, usize) {
+    let publishers = sources.map(|source| {
+        let publisher = world.publisher("r1");
+        for sequence in (0..).take(each) {
+            let header = Header {
+                source,
+                ..world.header(sequence)
+            };
+            publisher.send(message(header)).unwrap();
+        }
+        publisher
+    });
+    let publishers: Vec<_> = publishers.collect();
+    let sent = each * publishers.len();
+    (publishers, sent)
 }
 
 #[test]
