@@ -3,7 +3,11 @@
 
 mod by_hand;
 
-use by_hand::{METRES_PER_TICK, PERIOD, SECOND, World};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
+
+use by_hand::{METRES_PER_TICK, PERIOD, SECOND, Subject, TestTime, World};
+use coloc_daemon::clock::{Reading, TimeSource};
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{BeliefState, Health, Input, Position};
 
@@ -103,4 +107,44 @@ fn a_driving_robot_drives_on_through_a_clock_step() {
             );
         }
     }
+}
+
+/// The test's clocks, by which the newest frame came when this says so.
+struct Stamped(TestTime, Arc<AtomicI64>);
+
+impl TimeSource for Stamped {
+    fn read(&self) -> Reading {
+        self.0.read()
+    }
+
+    fn of_kernel(&self, _: i64) -> i64 {
+        self.1.load(Ordering::Relaxed)
+    }
+}
+
+/// The computer sleeps, and wakes with another time of day. By the clock before that, the next frame came while it slept, when
+/// one was due; but the buses were empty when it woke.
+#[test]
+fn a_frame_that_came_after_a_sleep_is_not_taken_for_one_from_before_it() {
+    const MS: i64 = SECOND / 1000;
+    let world = World::new();
+    let came_ns = Arc::new(AtomicI64::new(0));
+    let time = Stamped(world.time.clone(), Arc::clone(&came_ns));
+    let lines = format!("[clock]\nsource = \"boottime\"\n{}", world.wheels());
+    let mut robot = world.robot_under(Box::new(time), "a", 1, &lines);
+    let (mut sender, mut frames) = (world.sender(), WheelFrames::new(METRES_PER_TICK));
+    let mut tick_with_frames = |robot: &mut Subject| {
+        came_ns.store(world.time.realtime() + 15 * MS, Ordering::Relaxed);
+        for frame in frames.encode(0.0, 0.0) {
+            sender.send(&frame).unwrap();
+        }
+        robot.tick();
+        robot.timing().unwrap().frame_stamp_ns - world.time.read_boot()
+    };
+    let before = [(); 3].map(|()| tick_with_frames(&mut robot));
+    assert_eq!(before[1..], [-5 * MS; 2]);
+    world.time.run(400 * MS);
+    world.time.step(-380 * MS);
+    robot.tick();
+    assert_eq!(tick_with_frames(&mut robot), -5 * MS);
 }
