@@ -14,19 +14,24 @@ const READ_ATTEMPTS: usize = 5;
 
 impl TimeSource for KernelTime {
     fn read(&self) -> Reading {
-        let mut best = read_once();
-        for _ in 1..READ_ATTEMPTS {
-            if best.width_ns <= ONE_MOMENT_NS {
-                break;
-            }
-            best = std::cmp::min_by_key(best, read_once(), |reading| reading.width_ns);
-        }
-        best
+        at_one_moment(read_once)
     }
 
     fn now_ns(&self) -> i64 {
         nanos(clock_gettime(ClockId::Boottime))
     }
+}
+
+/// The best of a few readings, once one is good enough.
+fn at_one_moment(mut read: impl FnMut() -> Reading) -> Reading {
+    let mut best = read();
+    for _ in 1..READ_ATTEMPTS {
+        if best.width_ns <= ONE_MOMENT_NS {
+            break;
+        }
+        best = std::cmp::min_by_key(best, read(), |reading| reading.width_ns);
+    }
+    best
 }
 
 fn read_once() -> Reading {
@@ -59,5 +64,23 @@ mod tests {
         let second = KernelTime.read();
         assert!(first.width_ns >= 0 && second.boot_ns >= first.boot_ns + first.width_ns);
         assert!(second.realtime_ns > 0 && second.tai_ns > 0);
+    }
+    #[test]
+    fn who_was_interrupted_reads_again_and_keeps_the_best() {
+        let width_and_attempts = |widths_us: &[i64]| {
+            let mut attempts = 0;
+            let read = || {
+                let width_ns = widths_us[attempts] * 1000;
+                attempts += 1;
+                Reading {
+                    width_ns,
+                    ..Reading::default()
+                }
+            };
+            (at_one_moment(read).width_ns / 1000, attempts)
+        };
+        assert_eq!(width_and_attempts(&[200, 1]), (200, 1), "good enough");
+        assert_eq!(width_and_attempts(&[5000, 900, 100, 1]), (100, 3));
+        assert_eq!(width_and_attempts(&[500, 400, 300, 600, 700, 1]), (300, 5));
     }
 }
