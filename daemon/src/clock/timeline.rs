@@ -61,26 +61,6 @@ const DELIVERY_NS: i64 = 2_000_000;
 /// How far the reading of a wall clock as the inner one may be off \[ns\].
 const CONVERSION_NS: i64 = 500_000;
 
-impl Drain {
-    /// The buses may hold more.
-    pub const UNFINISHED: Self = Self {
-        emptied: false,
-        not_before_ns: i64::MIN,
-    };
-
-    /// Nothing was left; when it began is not known.
-    pub const EMPTIED: Self = Self::emptied_after(i64::MIN);
-
-    /// Nothing was left, and it began no earlier than that \[ns of the inner clock\].
-    #[must_use]
-    pub const fn emptied_after(not_before_ns: i64) -> Self {
-        Self {
-            emptied: true,
-            not_before_ns,
-        }
-    }
-}
-
 impl Timeline {
     /// Starts at `now`.
     #[must_use]
@@ -162,6 +142,24 @@ impl Walls {
             ClockSource::Realtime => Some(&self.realtime),
             ClockSource::Tai => Some(&self.tai),
             ClockSource::Boottime => None,
+        }
+    }
+}
+
+#[cfg(test)]
+impl Drain {
+    pub(crate) const UNFINISHED: Self = Self {
+        emptied: false,
+        not_before_ns: i64::MIN,
+    };
+
+    /// When it began is not known.
+    pub(crate) const EMPTIED: Self = Self::emptied_after(i64::MIN);
+
+    const fn emptied_after(not_before_ns: i64) -> Self {
+        Self {
+            emptied: true,
+            not_before_ns,
         }
     }
 }
