@@ -134,17 +134,20 @@ mod tests {
             fit_heading_rad: 0.1,
             ..config::Health::default()
         };
-        let fit = |xy: f64, correlation: f64, phi: f64, refused: &[Input]| {
-            let (x, xy) = (xy * xy, correlation * xy * xy);
-            let total = [x, xy, 0.0, xy, x, 0.0, 0.0, 0.0, phi * phi];
+        let fit = |[x, y]: [f64; 2], correlation: f64, phi: f64, refused: &[Input]| {
+            let xy = correlation * x * y;
+            let total = [x * x, xy, 0.0, xy, y * y, 0.0, 0.0, 0.0, phi * phi];
             let covariance = Covariance3::from_row_major(total).unwrap();
             let belief = Belief::independent(Pose::default(), covariance);
             standing(refused, true, &belief, &config).fit
         };
-        assert!(fit(0.49, 0.0, 0.09, &[]));
-        assert!(!fit(0.49, 0.9, 0.09, &[]), "worst in a diagonal direction");
-        assert!(!fit(0.51, 0.0, 0.09, &[]));
-        assert!(!fit(0.49, 0.0, 0.11, &[]));
-        assert!(!fit(0.49, 0.0, 0.09, &[Input::Position]), "contradicted");
+        assert!(fit([0.49, 0.49], 0.0, 0.09, &[]));
+        assert!(fit([0.49, 0.1], 0.0, 0.09, &[]) && fit([0.1, 0.49], 0.0, 0.09, &[]));
+        let diagonal = fit([0.49, 0.49], 0.9, 0.09, &[]);
+        assert!(!diagonal, "worst in a diagonal direction");
+        assert!(!fit([0.51, 0.1], 0.0, 0.09, &[]) && !fit([0.1, 0.51], 0.0, 0.09, &[]));
+        assert!(!fit([0.49, 0.49], 0.0, 0.11, &[]));
+        let contradicted = fit([0.49, 0.49], 0.0, 0.09, &[Input::Position]);
+        assert!(!contradicted);
     }
 }
