@@ -5,12 +5,18 @@ use std::f64::consts::TAU;
 use super::config::{Quantity, SpeedUnit, TurnUnit};
 
 /// What a unit says, as far as it can contradict.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+#[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) enum Unit {
     /// Of length, which a counter may have.
-    Length,
+    Length {
+        /// One of it.
+        metres: f64,
+    },
     /// Of angle, which a counter may have too.
-    Angle,
+    Angle {
+        /// How many of it make a turn, if the word means one unit alone.
+        per_turn: Option<f64>,
+    },
     /// Of nothing but a number of steps.
     Count,
     MetresPerSecond,
@@ -27,9 +33,17 @@ pub(super) enum Unit {
 impl Unit {
     /// Reads the many spellings; `None` for what says nothing.
     pub(super) fn of(text: &str) -> Option<Self> {
+        let length = |metres| Self::Length { metres };
+        let angle = |per_turn| Self::Angle { per_turn };
         Some(match spelled(text).as_str() {
-            "m" | "mm" | "cm" | "dm" | "km" | "meter" | "metre" | "meters" | "metres" | "in"
-            | "inch" | "ft" | "mi" => Self::Length,
+            "m" | "meter" | "metre" | "meters" | "metres" => length(1.0),
+            "dm" => length(0.1),
+            "cm" => length(0.01),
+            "mm" => length(0.001),
+            "km" => length(1000.0),
+            "in" | "inch" => length(0.0254),
+            "ft" => length(0.3048),
+            "mi" => length(1609.344),
             "m/s" | "mps" | "m/sec" | "ms-1" | "m*s-1" | "m.s-1" | "m·s-1" | "m·s⁻¹" | "ms⁻¹" => {
                 Self::MetresPerSecond
             }
@@ -41,7 +55,11 @@ impl Unit {
             }
             "rpm" | "1/min" | "/min" | "u/min" | "r/min" | "rev/min" | "revs/min" | "min-1"
             | "upm" | "r.p.m." | "tr/min" | "tours/min" => Self::RevolutionsPerMinute,
-            "deg" | "°" | "degree" | "degrees" | "rad" | "mrad" | "grad" => Self::Angle,
+            "deg" | "°" | "degree" | "degrees" => angle(Some(360.0)),
+            "rad" => angle(Some(TAU)),
+            "mrad" => angle(Some(1000.0 * TAU)),
+            // Degrees in German, gradians elsewhere.
+            "grad" => angle(None),
             "tick" | "ticks" | "count" | "counts" | "cnt" | "cnts" | "pulse" | "pulses" | "imp"
             | "impulse" | "impulses" | "inc" | "incs" | "increments" | "steps" => Self::Count,
             "s" | "ms" | "us" | "µs" | "min" | "m/s2" | "m/s^2" | "m/s²" | "m/s/s" | "rad/s2"
@@ -59,7 +77,7 @@ impl Unit {
     pub(super) fn suits(self, quantity: Quantity) -> bool {
         match quantity {
             Quantity::CumulativeTicks | Quantity::TicksPerPeriod => {
-                matches!(self, Self::Length | Self::Angle | Self::Count)
+                matches!(self, Self::Length { .. } | Self::Angle { .. } | Self::Count)
             }
             Quantity::MetresPerSecond => self == Self::MetresPerSecond,
             Quantity::KilometresPerHour => self == Self::KilometresPerHour,
@@ -73,31 +91,6 @@ fn spelled(text: &str) -> String {
     let lower = text.to_lowercase();
     let spelled: String = lower.split_whitespace().collect();
     spelled.trim_matches(['[', ']', '(', ')']).to_owned()
-}
-
-/// One of a unit of length \[m\]; `None` for what is no such unit.
-pub(super) fn metres(unit: &str) -> Option<f64> {
-    Some(match spelled(unit).as_str() {
-        "m" | "meter" | "metre" | "meters" | "metres" => 1.0,
-        "dm" => 0.1,
-        "cm" => 0.01,
-        "mm" => 0.001,
-        "km" => 1000.0,
-        "in" | "inch" => 0.0254,
-        "ft" => 0.3048,
-        "mi" => 1609.344,
-        _ => return None,
-    })
-}
-
-/// How many of a unit of angle make a turn; `None` for what is no such unit.
-pub(super) fn per_turn(unit: &str) -> Option<f64> {
-    Some(match spelled(unit).as_str() {
-        "deg" | "°" | "degree" | "degrees" => 360.0,
-        "rad" => TAU,
-        "mrad" => 1000.0 * TAU,
-        _ => return None,
-    })
 }
 
 /// A word of the configuration that says what a signal is.

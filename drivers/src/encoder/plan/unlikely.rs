@@ -5,7 +5,7 @@ use crate::signal::SignalDecoder;
 
 use super::super::config::{OdometryConfig, Quantity, WheelConfig, WheelsConfig};
 use super::super::description::Expected;
-use super::super::unit;
+use super::super::unit::Unit;
 use super::super::words::{Length, Rounded};
 use super::scale::metres_per_tick;
 
@@ -139,23 +139,29 @@ pub(super) fn of_steps(wheels: &WheelsConfig, left: f64, right: f64) -> Option<S
 /// Of counts for which the DBC file gives a unit of length or angle: what one is worth is known then.
 pub(super) fn of_unit(setting: &str, wheel: &WheelConfig, unit: &str) -> Option<String> {
     let differ = |it: f64, said: f64| !(0.9..=1.1).contains(&(it / said));
-    if let (Some(metres), Ok(scale)) = (unit::metres(unit), metres_per_tick(setting, wheel)) {
-        return differ(scale, metres).then(|| {
-            format!(
-                "{setting}: one tick is {}, and the DBC file gives the signal in {unit}: is it {}?",
-                Length(scale),
-                Length(metres)
-            )
-        });
+    match Unit::of(unit)? {
+        Unit::Length { metres } => {
+            let scale = metres_per_tick(setting, wheel).ok()?;
+            differ(scale, metres).then(|| {
+                format!(
+                    "{setting}: one tick is {}, and the DBC file gives the signal in {unit}: is it {}?",
+                    Length(scale),
+                    Length(metres)
+                )
+            })
+        }
+        Unit::Angle { per_turn } => {
+            let (turn, ticks) = (per_turn?, wheel.ticks_per_revolution?);
+            differ(ticks, turn).then(|| {
+                format!(
+                    "{setting}.ticks_per_revolution: is {}, and the DBC file gives the signal in {unit}, of which a turn has {}: is there a gear between?",
+                    Rounded(ticks),
+                    Rounded(turn)
+                )
+            })
+        }
+        _ => None,
     }
-    let (turn, ticks) = (unit::per_turn(unit)?, wheel.ticks_per_revolution?);
-    differ(ticks, turn).then(|| {
-        format!(
-            "{setting}.ticks_per_revolution: is {}, and the DBC file gives the signal in {unit}, of which a turn has {}: is there a gear between?",
-            Rounded(ticks),
-            Rounded(turn)
-        )
-    })
 }
 
 /// Of a tick counter, one count of which is so long, in frames that come so often.
