@@ -1,14 +1,20 @@
 //! A DBC file: which messages and signals there are.
 
+mod code;
+mod message;
+
 use std::path::Path;
 
-use can_dbc::{ExtendedMultiplex, Message, Signal, SignalExtendedValueTypeList};
+use can_dbc::{ExtendedMultiplex, SignalExtendedValueTypeList};
 use can_dbc_pest::{DbcParser, Pair, Parser, Rule};
-use socketcan::{ExtendedId, Id, StandardId};
 
+use self::code::{Code, codes};
+use self::message::EXTENDED;
 use crate::config_error::ConfigError;
 use crate::dbc_text;
 use crate::signal::{SignalDecoder, SignalError};
+
+pub use self::message::DbcMessage;
 
 /// Describes coloc's own encoder frames.
 pub const COLOC_DBC: &str = include_str!("../coloc.dbc");
@@ -20,25 +26,6 @@ pub struct Database {
     value_types: Vec<Addressed<SignalExtendedValueTypeList>>,
     multiplexing: Vec<Addressed<ExtendedMultiplex>>,
     codes: Vec<Code>,
-}
-
-/// A raw value that stands for "no value", by the text that `VAL_` gives to it.
-#[derive(Debug)]
-struct Code {
-    /// The message's identifier, as written.
-    written: u64,
-    signal: String,
-    raw: i128,
-}
-
-/// A message of a DBC file, with its identifier as written: the parser cuts it to the bits that fit.
-#[derive(Debug)]
-pub struct DbcMessage {
-    message: Message,
-    written: u64,
-    line: usize,
-    /// What `GenMsgCycleTime` says of it \[ms\].
-    cycle_ms: Option<f64>,
 }
 
 /// Something that the file says about a signal of another line.
@@ -67,75 +54,6 @@ impl Addresses for ExtendedMultiplex {
     const KEYWORD: &str = "SG_MUL_VAL_";
     fn signal(&self) -> &str {
         &self.signal_name
-    }
-}
-
-/// Marks an extended identifier in a DBC file.
-const EXTENDED: u64 = 1 << 31;
-
-impl DbcMessage {
-    /// Its name.
-    #[must_use]
-    pub fn name(&self) -> &str {
-        &self.message.name
-    }
-
-    /// The identifier as frames carry it.
-    ///
-    /// # Errors
-    /// [`ConfigError::Identifier`] if it is wider than CAN's 11 or 29 bits.
-    pub fn id(&self) -> Result<Id, ConfigError> {
-        let id = if self.written & EXTENDED == 0 {
-            u16::try_from(self.written)
-                .ok()
-                .and_then(StandardId::new)
-                .map(Id::Standard)
-        } else {
-            u32::try_from(self.written ^ EXTENDED)
-                .ok()
-                .and_then(ExtendedId::new)
-                .map(Id::Extended)
-        };
-        id.ok_or_else(|| ConfigError::Identifier {
-            message: self.message.name.clone(),
-            id: self.written,
-            line: self.line,
-        })
-    }
-
-    /// How often it is sent \[s\], if the file says so of this very message: the attribute `GenMsgCycleTime`, which most tools
-    /// write. Zero is a way to say that it has no cycle.
-    pub(crate) fn cycle_s(&self) -> Option<f64> {
-        self.cycle_ms.map(|ms| ms * 1e-3)
-    }
-
-    /// The signal called `name`.
-    ///
-    /// # Errors
-    /// [`ConfigError::UnknownSignal`], listing what there is, and [`ConfigError::Ambiguous`].
-    pub(crate) fn signal(&self, name: &str) -> Result<&Signal, ConfigError> {
-        let mut found = self
-            .message
-            .signals
-            .iter()
-            .filter(|signal| signal.name == name);
-        let signal = found.next().ok_or_else(|| ConfigError::UnknownSignal {
-            message: self.message.name.clone(),
-            signal: name.to_owned(),
-            available: listed(self.message.signals.iter().map(|signal| &signal.name)),
-        })?;
-        if found.any(|other| other != signal) {
-            let what = format!("message {} in line {}", self.message.name, self.line);
-            return Err(ConfigError::ambiguous(format!(
-                "{what} has two signals '{name}'"
-            )));
-        }
-        Ok(signal)
-    }
-
-    /// Whether it says the same as `other`, as where two files were joined.
-    fn repeats(&self, other: &Self) -> bool {
-        self.written == other.written && self.message == other.message
     }
 }
 
@@ -323,61 +241,6 @@ fn cycle_time(statement: &Pair<'_, Rule>) -> Option<(u64, f64)> {
     (name.as_str().trim_matches('"') == "GenMsgCycleTime").then_some((id, value))
 }
 
-/// The values of `VAL_ 256 SPEED 255 "SNA" 254 "Error";` that are none.
-fn codes(statement: &Pair<'_, Rule>) -> Option<Vec<Code>> {
-    if statement.as_rule() != Rule::value_table_def {
-        return None;
-    }
-    let parts = || statement.clone().into_inner().flatten();
-    let text = |rule| parts().find(|part| part.as_rule() == rule);
-    let written = text(Rule::message_id)?.as_str().parse().ok()?;
-    let signal = text(Rule::signal_name)?.as_str();
-    let values = parts().filter(|part| part.as_rule() == Rule::table_value_description);
-    let code = |value: Pair<'_, Rule>| {
-        let (raw, text) = value.as_str().split_once('"')?;
-        stands_for_none(text).then_some(Code {
-            written,
-            signal: signal.to_owned(),
-            raw: raw.trim().parse().ok()?,
-        })
-    };
-    Some(values.filter_map(code).collect())
-}
-
-/// As the many people write it who make DBC files.
-fn stands_for_none(text: &str) -> bool {
-    let letters = text.chars().filter(|character| character.is_alphanumeric());
-    let word: String = letters.flat_map(char::to_lowercase).collect();
-    let whole = ["sna", "na", "nan", "none", "init"];
-    let parts = [
-        "notavail",
-        "unavail",
-        "notvalid",
-        "invalid",
-        "novalue",
-        "nosignal",
-        "nodata",
-        "error",
-        "fault",
-        "failure",
-        "defect",
-        "reserved",
-        "notused",
-        "unused",
-        "undefined",
-        "notdefined",
-        "unknown",
-        "missing",
-        "initiali",
-        "ungültig",
-        "nichtverf",
-        "fehler",
-    ];
-    whole.contains(&word.as_str())
-        || word.starts_with("sna")
-        || parts.iter().any(|part| word.contains(part))
-}
-
 /// The first number of a statement, with all its digits.
 fn written_id(statement: &Pair<'_, Rule>) -> Result<u64, String> {
     let id = statement
@@ -416,6 +279,7 @@ fn listed<'a>(names: impl Iterator<Item = &'a String>) -> String {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use socketcan::{ExtendedId, Id, StandardId};
 
     use super::*;
 
@@ -567,47 +431,6 @@ mod tests {
             refusal.contains("line 1 has a comment in /* */"),
             "{refusal}"
         );
-    }
-
-    /// Values at the end of what the bits can say whose text says that they are none: they are out of range then.
-    #[test]
-    fn a_value_that_is_called_none_is_none() {
-        let range = |signal: &str, values: &str| {
-            let text = format!(
-                "BU_: A\n\nBO_ 256 M: 8 A\n SG_ S : {signal} \"\" A\n\nVAL_ 256 S {values} ;\n"
-            );
-            let database = Database::parse(text.as_bytes(), "x.dbc".as_ref()).unwrap();
-            let message = database.message("M").unwrap();
-            database.signal(message, "S").unwrap().raw_range()
-        };
-        let byte = "0|8@1+ (0.1,0) [0|25.5]";
-        for values in [
-            "255 \"SNA\"",
-            "255 \"Signal not available\" 1 \"Error\"",
-            "3 \"three\" 255 \"n/a\"",
-            "255 \"INVALID\"",
-        ] {
-            assert_eq!(range(byte, values), Some((0, 254)), "{values}");
-        }
-        assert_eq!(range(byte, "254 \"Error\" 255 \"SNA\""), Some((0, 253)));
-        assert_eq!(
-            range("0|16@1+ (1,0) [0|0]", "65535 \"SNA\""),
-            Some((0, 65534))
-        );
-        assert_eq!(
-            range("0|8@1+ (0.1,0) [0|20]", "255 \"SNA\""),
-            Some((0, 200))
-        );
-        for values in ["-128 \"SNA\"", "128 \"SNA\""] {
-            assert_eq!(
-                range("0|8@1- (1,0) [0|0]", values),
-                Some((-127, 127)),
-                "{values}"
-            );
-        }
-        for values in ["255 \"fast\"", "7 \"SNA\"", "0 \"Init\""] {
-            assert_eq!(range(byte, values), None, "{values}");
-        }
     }
 
     proptest! {
