@@ -58,7 +58,7 @@ impl Unit {
             "deg" | "°" | "degree" | "degrees" => angle(Some(360.0)),
             "rad" => angle(Some(TAU)),
             "mrad" => angle(Some(1000.0 * TAU)),
-            // Degrees in German, gradians elsewhere.
+            // Degrees in German, gradians in other languages.
             "grad" => angle(None),
             "tick" | "ticks" | "count" | "counts" | "cnt" | "cnts" | "pulse" | "pulses" | "imp"
             | "impulse" | "impulses" | "inc" | "incs" | "increments" | "steps" => Self::Count,
@@ -168,6 +168,16 @@ mod tests {
             assert_eq!(unit.suits(Quantity::CumulativeTicks), counts, "{unit:?}");
             assert_eq!(unit.suits(Quantity::MetresPerSecond), speeds, "{unit:?}");
         }
+    }
+
+    #[test]
+    fn what_one_of_it_is_worth_is_known_where_the_word_is_certain() {
+        let inch = Unit::Length { metres: 0.0254 };
+        assert_eq!(["in", "Inch"].map(Unit::of), [Some(inch); 2]);
+        let angle = |per_turn| Some(Unit::Angle { per_turn });
+        assert_eq!(Unit::of("degrees"), angle(Some(360.0)));
+        assert_eq!(Unit::of("mrad"), angle(Some(1000.0 * TAU)));
+        assert_eq!(Unit::of("Grad"), angle(None));
     }
 
     #[test]
