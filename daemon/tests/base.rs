@@ -163,6 +163,23 @@ fn whatever_it_says_the_robot_goes_that_way() {
     }
 }
 
+/// The configuration need not say that it can.
+#[test]
+fn who_says_that_it_moves_sideways_does() {
+    let world = World::new();
+    let mut robot = world.robot("a", 1, &settings());
+    let mut driver = Driver::new(&world, OdometryKind::Twist, 1);
+    let estimates = [(); 51].map(|()| {
+        driver.send(&world, [0.0, 0.4, 0.0, 0.0], [0.0; 9]);
+        robot.tick()
+    });
+    // The first one only says where counting starts.
+    let [_, begin, .., end] = estimates;
+    let [x, y] = [0, 1].map(|axis| end.pose[axis] - begin.pose[axis]);
+    let expected = 0.4 * 0.02 * 49.0;
+    assert!(x.abs() < 1e-6 && (y - expected).abs() < 1e-6, "{x} {y}");
+}
+
 /// Five seconds of messages wait for a robot that is stopped: it takes them in before its tick, one after the other.
 #[test]
 fn a_robot_that_was_stopped_believes_what_its_twin_does() {
