@@ -128,6 +128,7 @@ fn fusion(fusion: &config::Fusion) -> FusionSettings {
         reset_on_transmit: fusion.reset_on_transmit,
         gate,
         gate_weight,
+        ..FusionSettings::default()
     }
 }
 

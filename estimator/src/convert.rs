@@ -3,10 +3,10 @@
 use crate::belief::Belief;
 use crate::compose::{Dimension, Displacement, compose};
 use crate::covariance::Covariance3;
-use crate::honest::{Increments, advance};
+use crate::honest::{Increments, advance, seen_from};
 use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::settings::Propagation;
+use crate::settings::{Propagation, Settings};
 
 /// A robot's pose in the common frame as a neighbour knows it: the message of Algorithm 2.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
@@ -23,6 +23,25 @@ impl GlobalPose {
     pub fn total(&self) -> Covariance3 {
         self.parts.total()
     }
+}
+
+/// [`to_global`] as `settings` have it: what a robot tells the one that it sees.
+///
+/// With [`FusionSettings::sighting_noise_is_own`](crate::settings::FusionSettings) the whole is the same, and more of it is independent:
+/// the error of a sighting is new, and so is its product with the error of the heading. It is correlated with neither
+/// of the two, nor with anything that anybody else knows.
+#[must_use]
+pub fn tell(
+    observer: &Belief,
+    relative: &Pose,
+    covariance: &Covariance3,
+    settings: &Settings,
+) -> GlobalPose {
+    if settings.propagation == Propagation::Honest && settings.fusion.sighting_noise_is_own {
+        let (pose, parts) = seen_from(observer, &sighted(relative, covariance));
+        return GlobalPose { pose, parts };
+    }
+    to_global(observer, relative, covariance, settings.propagation)
 }
 
 /// Algorithm 2: where the observer's `relative` sighting, with noise `covariance` (R), puts the robot it saw.
@@ -46,12 +65,16 @@ pub fn to_global(
 /// The step of [`crate::honest`] by what was seen.
 #[inline]
 fn seen_honestly(observer: &Belief, relative: &Pose, covariance: &Covariance3) -> Belief {
-    let sighting = Increments {
+    advance(observer, &sighted(relative, covariance)).belief
+}
+
+#[inline]
+fn sighted(relative: &Pose, covariance: &Covariance3) -> Increments {
+    Increments {
         translation: [relative.x, relative.y],
         turn: relative.phi,
         noise: *covariance,
-    };
-    advance(observer, &sighting).belief
+    }
 }
 
 fn seen_by_cubature(observer: &Belief, relative: &Pose, covariance: &Covariance3) -> Belief {

@@ -5,7 +5,7 @@
 //! *hear* what it says, *correct* by a fix, and *settle* what an exchange leaves behind.
 
 use crate::belief::Belief;
-use crate::convert::{GlobalPose, to_global};
+use crate::convert::{GlobalPose, tell};
 use crate::covariance::{Covariance2, Covariance3};
 use crate::fix;
 use crate::fusion::fuse;
@@ -71,11 +71,11 @@ impl Filter {
         &self,
         relative: &Pose,
         covariance: &Covariance3,
-        propagation: Propagation,
+        settings: &Settings,
     ) -> GlobalPose {
-        let told = to_global(&self.belief, relative, covariance, propagation);
+        let told = tell(&self.belief, relative, covariance, settings);
         GlobalPose {
-            parts: kept(&told.parts, propagation),
+            parts: kept(&told.parts, settings.propagation),
             ..told
         }
     }

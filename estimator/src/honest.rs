@@ -32,7 +32,16 @@
 //!
 //! # A sighting, a measurement
 //!
-//! A sighting `z` with noise `R` is the same step with `t = z_p`, `Δ = z_φ`, `D = R`, from a belief that stays as it is. A
+//! A sighting `z` with noise `R` is the same step with `t = z_p`, `Δ = z_φ`, `D = R`, from a belief that stays as it is. Of what is
+//! told of it, the term of N in ΔH is independent too ([`crate::convert::tell`]): `n`, of mean zero, is new with every sighting, so that
+//! `n` times anything known before is correlated with nothing but itself. With the noise turned by the heading's error δ,
+//!
+//! ```text
+//! R*_i = A P_i Aᵀ + [[E R(δ) N R(δ)ᵀ, e ρ], [e ρᵀ, q]]      E R(δ) N R(δ)ᵀ = ½ tr N I + e⁴ (N − ½ tr N I)
+//! R*_d = A P_d Aᵀ + what is left of ΔH without N, and (κ_a r + κ_b J r)
+//! ```
+//!
+//! A
 //! measurement with the gain W shrinks the bend as far as it shrinks the heading's variance: with `ϱ = min(1, s⁺/s)`
 //! `k_a⁺ = ϱ² (I − W) k_a` and `k_b⁺ = ϱ³ (I − W) k_b`. What moves `P_i` into
 //! `P_d` leaves the bend alone.
@@ -48,5 +57,5 @@ pub use arc::Increments;
 pub(crate) use arc::{Swept, chord_of};
 pub use bend::Bend;
 pub(crate) use measure::left;
-pub(crate) use step::step;
 pub use step::{Map, Moved, advance};
+pub(crate) use step::{seen_from, step};

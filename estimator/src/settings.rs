@@ -38,6 +38,9 @@ pub struct FusionSettings {
     pub memory: Span,
     /// Also move `P_i` into `P_d` when a pose was sent, not only when one was received.
     pub reset_on_transmit: bool,
+    /// What is told of a sighting counts all of its noise as independent ([`crate::convert::tell`]). Else what an uncertain heading
+    /// does to that noise is dependent, as all other curvature is. The cubature transform counts it as independent anyway.
+    pub sighting_noise_is_own: bool,
     /// Accept if d² is at most this (χ² with three degrees of freedom); infinite accepts everything.
     pub gate: f64,
     /// Where the gate is evaluated.
@@ -110,6 +113,7 @@ impl FusionSettings {
             damping: 1.0,
             memory: Span::ZERO,
             reset_on_transmit: false,
+            sighting_noise_is_own: false,
             ..Self::default()
         }
     }
@@ -123,6 +127,7 @@ impl Default for FusionSettings {
             damping: 0.5,
             memory: Span::from_millis(1000),
             reset_on_transmit: true,
+            sighting_noise_is_own: true,
             gate: CHI2_3_99,
             gate_weight: GateWeight::Update,
         }

@@ -2,10 +2,11 @@
 
 #![allow(clippy::unwrap_used)] // A test's panic is its verdict.
 
+use coloc_estimator::convert::tell;
 use coloc_estimator::settings::{Criterion, FusionSettings, GateWeight};
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Fusion, GlobalPose, Motion, Parts, Pose, Propagation, fix,
-    fuse, propagate, to_global,
+    Belief, Covariance2, Covariance3, Fusion, GlobalPose, Motion, Parts, Pose, Propagation,
+    Settings, fix, fuse, propagate, to_global,
 };
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use proptest::prelude::*;
@@ -147,6 +148,26 @@ proptest! {
         assert_valid(&fusion.belief);
         let noise = Covariance2::new(sighting.1.matrix().fixed_view::<2, 2>(0, 0).into_owned()).unwrap();
         assert_valid(&fix::update(&own, at, &noise, f64::INFINITY).belief);
+    }
+
+    /// More of it is independent, and that is a sighting's noise, turned: nothing is left of it in the dependent part.
+    #[test]
+    fn the_noise_of_a_sighting_is_its_own_and_the_whole_is_the_same(
+        own in belief(), relative in pose(), noise in covariance(),
+    ) {
+        let settings = Settings::default();
+        let told = tell(&own, &relative, &noise, &settings);
+        let by_letter = to_global(&own, &relative, &noise, Propagation::Honest);
+        assert_valid(&as_told(&Belief::gaussian(told.pose, told.parts)));
+        assert_eq!(told.pose, by_letter.pose);
+        let (whole, same) = (told.total().matrix(), by_letter.total().matrix());
+        let scale = whole.diagonal().map(f64::sqrt);
+        let allowed = (scale * scale.transpose()).map(|it| 1e-13 * it + 1e-30);
+        assert!((whole - same).abs().zip_map(&allowed, |error, most| error <= most).iter().all(|it| *it), "{told:?} {by_letter:?}");
+        let exact = tell(&own, &relative, &Covariance3::ZERO, &settings);
+        assert_eq!(told.parts.dependent, exact.parts.dependent);
+        let of_paper = Settings { fusion: FusionSettings::paper(), ..settings };
+        assert_eq!(tell(&own, &relative, &noise, &of_paper), by_letter);
     }
 
     /// What is known along a line only, or in no direction at all, told by what is known along another.

@@ -7,6 +7,7 @@
 //! ```
 //!
 //! SETTINGS are the defaults with changes: `beta`, `memory` \[s\], `lever` \[m\], `gate`, `half`, `determinant`, `paper`;
+//! `cubature` (the paper's propagation) and `letter` (a sighting's noise dependent as far as the heading turns it); `seconds`, to end there;
 //! of the sensors `hz` (relative poses) and `q` (factor of Q that filters believe); of the odometry's noise per sample `va`
 //! \[m²/s²\] and `vb` of `a + b v²`, `wa` \[rad²/s²\] and `wc` of `a + c ω²`. Percentages compare the mean over robots of the logarithm
 //! of RMS with that of the first SETTINGS, run by run, ± twice the standard error.
@@ -19,7 +20,7 @@ use std::sync::Arc;
 
 use coloc_estimator::noise::OdometryNoise;
 use coloc_estimator::settings::{Criterion, FusionSettings, GateWeight};
-use coloc_estimator::{Settings, Span};
+use coloc_estimator::{Propagation, Settings, Span};
 use coloc_sim::evaluate::{EvalConfig, EvalReport, EvalWorld, RobotReport, evaluate};
 use coloc_sim::method::{FilterSettings, Kind};
 use coloc_sim::mrclam::Recording;
@@ -86,6 +87,7 @@ fn compare(config: &EvalConfig, settings: &[String]) -> Result<(), Box<dyn Error
 
 fn apply(settings: &str, config: &mut EvalConfig) -> Result<(), Box<dyn Error>> {
     let mut fusion = Settings::default().fusion;
+    let mut propagation = Propagation::default();
     let mut odometry = OdometryNoise::paper();
     for setting in settings.split(',') {
         let (key, value) = setting.split_once('=').unwrap_or((setting, "nan"));
@@ -101,6 +103,9 @@ fn apply(settings: &str, config: &mut EvalConfig) -> Result<(), Box<dyn Error>> 
             "gate" => fusion.gate = value,
             "half" => fusion.gate_weight = GateWeight::Half,
             "determinant" => fusion.criterion = Criterion::Determinant,
+            "cubature" => propagation = Propagation::Paper,
+            "letter" => fusion.sighting_noise_is_own = false,
+            "seconds" => config.seconds = Some(value),
             "hz" => config.scenario.sightings.rate_hz = value,
             "q" => config.scenario.noise_factor = value,
             "va" => odometry.forward.a = value,
@@ -112,6 +117,7 @@ fn apply(settings: &str, config: &mut EvalConfig) -> Result<(), Box<dyn Error>> 
     }
     let mut filters = FilterSettings::new(&config.scenario, 0.02);
     filters.product.fusion = fusion;
+    filters.product.propagation = propagation;
     if odometry != OdometryNoise::paper() {
         filters.odometry = odometry;
     }

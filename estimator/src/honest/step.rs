@@ -35,17 +35,55 @@ pub fn advance(belief: &Belief, increments: &Increments) -> Moved {
     step(belief, &increments.swept(belief.pose.phi))
 }
 
+/// Where `sighting` from `belief` puts what it sees, all noise of the sighting independent.
+#[must_use]
+pub(crate) fn seen_from(belief: &Belief, sighting: &Increments) -> (Pose, Parts) {
+    let swept = sighting.swept(belief.pose.phi);
+    let circle = Circle::of(belief.heading_variance(), 0.0); // Nobody is told of the bend, which the noise of the turn shrinks.
+    let without = Swept {
+        noise: Symmetric3::ZERO,
+        ..swept
+    };
+    let seen = move_by(belief, &without, &circle).belief;
+    let independent = seen.parts.independent.symmetric() + turned(&swept.noise, &circle);
+    let parts = Parts {
+        independent: Covariance3::trusted(&independent),
+        ..seen.parts
+    };
+    (seen.pose, parts)
+}
+
+/// The mean of noise in a body frame over the headings that the frame may have. `C_b` is the mean of their squared sine.
+#[inline]
+fn turned(noise: &Symmetric3, circle: &Circle) -> Symmetric3 {
+    let (e, crossed) = (circle.mean, circle.sine);
+    let kept = 1.0 - crossed;
+    Symmetric3 {
+        xx: kept * noise.xx + crossed * noise.yy,
+        yy: kept * noise.yy + crossed * noise.xx,
+        xp: e * noise.xp,
+        yp: e * noise.yp,
+        xy: (kept - crossed) * noise.xy,
+        pp: noise.pp,
+    }
+}
+
 /// `belief` after the displacement.
 #[inline]
 pub(crate) fn step(belief: &Belief, swept: &Swept) -> Moved {
+    let circle = Circle::of(belief.heading_variance(), swept.noise.pp);
+    move_by(belief, swept, &circle)
+}
+
+#[inline]
+fn move_by(belief: &Belief, swept: &Swept, circle: &Circle) -> Moved {
     let independent = belief.parts.independent.symmetric();
     let dependent = belief.parts.dependent.symmetric();
-    let circle = Circle::of(independent.pp + dependent.pp, swept.noise.pp);
     let mean_way = circle.mean * swept.way;
     let map = Map::new(mean_way.left());
     let bend = belief.bend.mapped(|k| map.apply(k));
     let added = shortened(&swept.noise, circle.mean);
-    let bent = curvature(&circle, swept, &bend);
+    let bent = curvature(circle, swept, &bend);
     let Pose { x, y, phi } = belief.pose;
     let belief = Belief {
         pose: Pose::new(x + mean_way.x, y + mean_way.y, phi + swept.turn),
@@ -53,7 +91,7 @@ pub(crate) fn step(belief: &Belief, swept: &Swept) -> Moved {
             independent: Covariance3::trusted(&(map.congruence(&independent) + added)),
             dependent: Covariance3::trusted(&(map.congruence(&dependent) + bent)),
         },
-        bend: bent_further(&circle, swept, &bend),
+        bend: bent_further(circle, swept, &bend),
     };
     Moved { belief, map }
 }
@@ -168,5 +206,43 @@ impl Map {
         Symmetric3::outer(d1, self.apply([1.0, l21, l31]))
             + Symmetric3::outer(d2, self.apply([0.0, 1.0, l32]))
             + Symmetric3::outer(d3, self.apply([0.0, 0.0, 1.0]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rotate::rotated;
+
+    /// Over a heading's errors of up to 9σ, by a sum.
+    fn mean_of_turned(noise: &Symmetric3, s: f64) -> Symmetric3 {
+        let (count, reach) = (4000, 9.0);
+        let step = 2.0 * reach / f64::from(count);
+        let mut sum = Symmetric3::ZERO;
+        for index in 0..=count {
+            let z = f64::from(index) * step - reach;
+            let weight = step * libm::exp(-0.5 * z * z) / libm::sqrt(core::f64::consts::TAU);
+            let (sin, cos) = libm::sincos(z * libm::sqrt(s));
+            sum = sum + rotated(noise, sin, cos) * weight;
+        }
+        sum
+    }
+
+    #[test]
+    fn noise_is_turned_as_its_mean_over_all_headings_has_it() {
+        let noise = [0.04, 0.01, 0.002, 0.01, 0.02, -0.003, 0.002, -0.003, 0.01];
+        let noise = Covariance3::from_row_major(noise).unwrap().symmetric();
+        for s in [1e-3, 0.3, 2.0] {
+            let (found, mean) = (
+                turned(&noise, &Circle::of(s, 0.0)),
+                mean_of_turned(&noise, s),
+            );
+            let entries = |it: &Symmetric3| it.rows().into_iter().flatten();
+            for (a, b) in entries(&found).zip(entries(&mean)) {
+                assert!((a - b).abs() < 1e-15, "{s}: {a} is not {b}");
+            }
+        }
+        let known = Circle::of(0.0, 0.0);
+        assert_eq!(turned(&noise, &known), noise);
     }
 }

@@ -52,7 +52,7 @@ impl Measured for Sighting {
     /// The belief is still the predicted one: sightings come before all that changes it.
     fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>) {
         if let Some(world) = world {
-            let seen = filter.tell(&self.relative, &self.covariance, settings.propagation);
+            let seen = filter.tell(&self.relative, &self.covariance, settings);
             world.send(self, &seen);
         }
         filter.told(settings);

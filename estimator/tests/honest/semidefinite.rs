@@ -3,11 +3,12 @@
 //!
 //! `COLOC_STEPS` says how many; 10⁷ take a minute in a release build.
 
+use coloc_estimator::convert::tell;
 use coloc_estimator::honest::advance;
 use coloc_estimator::settings::FusionSettings;
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, GlobalPose, Increments, Motion, Parts, Pose, Propagation,
-    fix, fuse, propagate, to_global,
+    Settings, fix, fuse, propagate, to_global,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -158,14 +159,16 @@ impl Account {
     fn tell(&mut self, belief: &Belief, random: &mut Random) {
         let noise = [random.power(-3.0, 0.0), random.power(-3.0, -1.0)].map(|it| it * it);
         let noise = Covariance3::diagonal([noise[0], noise[0], noise[1]]).unwrap();
-        let told = to_global(belief, &random.pose(20.0), &noise, Propagation::Honest);
-        self.judge(&told.parts, "a sighting");
-        let Parts {
-            independent,
-            dependent,
-        } = told.parts;
-        let heard = Parts::from_row_major(independent.to_row_major(), dependent.to_row_major());
-        self.refused += u64::from(heard.is_err());
+        let relative = random.pose(20.0);
+        let by_letter = to_global(belief, &relative, &noise, Propagation::Honest);
+        let told = tell(belief, &relative, &noise, &Settings::default());
+        for parts in [by_letter.parts, told.parts] {
+            self.judge(&parts, "a sighting");
+            let [independent, dependent] =
+                [parts.independent, parts.dependent].map(|part| part.to_row_major());
+            let heard = Parts::from_row_major(independent, dependent);
+            self.refused += u64::from(heard.is_err());
+        }
         self.sightings += 1;
     }
 

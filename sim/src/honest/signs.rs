@@ -4,10 +4,11 @@
 //! the start and covariances of any rank. After every operation the least eigenvalue of either part is compared with the part's
 //! trace, and what is told goes through a peer's check.
 
+use coloc_estimator::convert::tell;
 use coloc_estimator::settings::Criterion;
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, FusionSettings, GlobalPose, Motion, Parts, Pose, Propagation,
-    fix, fuse, propagate, to_global,
+    Settings, fix, fuse, propagate,
 };
 use nalgebra::{Matrix2, Matrix3, Matrix3x2};
 use rayon::prelude::*;
@@ -138,12 +139,8 @@ impl Pair {
     fn tell(&mut self, own: usize) {
         let relative = pose(&mut self.draws, 10.0);
         let covariance = spread(&mut self.draws, [1.0, 1.0, 0.3]);
-        let told = to_global(
-            &self.beliefs[own],
-            &relative,
-            &covariance,
-            Propagation::Honest,
-        );
+        let settings = Settings::default();
+        let told = tell(&self.beliefs[own], &relative, &covariance, &settings);
         self.tally.conversions += 1;
         self.tally.look(&told.parts, self.place);
         let [independent, dependent] =

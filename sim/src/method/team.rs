@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use coloc_estimator::convert::{GlobalPose, to_global};
+use coloc_estimator::convert::{GlobalPose, tell};
 use coloc_estimator::{Belief, Motion, Pace, Pose, Stamp, fix};
 use nalgebra::Matrix3;
 
@@ -103,11 +103,11 @@ impl Team {
             let Some(arrives) = seen.arrives else {
                 continue;
             };
-            let pose = to_global(
+            let pose = tell(
                 &observer.belief,
                 &seen.relative,
                 &self.settings.relative,
-                self.settings.product.propagation,
+                &self.settings.product,
             );
             let (step, sender, receiver) = (inputs.step, seen.observer, seen.observed);
             self.under_way.push(Message {
