@@ -173,6 +173,13 @@ impl Covariance3 {
 }
 
 impl Covariance2 {
+    /// With `variance` more in every direction; one that is not a positive finite number counts as zero.
+    #[must_use]
+    pub(crate) fn plus(&self, variance: f64) -> Self {
+        let more = clamped(variance);
+        Self(self.0 + Matrix2::new(more, 0.0, 0.0, more))
+    }
+
     /// No uncertainty at all.
     pub const ZERO: Self = Self(Matrix2::new(0.0, 0.0, 0.0, 0.0));
 

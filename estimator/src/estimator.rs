@@ -1,13 +1,16 @@
 //! The pure step: `step(&mut Estimator, &TickInputs) -> TickOutputs`.
 
 use crate::belief::Belief;
-use crate::history::{History, Slot};
+use crate::filter::Filter;
+use crate::found::{Finding, Found, Start};
+use crate::history::{Court, History, Slot};
 use crate::input::TickInputs;
 use crate::kind::{Key, Measured, Measurement};
 use crate::outbox::Outbox;
 use crate::output::{Estimate, TickOutputs, Verdict};
 use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
+use crate::terms::Terms;
 
 /// One robot's estimator. `S` is the history's storage: an array, a `Vec` or a borrowed slice of [`Slot`]s; it is
 /// filled once at start and never grows. It should hold what is measured within [`Settings::history`]: a second at
@@ -17,6 +20,7 @@ use crate::stamp::Stamp;
 pub struct Estimator<S> {
     settings: Settings,
     history: History<S>,
+    found: Found,
     /// The latest tick's stamp.
     now: Stamp,
     outbox: Outbox,
@@ -26,9 +30,16 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
     /// An estimator that believes `initial` at `stamp`. Measurements must be later than `stamp`.
     #[must_use]
     pub fn new(settings: Settings, stamp: Stamp, initial: Belief, storage: S) -> Self {
+        Self::starting(settings, stamp, &Start::Known(initial), storage)
+    }
+
+    /// An estimator that knows no more than `start` says at `stamp`.
+    #[must_use]
+    pub fn starting(settings: Settings, stamp: Stamp, start: &Start, storage: S) -> Self {
         Self {
             settings,
-            history: History::new(stamp, initial, storage),
+            history: History::new(stamp, Filter::starting(stamp, start), storage),
+            found: Found::new(stamp, start),
             now: stamp,
             outbox: Outbox::new(),
         }
@@ -55,11 +66,26 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         Estimate {
             stamp,
             driven: filter.driven(),
-            belief: filter.settle(self.settings.propagation),
+            belief: self.covered(&filter.settle(self.settings.propagation), stamp),
             velocity: drive.velocity(),
             velocity_covariance: drive.covariance(stamp, &self.settings.odometry),
             odometry: drive.state(),
         }
+    }
+
+    /// The belief, or what holds it and all that stands against it.
+    fn covered(&self, belief: &Belief, stamp: Stamp) -> Belief {
+        if self.found.is_ok() {
+            return *belief;
+        }
+        let way = self.history.way_to(stamp, &self.settings.odometry);
+        self.found.cover(belief, &way, &self.settings)
+    }
+
+    /// Whether it is known where the robot is, by what the last [`step`] knew.
+    #[must_use]
+    pub fn finding(&self) -> &Finding {
+        self.found.finding()
     }
 
     fn take_in(&mut self, inputs: &TickInputs<'_>) {
@@ -112,16 +138,26 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
     }
 
     fn make_room(&mut self, newcomer: Stamp) -> Result<(), Verdict> {
-        let made = self
-            .history
-            .make_room(newcomer, self.now, &self.settings, &mut self.outbox);
+        let mut court = Court {
+            found: &mut self.found,
+            settings: &self.settings,
+            outbox: &mut self.outbox,
+        };
+        let made = self.history.make_room(newcomer, self.now, &mut court);
         made.then_some(()).ok_or(Verdict::NoRoom)
     }
 
     fn bring_up_to_date(&mut self) {
-        self.history
-            .replay(self.now, &self.settings, &mut self.outbox);
-        self.history.fold_before(self.now - self.settings.history);
+        let horizon = self.now - self.settings.history;
+        let mut court = Court {
+            found: &mut self.found,
+            settings: &self.settings,
+            outbox: &mut self.outbox,
+        };
+        self.history.fold_before(horizon, &mut court);
+        self.found.conclude(horizon, self.history.base_belief());
+        let terms = Terms::new(&self.settings, self.found.suspended(), self.found.is_ok());
+        self.history.replay(self.now, &terms, &mut self.outbox);
     }
 }
 
@@ -138,11 +174,13 @@ pub fn step<'a, S: AsRef<[Slot]> + AsMut<[Slot]>>(
     inputs: &TickInputs<'_>,
 ) -> TickOutputs<'a> {
     estimator.outbox.clear();
+    estimator.found.begin_tick();
     estimator.now = inputs.stamp;
     estimator.take_in(inputs);
     estimator.bring_up_to_date();
     TickOutputs {
         estimate: estimator.extrapolated(estimator.now),
+        finding: estimator.found.finding(),
         outgoing: estimator.outbox.outgoing(),
         reports: estimator.outbox.reports(),
         overflowed: estimator.outbox.overflowed(),

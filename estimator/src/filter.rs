@@ -6,9 +6,11 @@
 
 use crate::belief::Belief;
 use crate::convert::{GlobalPose, tell};
-use crate::covariance::{Covariance2, Covariance3};
-use crate::fix;
+use crate::covariance::Covariance3;
+use crate::fix::FixUpdate;
+use crate::found::{Start, WIDE};
 use crate::fusion::fuse;
+use crate::kind::{Measured, PositionFix};
 use crate::motion::{Motion, drive, propagate};
 use crate::output::Verdict;
 use crate::pace::Pace;
@@ -16,6 +18,8 @@ use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::settings::{Propagation, Settings};
 use crate::stamp::Stamp;
+use crate::terms::Terms;
+use crate::{fix, slow};
 
 /// What is carried from one measurement to the next.
 #[derive(Copy, Clone, Debug, Default)]
@@ -24,17 +28,14 @@ pub(crate) struct Filter {
     belief: Belief,
     /// Poses were exchanged in this event: `P_i := 0` once no neighbour's pose can follow (Algorithm 4, line 19).
     exchanged: bool,
+    /// It is not known where the robot is: the belief means nothing, and nothing changes it.
+    nowhere: bool,
+    /// When a fix with a slow error was heard last.
+    slow_heard: Stamp,
     /// Of the neighbours' poses up to here.
     pace: Pace,
     /// Where the wheels alone have taken the robot since its start: no measurement moves it.
     driven: Pose,
-}
-
-/// What the gate said to a measurement.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub(crate) struct Gate {
-    accepted: bool,
-    d2: f64,
 }
 
 impl Filter {
@@ -43,12 +44,22 @@ impl Filter {
         Self {
             belief,
             exchanged: false,
+            nowhere: false,
+            slow_heard: stamp,
             driven: Pose::default(),
             pace: if belief.parts.dependent == Covariance3::ZERO {
                 Pace::beginning(stamp)
             } else {
                 Pace::beginning(stamp).met()
             },
+        }
+    }
+
+    /// Believes what is known at the start.
+    pub(crate) fn starting(stamp: Stamp, start: &Start) -> Self {
+        Self {
+            nowhere: !start.is_known(),
+            ..Self::beginning(stamp, start.belief())
         }
     }
 
@@ -86,37 +97,91 @@ impl Filter {
         self.exchanged |= settings.fusion.reset_on_transmit;
     }
 
-    /// Algorithm 3, and what the gate said.
+    /// Algorithm 3, and what the gate said. Whom it does not trust it does not fuse.
     pub(crate) fn hear(
         &mut self,
         stamp: Stamp,
         received: &GlobalPose,
+        trusted: bool,
         settings: &Settings,
-    ) -> Gate {
+    ) -> Verdict {
+        if self.nowhere {
+            return Verdict::Heard;
+        }
         self.pace = self.pace.heard(stamp);
         let fusion = fuse(&self.belief, received, &self.pace.damped(&settings.fusion));
-        self.belief = fusion.belief;
         self.exchanged = true;
-        Gate {
-            accepted: fusion.accepted,
-            d2: fusion.d2,
+        let accepted = fusion.accepted && trusted;
+        if accepted {
+            self.belief = fusion.belief;
         }
+        verdict(accepted, fusion.d2)
     }
 
     /// A position fix, and what the gate said.
-    pub(crate) fn correct(
-        &mut self,
-        position: [f64; 2],
-        covariance: &Covariance2,
-        settings: &Settings,
-    ) -> Gate {
+    pub(crate) fn correct(&mut self, fix: &PositionFix, terms: &Terms<'_>) -> Verdict {
         self.close();
-        let update = fix::update(&self.belief, position, covariance, settings.position_gate);
-        self.belief = update.belief;
-        Gate {
-            accepted: update.accepted,
-            d2: update.d2,
+        if self.nowhere {
+            return Verdict::Heard;
         }
+        let settings = terms.settings;
+        let update = self.corrected(fix, settings.position_gate, settings);
+        if !(update.accepted && terms.trusts(fix.source())) {
+            return verdict(false, update.d2);
+        }
+        if settings.found.enabled && self.belief.heading_variance() > WIDE {
+            return Verdict::Heard;
+        }
+        self.take(fix, &update);
+        verdict(true, update.d2)
+    }
+
+    /// It is taken although the gate refused it.
+    pub(crate) fn correct_all_the_same(&mut self, fix: &PositionFix, settings: &Settings) {
+        self.close();
+        let update = self.corrected(fix, f64::INFINITY, settings);
+        self.take(fix, &update);
+    }
+
+    fn take(&mut self, fix: &PositionFix, update: &FixUpdate) {
+        self.belief = update.belief;
+        if fix.slow.is_there() {
+            self.slow_heard = fix.stamp;
+        }
+    }
+
+    fn corrected(&self, fix: &PositionFix, gate: f64, settings: &Settings) -> FixUpdate {
+        let own = &self.belief;
+        if !fix.slow.is_there() {
+            return fix::update(own, fix.position, &fix.covariance, gate);
+        }
+        let all = fix.covariance.plus(fix.slow.variance);
+        let update = fix::update(own, fix.position, &all, gate);
+        if !update.accepted {
+            return update;
+        }
+        let since = fix.stamp - self.slow_heard;
+        FixUpdate {
+            belief: slow::update(own, fix, since, &settings.fusion),
+            ..update
+        }
+    }
+
+    /// It is not known where the robot is.
+    pub(crate) fn lose(&mut self) {
+        self.nowhere = true;
+    }
+
+    /// This is believed from now on, and was learnt from others.
+    pub(crate) fn find(&mut self, belief: &Belief) {
+        self.belief = *belief;
+        (self.nowhere, self.exchanged) = (false, false);
+        self.pace = self.pace.met();
+    }
+
+    /// The belief as it is before what follows.
+    pub(crate) fn belief(&self) -> &Belief {
+        &self.belief
     }
 
     /// No neighbour's pose can follow at this stamp.
@@ -147,20 +212,18 @@ fn kept(parts: &Parts, propagation: Propagation) -> Parts {
     }
 }
 
-impl Gate {
-    pub(crate) fn verdict(self) -> Verdict {
-        let Self { accepted, d2 } = self;
-        if accepted {
-            Verdict::Accepted { d2 }
-        } else {
-            Verdict::Gated { d2 }
-        }
+fn verdict(accepted: bool, d2: f64) -> Verdict {
+    if accepted {
+        Verdict::Accepted { d2 }
+    } else {
+        Verdict::Gated { d2 }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::covariance::Covariance2;
 
     fn predicted() -> Filter {
         let covariance = Covariance3::diagonal([0.01, 0.02, 0.03]).unwrap();
@@ -197,8 +260,8 @@ mod tests {
         };
         for settings in [Settings::default(), Settings::paper()] {
             let mut heard = predicted();
-            let gate = heard.hear(Stamp::default(), &improbable, &settings);
-            assert!(matches!(gate.verdict(), Verdict::Gated { d2 } if d2 > 1e4));
+            let gate = heard.hear(Stamp::default(), &improbable, true, &settings);
+            assert!(matches!(gate, Verdict::Gated { d2 } if d2 > 1e4));
             assert_eq!(heard.belief, predicted().belief);
             let settled = heard.settle(settings.propagation);
             assert_eq!(settled.parts.independent, Covariance3::ZERO);
@@ -227,8 +290,8 @@ mod tests {
         other = wanders(other);
         let half = Stamp::default() + crate::stamp::Span::from_millis(500);
         let heading = |filter: &mut Filter, stamp| {
-            let gate = filter.hear(stamp, &word, &settings);
-            assert!(matches!(gate.verdict(), Verdict::Accepted { .. }));
+            let gate = filter.hear(stamp, &word, true, &settings);
+            assert!(matches!(gate, Verdict::Accepted { .. }));
             filter.belief.total().variances()[2]
         };
         let first = heading(&mut alone, half);

@@ -41,17 +41,16 @@ mod entry;
 mod places;
 mod replay;
 mod ring;
+mod settle;
 
-use crate::belief::Belief;
 use crate::filter::Filter;
 use crate::kind::{Key, Measured, Measurement, OdometrySample};
-use crate::outbox::Outbox;
-use crate::settings::Settings;
 use crate::stamp::Stamp;
 
 use entry::{Checkpoint, Entry};
 pub use places::MOST_SLOTS;
 use ring::Ring;
+pub(crate) use settle::Court;
 
 /// One place in the history's storage; `Slot::default()` is an empty one.
 #[derive(Copy, Clone, Debug, Default)]
@@ -69,12 +68,12 @@ pub(crate) struct History<S> {
 }
 
 impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
-    /// An empty history that begins with `belief` at `stamp`.
-    pub(crate) fn new(stamp: Stamp, belief: Belief, storage: S) -> Self {
+    /// An empty history that begins with `filter` at `stamp`.
+    pub(crate) fn new(stamp: Stamp, filter: Filter, storage: S) -> Self {
         Self {
             base: Checkpoint {
                 stamp,
-                filter: Filter::beginning(stamp, belief),
+                filter,
                 samples: 0,
             },
             base_odometry: None,
@@ -107,33 +106,26 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         inserted
     }
 
-    /// Moves everything before `horizon` that is up to date into the base.
-    pub(crate) fn fold_before(&mut self, horizon: Stamp) {
-        while self.evaluated > 0 && self.oldest().is_some_and(|oldest| oldest < horizon) {
-            self.fold_oldest();
+    /// Moves everything before `horizon` into the base.
+    pub(crate) fn fold_before(&mut self, horizon: Stamp, court: &mut Court<'_>) {
+        while self.oldest().is_some_and(|oldest| oldest < horizon) {
+            self.settle_oldest(court);
         }
     }
 
     /// Frees room for a measurement stamped `newcomer` by folding the oldest event early; false if that event is not
     /// older than the newcomer, or not due at `now`.
     #[must_use]
-    pub(crate) fn make_room(
-        &mut self,
-        newcomer: Stamp,
-        now: Stamp,
-        settings: &Settings,
-        outbox: &mut Outbox,
-    ) -> bool {
+    pub(crate) fn make_room(&mut self, newcomer: Stamp, now: Stamp, court: &mut Court<'_>) -> bool {
         let Some(oldest) = self
             .oldest()
             .filter(|&oldest| oldest < newcomer && oldest <= now)
         else {
             return false;
         };
-        self.replay(oldest, settings, outbox);
         while self.oldest() == Some(oldest) {
-            self.fold_oldest();
-            outbox.count_folded_early();
+            self.settle_oldest(court);
+            court.outbox.count_folded_early();
         }
         true
     }

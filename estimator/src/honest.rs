@@ -56,6 +56,7 @@ mod step;
 pub use arc::Increments;
 pub(crate) use arc::{Swept, chord_of};
 pub use bend::Bend;
+pub(crate) use circle::Circle;
 pub(crate) use measure::left;
 pub use step::{Map, Moved, advance};
 pub(crate) use step::{seen_from, step};

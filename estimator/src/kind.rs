@@ -8,7 +8,7 @@ mod neighbour;
 mod odometry;
 mod sighting;
 
-pub use fix::PositionFix;
+pub use fix::{PositionFix, SlowError};
 pub use neighbour::NeighbourPose;
 pub use odometry::OdometrySample;
 pub use sighting::Sighting;
@@ -16,8 +16,9 @@ pub use sighting::Sighting;
 use crate::filter::Filter;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
-use crate::settings::{Floors, Settings};
+use crate::settings::Floors;
 use crate::stamp::Stamp;
+use crate::terms::Terms;
 
 /// No robot is farther away and none is faster \[m, rad, per s\]; the squares of what is could not be computed with.
 const FARTHEST: f64 = 1e12;
@@ -72,7 +73,7 @@ pub(crate) trait Measured {
 
     /// Makes of the filter before it, at the same stamp, the one after it. What the world is to hear goes to `world`, if
     /// given.
-    fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>);
+    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>);
 }
 
 /// The list: [`Kind`], [`Measurement`] and what is the same for all of them.
@@ -126,8 +127,8 @@ macro_rules! kinds {
             }
 
             #[inline]
-            fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>) {
-                match self { $(Self::$kind(measured) => measured.apply(filter, settings, world),)* }
+            fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) {
+                match self { $(Self::$kind(measured) => measured.apply(filter, terms, world),)* }
             }
         }
     };
@@ -259,6 +260,7 @@ mod tests {
             origin,
             position: [0.0; 2],
             covariance: Covariance2::ZERO,
+            slow: SlowError::default(),
         }
         .key()
     }

@@ -29,6 +29,7 @@ pub mod estimator;
 mod factor;
 mod filter;
 pub mod fix;
+pub mod found;
 pub mod fusion;
 pub mod gate;
 pub mod history;
@@ -47,9 +48,11 @@ pub mod pose;
 mod root;
 mod rotate;
 pub mod settings;
+mod slow;
 mod split;
 pub mod stamp;
 mod symmetric;
+mod terms;
 mod turn;
 mod twin;
 mod weight;
@@ -59,12 +62,14 @@ pub use convert::{GlobalPose, to_global};
 pub use covariance::{Covariance2, Covariance3, NotACovariance};
 pub use estimator::{Estimator, step};
 pub use fix::FixUpdate;
+pub use found::{Decision, Dissent, Finding, FindingState, FoundSettings, Start, TrustJump};
 pub use fusion::{Fusion, fuse};
 pub use history::{MOST_SLOTS, Slot};
 pub use honest::{Bend, Increments};
 pub use input::TickInputs;
 pub use kind::{
     Kind, Measurement, NeighbourPose, OdometrySample, Origin, PositionFix, RobotId, Sighting,
+    SlowError,
 };
 pub use motion::{Motion, propagate};
 pub use noise::OdometryNoise;

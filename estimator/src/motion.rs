@@ -99,7 +99,7 @@ pub(crate) fn drive(pose: Pose, motion: &Motion, dt_s: f64) -> Pose {
 impl Motion {
     /// The arc of `dt_s` seconds, from the heading `phi`.
     #[inline]
-    fn swept(&self, phi: f64, dt_s: f64) -> Swept {
+    pub(crate) fn swept(&self, phi: f64, dt_s: f64) -> Swept {
         let held = self.velocity().map(|u| dt_s * u);
         Swept::arc(phi, held, &(self.noise() * (dt_s * dt_s)))
     }

@@ -2,6 +2,7 @@
 
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
+use crate::found::Finding;
 use crate::kind::{Kind, RobotId};
 use crate::parts::Parts;
 use crate::pose::Pose;
@@ -70,6 +71,8 @@ pub enum Verdict {
         /// Normalised innovation squared.
         d2: f64,
     },
+    /// Not fused, and heard: it is not known well enough where the robot is, and this helps to find it ([`crate::found`]).
+    Heard,
     /// Older than the history.
     TooOld,
     /// Stamped beyond the future tolerance.
@@ -119,6 +122,8 @@ pub struct Report {
 pub struct TickOutputs<'a> {
     /// The belief at the tick's stamp.
     pub estimate: Estimate,
+    /// Whether it is known where the robot is, who says otherwise, and what was decided in this tick.
+    pub finding: &'a Finding,
     /// Poses to send, each once; in the order of their stamps, ties by robot.
     pub outgoing: &'a [OutgoingPose],
     /// One report for each measurement that got its verdict in this tick: neighbours' poses and fixes always,

@@ -1,5 +1,6 @@
 //! How the estimator is to behave. `Default` is coloc's own choice; [`Settings::paper`] is the paper to the letter.
 
+use crate::found::FoundSettings;
 use crate::gate::{CHI2_2_99, CHI2_3_99};
 use crate::motion::Motion;
 use crate::stamp::Span;
@@ -94,6 +95,8 @@ pub struct Settings {
     pub fusion: FusionSettings,
     /// Accept a fix if d² is at most this (χ² with two degrees of freedom).
     pub position_gate: f64,
+    /// A robot that does not know where it is, or no longer.
+    pub found: FoundSettings,
     /// What is not believed to be better.
     pub floors: Floors,
     /// Between the samples.
@@ -161,6 +164,7 @@ impl Settings {
         Self {
             propagation: Propagation::Paper,
             fusion: FusionSettings::paper(),
+            found: FoundSettings::OFF,
             ..Self::default()
         }
     }
@@ -172,6 +176,7 @@ impl Default for Settings {
             propagation: Propagation::default(),
             fusion: FusionSettings::default(),
             position_gate: CHI2_2_99,
+            found: FoundSettings::default(),
             floors: Floors::default(),
             odometry: OdometrySettings::default(),
             history: Span::from_millis(1000),

@@ -40,6 +40,13 @@ impl Span {
         Self(millis.saturating_mul(1_000_000))
     }
 
+    /// The span of so many seconds, to the nanosecond; what does not fit is the longest.
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation)] // It saturates, and makes zero of what is no number.
+    pub fn from_seconds(seconds: f64) -> Self {
+        Self(libm::rint(1e9 * seconds) as i64)
+    }
+
     /// The span in nanoseconds.
     #[must_use]
     pub const fn as_nanos(self) -> i64 {

@@ -5,8 +5,8 @@ use coloc_estimator::noise::Variance;
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimate, Estimator, Kind, Measurement, Motion,
     NeighbourPose, OdometryNoise, OdometrySample, OdometryState, Origin, Parts, Pose, PositionFix,
-    Report, RobotId, Settings, Sighting, Slot, Source, Span, Stamp, TickInputs, TickOutputs,
-    Verdict, step,
+    Report, RobotId, Settings, Sighting, Slot, SlowError, Source, Span, Stamp, TickInputs,
+    TickOutputs, Verdict, step,
 };
 
 type Robot = Estimator<Vec<Slot>>;
@@ -54,6 +54,7 @@ fn fix(stamp: i64, x: f64) -> PositionFix {
         origin: Origin::default(),
         position: [x, 0.0],
         covariance,
+        slow: SlowError::default(),
     }
 }
 
@@ -385,6 +386,7 @@ fn a_variance_of_zero_is_no_measurement() {
     ));
     let along = PositionFix {
         covariance: line,
+        slow: SlowError::default(),
         ..fix(20, 0.0)
     };
     assert!(
@@ -397,6 +399,7 @@ fn a_variance_of_zero_is_no_measurement() {
     ] {
         let fix = PositionFix {
             covariance,
+            slow: SlowError::default(),
             ..fix(20, 0.0)
         };
         assert_eq!(verdict_of(fix), Some(Verdict::NoNoise));
@@ -507,6 +510,7 @@ fn no_source_is_more_certain_than_its_floor() {
         let diagonal = Covariance2::diagonal([covariance; 2]).unwrap();
         let fix = PositionFix {
             covariance: diagonal,
+            slow: SlowError::default(),
             ..fix(20, 0.0)
         };
         let total = Covariance3::diagonal([covariance, covariance, 0.25 * covariance]).unwrap();

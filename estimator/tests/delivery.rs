@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Measurement, Motion, NeighbourPose,
-    OdometrySample, Origin, Parts, Pose, PositionFix, RobotId, Settings, Sighting, Slot, Span,
-    Stamp, TickInputs, Verdict, step,
+    OdometrySample, Origin, Parts, Pose, PositionFix, RobotId, Settings, Sighting, Slot, SlowError,
+    Span, Stamp, TickInputs, Verdict, step,
 };
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -194,6 +194,7 @@ fn measurement() -> impl Strategy<Value = Measurement> {
             origin: Origin::default(),
             position: [x, y],
             covariance,
+            slow: SlowError::default(),
         })
     });
     prop_oneof![1 => sighting, 3 => neighbour, 2 => fix]
@@ -416,6 +417,7 @@ fn refused(now: i64, settings: &Settings, known: Measurement) -> Vec<(Measuremen
             origin: Origin::counted(900),
             position: [0.1, 0.1],
             covariance,
+            slow: SlowError::default(),
         })
     };
     let instant = Span::from_nanos(1);

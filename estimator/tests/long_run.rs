@@ -3,8 +3,8 @@
 
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Measurement, Motion, NeighbourPose,
-    OdometrySample, Origin, Parts, Pose, PositionFix, RobotId, Settings, Sighting, Slot, Span,
-    Stamp, TickInputs, TickOutputs, Verdict, step,
+    OdometrySample, Origin, Parts, Pose, PositionFix, RobotId, Settings, Sighting, Slot, SlowError,
+    Span, Stamp, TickInputs, TickOutputs, Verdict, step,
 };
 
 const TICKS: i64 = 1_000_000;
@@ -207,6 +207,7 @@ impl Robot {
             origin: Origin::counted(self.sequence),
             position: [pose.x, pose.y],
             covariance: Covariance2::diagonal([0.01 * self.random.signed().powi(2), 0.01]).unwrap(),
+            slow: SlowError::default(),
         })
     }
 

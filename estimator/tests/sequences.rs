@@ -8,7 +8,7 @@ use coloc_estimator::settings::{Criterion, FusionSettings};
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Kind, Measurement, Motion, NeighbourPose,
     OdometrySample, Origin, OutgoingPose, Pose, PositionFix, Report, RobotId, Settings, Sighting,
-    Slot, Source, Span, Stamp, TickInputs, Verdict, step,
+    Slot, SlowError, Source, Span, Stamp, TickInputs, Verdict, step,
 };
 use nalgebra::{Matrix2, Matrix3, Vector3};
 use serde::Deserialize;
@@ -173,6 +173,7 @@ impl Fleet {
                     origin: Origin::default(),
                     position: fix.y,
                     covariance: noise,
+                    slow: SlowError::default(),
                 });
             let measurements: Vec<Measurement> = neighbours
                 .map(Measurement::from)

@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimate, Estimator, Measurement, Motion, OdometrySample,
-    Origin, Pose, PositionFix, Settings, Slot, Span, Stamp, TickInputs, step,
+    Origin, Pose, PositionFix, Settings, Slot, SlowError, Span, Stamp, TickInputs, step,
 };
 
 const SPEED_MPS: f64 = 1.0;
@@ -49,6 +49,7 @@ fn fix(tick: i64, position: [f64; 2]) -> Measurement {
         origin: Origin::default(),
         position,
         covariance: Covariance2::diagonal([0.01, 0.01]).unwrap(),
+        slow: SlowError::default(),
     }
     .into()
 }

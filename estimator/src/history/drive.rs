@@ -68,10 +68,16 @@ impl Leg {
         }
     }
 
+    /// What drives over the leg, from its beginning `from`.
+    #[inline]
+    pub(crate) fn motion(&self, from: Stamp, settings: &OdometrySettings) -> Motion {
+        self.drive.motion(from, self.until, settings)
+    }
+
     /// Brings the filter from the leg's beginning `from` to its end.
     #[inline]
     pub(crate) fn predict(&self, filter: &mut Filter, from: Stamp, settings: &Settings) {
-        let motion = self.drive.motion(from, self.until, &settings.odometry);
+        let motion = self.motion(from, &settings.odometry);
         let dt_s = (self.until - from).as_seconds();
         filter.predict(&motion, dt_s, settings.propagation);
     }

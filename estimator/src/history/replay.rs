@@ -1,14 +1,16 @@
 //! Bringing the history's beliefs up to date.
 
 use super::drive::{Drive, Leg};
-use super::entry::Checkpoint;
+use super::entry::{Checkpoint, Entry};
 use super::{History, Slot};
 use crate::belief::Belief;
 use crate::filter::Filter;
-use crate::kind::Measured;
+use crate::kind::{Measured, OdometrySample};
+use crate::motion::Motion;
 use crate::outbox::Outbox;
 use crate::settings::{OdometrySettings, Settings};
 use crate::stamp::{Span, Stamp};
+use crate::terms::Terms;
 
 /// The shortest time there is.
 const INSTANT: Span = Span::from_nanos(1);
@@ -16,23 +18,29 @@ const INSTANT: Span = Span::from_nanos(1);
 impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// Applies, in their order, the entries up to `until` that are not up to date. What an entry has to tell the world
     /// goes to `outbox` the first time it is applied.
-    pub(crate) fn replay(&mut self, until: Stamp, settings: &Settings, outbox: &mut Outbox) {
-        while let Some(entry) = self
-            .entries
-            .get(self.evaluated)
-            .filter(|entry| entry.stamp() <= until)
-        {
-            let mut after = *self.checkpoint_before(self.evaluated);
-            self.predict(&mut after, entry.stamp(), settings);
-            let world = (!entry.announced).then_some(&mut *outbox);
-            entry.measurement.apply(&mut after.filter, settings, world);
-            after.samples += usize::from(entry.measurement.as_odometry().is_some());
-            if let Some(entry) = self.entries.get_mut(self.evaluated) {
-                entry.after = after;
-                entry.announced = true;
-            }
-            self.evaluated += 1;
+    pub(crate) fn replay(&mut self, until: Stamp, terms: &Terms<'_>, outbox: &mut Outbox) {
+        let is_due = |entry: &Entry| entry.stamp() <= until;
+        while self.entries.get(self.evaluated).is_some_and(is_due) {
+            self.apply_next(terms, outbox);
         }
+    }
+
+    /// Applies the first entry that is not up to date.
+    #[inline]
+    pub(super) fn apply_next(&mut self, terms: &Terms<'_>, outbox: &mut Outbox) {
+        let Some(entry) = self.entries.get(self.evaluated) else {
+            return;
+        };
+        let mut after = *self.checkpoint_before(self.evaluated);
+        self.predict(&mut after, entry.stamp(), terms.settings);
+        let world = (!entry.announced).then_some(&mut *outbox);
+        entry.measurement.apply(&mut after.filter, terms, world);
+        after.samples += usize::from(entry.measurement.as_odometry().is_some());
+        if let Some(entry) = self.entries.get_mut(self.evaluated) {
+            entry.after = after;
+            entry.announced = true;
+        }
+        self.evaluated += 1;
     }
 
     /// The belief at `stamp` as the up-to-date entries give it; the base's belief for a stamp before it.
@@ -57,12 +65,29 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
 
     /// Brings a checkpoint forward to `to`.
     #[inline]
-    fn predict(&self, checkpoint: &mut Checkpoint, to: Stamp, settings: &Settings) {
+    pub(super) fn predict(&self, checkpoint: &mut Checkpoint, to: Stamp, settings: &Settings) {
         while checkpoint.stamp < to {
             let from = checkpoint.stamp;
             let leg = self.leg(from, to, checkpoint.samples, &settings.odometry);
             leg.predict(&mut checkpoint.filter, from, settings);
             checkpoint.stamp = leg.until;
+        }
+    }
+
+    /// What drove the robot from the base to `to`, leg by leg, each with its length \[s\].
+    pub(super) fn each_leg(
+        &self,
+        to: Stamp,
+        settings: &OdometrySettings,
+        mut pass: impl FnMut(&Motion, f64),
+    ) {
+        let (mut from, mut next) = (self.base.stamp, self.base.samples);
+        while from < to {
+            let leg = self.leg(from, to, next, settings);
+            pass(&leg.motion(from, settings), (leg.until - from).as_seconds());
+            from = leg.until;
+            let has_ended = |sample: &&OdometrySample| sample.stamp <= from;
+            next += self.samples_from(next).take_while(has_ended).count();
         }
     }
 

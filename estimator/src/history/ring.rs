@@ -123,7 +123,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Ring<S> {
 mod tests {
     use super::*;
     use crate::covariance::Covariance2;
-    use crate::kind::{Measured, Origin, PositionFix};
+    use crate::kind::{Measured, Origin, PositionFix, SlowError};
     use crate::motion::Motion;
 
     fn put<const N: usize>(ring: &mut Ring<[Slot; N]>, measurement: Measurement) -> bool {
@@ -138,6 +138,7 @@ mod tests {
             origin: Origin::default(),
             position: [0.0; 2],
             covariance: Covariance2::ZERO,
+            slow: SlowError::default(),
         })
     }
 

@@ -5,8 +5,9 @@ use crate::covariance::Covariance2;
 use crate::filter::Filter;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
-use crate::settings::{Floors, Settings};
-use crate::stamp::Stamp;
+use crate::settings::Floors;
+use crate::stamp::{Span, Stamp};
+use crate::terms::Terms;
 
 /// A satellite fix in the common frame.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -17,8 +18,28 @@ pub struct PositionFix {
     pub origin: Origin,
     /// `[x, y]` \[m\].
     pub position: [f64; 2],
-    /// `R_A` \[m²\].
+    /// `R_A` \[m²\]: of what is new in each fix.
     pub covariance: Covariance2,
+    /// Of what is not.
+    pub slow: SlowError,
+}
+
+/// The slow error of a receiver in each coordinate: atmosphere, orbits, reflections; a first-order Gauss–Markov process, shared by
+/// fixes that follow each other.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct SlowError {
+    /// `σ_s²` \[m²\], zero where there is none.
+    pub variance: f64,
+    /// τ, how long it lasts.
+    pub memory: Span,
+}
+
+impl SlowError {
+    /// One that is no more than zero, or that lasts for no time, is none.
+    #[inline]
+    pub(crate) fn is_there(&self) -> bool {
+        self.variance > 0.0 && self.memory > Span::ZERO
+    }
 }
 
 impl Measured for PositionFix {
@@ -33,6 +54,7 @@ impl Measured for PositionFix {
 
     fn check(&self) -> Result<(), Verdict> {
         check_numbers(&self.position)?;
+        check_numbers(&[self.slow.variance])?;
         check_variances(&self.covariance.variances())
     }
 
@@ -43,10 +65,10 @@ impl Measured for PositionFix {
         }
     }
 
-    fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>) {
-        let gate = filter.correct(self.position, &self.covariance, settings);
+    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) {
+        let verdict = filter.correct(self, terms);
         if let Some(world) = world {
-            world.report(self.source(), self.stamp, gate.verdict());
+            world.report(self.source(), self.stamp, verdict);
         }
     }
 }

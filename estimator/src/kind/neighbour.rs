@@ -7,8 +7,9 @@ use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
 use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::settings::{Floors, Settings};
+use crate::settings::Floors;
 use crate::stamp::Stamp;
+use crate::terms::Terms;
 
 /// Pose of this robot in the common frame, as a neighbour computed it from its own belief and its sighting of us.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -54,14 +55,19 @@ impl Measured for NeighbourPose {
         }
     }
 
-    fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>) {
+    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) {
         let received = GlobalPose {
             pose: self.pose,
             parts: self.parts,
         };
-        let gate = filter.hear(self.stamp, &received, settings);
+        let verdict = filter.hear(
+            self.stamp,
+            &received,
+            terms.trusts(self.source()),
+            terms.settings,
+        );
         if let Some(world) = world {
-            world.report(self.source(), self.stamp, gate.verdict());
+            world.report(self.source(), self.stamp, verdict);
         }
     }
 }

@@ -5,8 +5,9 @@ use crate::filter::Filter;
 use crate::motion::Motion;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
-use crate::settings::{Floors, Settings};
+use crate::settings::Floors;
 use crate::stamp::Stamp;
+use crate::terms::Terms;
 
 /// The mean velocity over `(start, stamp]`, as the wheels saw it.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -57,7 +58,7 @@ impl Measured for OdometrySample {
 
     /// It has driven the prediction.
     #[inline]
-    fn apply(&self, _: &mut Filter, _: &Settings, _: Option<&mut Outbox>) {}
+    fn apply(&self, _: &mut Filter, _: &Terms<'_>, _: Option<&mut Outbox>) {}
 }
 
 /// Numbers that are in the order of the signed ones.

@@ -6,8 +6,9 @@ use crate::filter::Filter;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
 use crate::pose::Pose;
-use crate::settings::{Floors, Settings};
+use crate::settings::Floors;
 use crate::stamp::Stamp;
+use crate::terms::Terms;
 
 /// This robot's sighting of another one.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -50,11 +51,12 @@ impl Measured for Sighting {
     }
 
     /// The belief is still the predicted one: sightings come before all that changes it.
-    fn apply(&self, filter: &mut Filter, settings: &Settings, world: Option<&mut Outbox>) {
-        if let Some(world) = world {
-            let seen = filter.tell(&self.relative, &self.covariance, settings);
+    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) {
+        // Who does not know where it is tells nothing.
+        if let Some(world) = world.filter(|_| terms.tells) {
+            let seen = filter.tell(&self.relative, &self.covariance, terms.settings);
             world.send(self, &seen);
         }
-        filter.told(settings);
+        filter.told(terms.settings);
     }
 }

@@ -2,9 +2,9 @@
 
 use coloc_estimator::settings::FusionSettings;
 use coloc_estimator::{
-    Belief, Estimator, GlobalPose, Kind, Measurement, NeighbourPose, OdometrySample, Origin,
-    OutgoingPose, PositionFix, Propagation, RobotId, Settings, Sighting, Slot, Span, Stamp,
-    TickInputs, Verdict, fix, fuse, step, to_global,
+    Belief, Estimator, FoundSettings, GlobalPose, Kind, Measurement, NeighbourPose, OdometrySample,
+    Origin, OutgoingPose, PositionFix, Propagation, RobotId, Settings, Sighting, Slot, SlowError,
+    Span, Stamp, TickInputs, Verdict, fix, fuse, step, to_global,
 };
 use serde::Deserialize;
 
@@ -178,6 +178,7 @@ impl Sequence {
         let settings = Settings {
             fusion: self.fusion(),
             position_gate: self.meta.gate_fix,
+            found: FoundSettings::OFF, // They fuse fixes at any heading, and everybody's.
             ..Settings::default()
         };
         let slots = vec![Slot::default(); 256];
@@ -259,6 +260,7 @@ impl Step {
             origin: Origin::default(),
             position: fix.y,
             covariance: covariance2(&fix.R),
+            slow: SlowError::default(),
         });
         let all = [
             odometry.map(Measurement::from),

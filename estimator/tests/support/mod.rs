@@ -31,3 +31,27 @@ fn directory() -> Option<PathBuf> {
         .map(|parent| parent.join("shared/vectors"))
         .find(|candidate| candidate.is_dir())
 }
+
+/// The names of the files in a folder of the vectors, in their order; `None`, and a loud line, on a machine that does not have it.
+///
+/// # Panics
+/// If the folder is there and cannot be read, or is empty.
+#[allow(dead_code)] // Not every test reads whole folders.
+pub(crate) fn files_in(folder: &str) -> Option<Vec<String>> {
+    let Some(directory) = directory()
+        .map(|it| it.join(folder))
+        .filter(|it| it.is_dir())
+    else {
+        eprintln!(
+            "SKIPPED: no test vectors; set COLOC_VECTORS to the directory that holds {folder}"
+        );
+        return None;
+    };
+    let entries = fs::read_dir(&directory).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let is_case = |name: &String| Path::new(name).extension().is_some_and(|it| it == "json");
+    let mut names: Vec<_> = names.filter(is_case).collect();
+    names.sort();
+    assert!(!names.is_empty(), "{} is empty", directory.display());
+    Some(names)
+}

@@ -1,0 +1,576 @@
+//! Lost and found: a start from nowhere, robots that were carried, outages, and sources that lie, in fixed memory.
+//!
+//! # The idea
+//!
+//! * A [hypothesis](lifted) is linear in position, direction and its source's slow error, and so exact at any heading.
+//! * It belongs to one source: "where I am if this source is right and the wheels are". That source alone feeds it; the others
+//!   [vote](vote) on it, and on the belief, by tests that an honest source passes 99 times of 100.
+//! * Who stands against whom is counted in sources. The wheels count as one for a belief that was once confirmed: that a robot was
+//!   carried means that its wheels lied. A lone source against the wheels is decided by a setting ([`TrustJump`]), because the data
+//!   are the same whether the robot was carried or the source lies.
+//! * A source that disagrees with the belief is not fused, and judged on. The gate never widens.
+//! * Only what leaves the history is judged. So the belief, the states and what is told of them are a function of the set of
+//!   inputs, a history's length late, and its entries stay small.
+//!
+//! # What happens to a word that leaves the history
+//!
+//! Its source votes on the belief, then on the hypotheses of the others; then it feeds its own, which is born where there is none
+//! and the belief refuses the word. Where the heading is too uncertain for a fix to be fused (its update is linear) the belief
+//! becomes a hypothesis. A source with which the belief is reconciled loses its hypothesis. Last it is asked whether a
+//! hypothesis becomes the belief.
+
+mod cover;
+mod finding;
+mod hypothesis;
+mod lifted;
+mod mean;
+mod seat;
+mod takeover;
+mod vote;
+mod word;
+
+pub use finding::{Decided, Decision, Dissent, Finding, FindingState};
+
+use hypothesis::{Fed, Hypothesis};
+use lifted::Lifted;
+use nalgebra::{Matrix2, Vector2};
+use seat::Seat;
+use vote::{Vote, Weight};
+use word::Test;
+pub(crate) use word::Word;
+
+use crate::belief::Belief;
+use crate::covariance::Covariance2;
+use crate::factor::Factor;
+use crate::list::FixedList;
+use crate::motion::Motion;
+use crate::output::Source;
+use crate::pose::Pose;
+use crate::settings::Settings;
+use crate::stamp::{Span, Stamp};
+
+/// Sources that are judged at a time.
+pub(crate) const SEATS: usize = 16;
+
+/// A heading less certain than this is not updated by a fix, which says nothing of it by itself (σ² \[rad²\]).
+pub(crate) const WIDE: f64 = 0.3 * 0.3;
+
+/// Words that the belief has to take before the wheels stand by it.
+const CONFIRMED: u32 = 5;
+
+/// Nothing was heard for so long: lost, if it is not known where.
+const SILENT: Span = Span::from_millis(10_000);
+
+/// After an outage: so many fixes that agree with each other, so soon after the belief took nothing for so long.
+const CHANCE_WORDS: u32 = 3;
+const CHANCE_GAP: Span = Span::from_millis(5_000);
+const CHANCE_AGE: Span = Span::from_millis(5_000);
+
+/// A heading that has come as near to that of a hypothesis, in σ, may be the same.
+const SAME_HEADING: f64 = 4.0;
+
+/// A hypothesis whose heading is known better than this has one to compare \[rad\].
+const COMPARABLE: f64 = 0.5;
+
+/// Words after which a hypothesis tells where a shift is.
+const TOLD: u32 = 20;
+
+/// How a lone source against the wheels is decided.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub enum TrustJump {
+    /// A constant offset from some moment on means that the robot was carried: the source is followed.
+    #[default]
+    Robot,
+    /// It means that the receiver is wrong: the belief stays, contradicted, and the covariance holds both.
+    Receiver,
+}
+
+/// How a robot that does not know where it is, or no longer, is found.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct FoundSettings {
+    /// False: the belief is never doubted, as in the paper; a start without one stays so.
+    pub enabled: bool,
+    /// How a lone source against the wheels is decided.
+    pub trust_jump: TrustJump,
+}
+
+impl FoundSettings {
+    /// The belief is never doubted.
+    pub const OFF: Self = Self {
+        enabled: false,
+        trust_jump: TrustJump::Robot,
+    };
+}
+
+impl Default for FoundSettings {
+    fn default() -> Self {
+        Self {
+            enabled: true,
+            trust_jump: TrustJump::default(),
+        }
+    }
+}
+
+/// What is known at the start.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Start {
+    /// A belief.
+    Known(Belief),
+    /// A position and its covariance \[m, m²\], and nothing of the heading.
+    Position([f64; 2], Covariance2),
+    /// Nothing.
+    Unknown,
+}
+
+/// What the judge makes of a word.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) enum Ruling {
+    /// The belief after it stands.
+    Stands,
+    /// The belief takes it although the gate refused.
+    Taken,
+    /// There is no belief any more.
+    Dropped,
+    /// This is the belief.
+    Replaced(Belief),
+}
+
+/// The sources, their hypotheses and their votes.
+#[derive(Clone, Debug)]
+pub(crate) struct Found {
+    seats: [Option<Seat>; SEATS],
+    /// A position that is known from the start, for every source.
+    seed: Option<Lifted>,
+    /// Whether there is a belief.
+    knows: bool,
+    /// Words that the belief took.
+    confirmed: u32,
+    /// When the belief took its last word; at first, the start.
+    last_taken: Stamp,
+    last_word: Stamp,
+    /// Who is not fused.
+    suspended: FixedList<Source, SEATS>,
+    finding: Finding,
+}
+
+impl Start {
+    /// The belief to begin with; of no meaning where there is none.
+    pub(crate) fn belief(&self) -> Belief {
+        match self {
+            Self::Known(belief) => *belief,
+            Self::Position(position, covariance) => {
+                cover::nowhere(Some((*position, *covariance.matrix())))
+            }
+            Self::Unknown => cover::nowhere(None),
+        }
+    }
+
+    pub(crate) fn is_known(&self) -> bool {
+        matches!(self, Self::Known(_))
+    }
+}
+
+impl Found {
+    #[allow(clippy::large_stack_arrays)] // 17 kB, once.
+    pub(crate) fn new(stamp: Stamp, start: &Start) -> Self {
+        let seed = match start {
+            Start::Position(position, covariance) => {
+                Some(Lifted::placed(*position, covariance.matrix()))
+            }
+            Start::Known(_) | Start::Unknown => None,
+        };
+        let filler = Source::new(crate::kind::Kind::Fix, 0);
+        Self {
+            seats: [None; SEATS],
+            seed,
+            knows: start.is_known(),
+            confirmed: 0,
+            last_taken: stamp,
+            last_word: stamp,
+            suspended: FixedList::new(filler),
+            finding: Finding::beginning(stamp, start.is_known()),
+        }
+    }
+
+    pub(crate) fn finding(&self) -> &Finding {
+        &self.finding
+    }
+
+    /// Whether others may be told where they are.
+    #[inline]
+    pub(crate) fn is_ok(&self) -> bool {
+        self.finding.state == FindingState::Ok
+    }
+
+    /// Who is not fused.
+    #[inline]
+    pub(crate) fn suspended(&self) -> &[Source] {
+        self.suspended.as_slice()
+    }
+
+    /// Whether a motion has to be passed on.
+    #[inline]
+    pub(crate) fn is_driven(&self) -> bool {
+        self.seed.is_some() || self.hypotheses().next().is_some()
+    }
+
+    /// `dt_s` of `motion` pass.
+    pub(crate) fn drive(&mut self, motion: &Motion, dt_s: f64) {
+        let swept = motion.swept(0.0, dt_s);
+        if let Some(seed) = &mut self.seed {
+            seed.step(&swept, lifted::Wandering::NONE);
+        }
+        for seat in self.seats.iter_mut().flatten() {
+            if let Some(hypothesis) = &mut seat.hypothesis {
+                hypothesis.step(&swept, dt_s);
+            }
+        }
+    }
+
+    /// A word has left the history; `prior` is the belief before it.
+    pub(crate) fn hear(
+        &mut self,
+        word: &Word,
+        prior: &Belief,
+        settings: &Settings,
+    ) -> (Ruling, bool) {
+        self.last_word = word.stamp;
+        let Some(at) = self.seat_for(word) else {
+            self.finding.unseated = self.finding.unseated.saturating_add(1);
+            return (Ruling::Stands, false);
+        };
+        let news = self.news(at, word);
+        let refused = self.knows && !self.vote_on_belief(at, word, prior, news);
+        self.vote_on_others(at, word, news);
+        self.feed_own(at, word, prior, refused, settings);
+        let ruling = self.rule(at, word, prior, refused, settings);
+        self.reconcile(at, prior);
+        let ruling = self.take_over(word, prior, settings).unwrap_or(ruling);
+        (ruling, self.list_suspended(word.stamp))
+    }
+
+    /// The seat of a word's source, taken where it has none; `None` if all are in use.
+    fn seat_for(&mut self, word: &Word) -> Option<usize> {
+        let held = |seat: &Option<Seat>| seat.is_some_and(|seat| seat.source == word.source);
+        if let Some(at) = self.seats.iter().position(held) {
+            return Some(at);
+        }
+        let at = self.free_seat(word.stamp)?;
+        self.seats[at] = Some(Seat::new(word.source, word.stamp));
+        self.forget_votes_on(at);
+        Some(at)
+    }
+
+    fn free_seat(&self, now: Stamp) -> Option<usize> {
+        let free = self.seats.iter().position(Option::is_none);
+        let idle = || {
+            let places = self.seats.iter().enumerate();
+            let idle = places.filter_map(|(at, seat)| {
+                let seat = seat.as_ref().filter(|seat| seat.is_idle(now, SILENT))?;
+                Some((seat.last, at))
+            });
+            idle.min().map(|(_, at)| at)
+        };
+        free.or_else(idle)
+    }
+
+    /// How much of a word is new, as a part of one.
+    fn news(&mut self, at: usize, word: &Word) -> f64 {
+        let Some(seat) = &mut self.seats[at] else {
+            return 0.0;
+        };
+        let since_s = (word.stamp - seat.last).as_seconds();
+        let is_first = seat.last == word.stamp && seat.hypothesis.is_none();
+        seat.last = word.stamp;
+        seat.watched = word.is_watched();
+        let memory_s = word.memory_s();
+        if is_first || since_s >= memory_s {
+            1.0
+        } else {
+            since_s / memory_s
+        }
+    }
+
+    /// Whether the belief takes it.
+    fn vote_on_belief(&mut self, at: usize, word: &Word, prior: &Belief, news: f64) -> bool {
+        let test = word.test_belief(prior);
+        let Some(seat) = &mut self.seats[at] else {
+            return true;
+        };
+        let own = shared_of_refusal(word, prior, &test);
+        let weight = weigh(word, &test, news, own);
+        let may_end = is_same_heading(seat.hypothesis.as_ref(), prior);
+        seat.on_belief.cast(word.stamp, &test, &weight, may_end);
+        seat.d2 = test.d2;
+        let fused = test.passes() && !seat.disagrees(word.stamp);
+        if fused {
+            if word.is_white() {
+                seat.mean.take(normalised(word, prior));
+            }
+            self.took(word.stamp);
+        }
+        test.passes()
+    }
+
+    fn took(&mut self, now: Stamp) {
+        self.confirmed = self.confirmed.saturating_add(1);
+        self.last_taken = now;
+    }
+
+    fn vote_on_others(&mut self, at: usize, word: &Word, news: f64) {
+        for other in 0..SEATS {
+            if other == at {
+                continue;
+            }
+            let Some((source, lifted)) = self.hypothesis_of(other) else {
+                continue;
+            };
+            let doubled = !(word.is_fix() && source.kind == crate::kind::Kind::Fix);
+            let test = word.test_hypothesis(&lifted, doubled);
+            let weight = weigh(word, &test, news, 1.0);
+            if let Some(seat) = &mut self.seats[at] {
+                seat.on[other].cast(word.stamp, &test, &weight, true);
+            }
+        }
+    }
+
+    fn hypothesis_of(&self, at: usize) -> Option<(Source, Lifted)> {
+        let seat = self.seats[at].as_ref()?;
+        Some((seat.source, seat.hypothesis?.lifted))
+    }
+
+    /// Its own hypothesis hears the word, or begins with it.
+    fn feed_own(
+        &mut self,
+        at: usize,
+        word: &Word,
+        prior: &Belief,
+        refused: bool,
+        settings: &Settings,
+    ) {
+        let lever = settings.fusion.heading_lever_m;
+        let wide = self.knows && !refused && is_wide(word, prior);
+        let gap = word.stamp - self.last_taken;
+        let (knows, seed) = (self.knows, self.seed);
+        let Some(seat) = &mut self.seats[at] else {
+            return;
+        };
+        if wide {
+            let lifted = Lifted::of(prior);
+            seat.hypothesis = Some(Hypothesis::from(&lifted, word, gap));
+        }
+        let needs_one = !knows || refused || seat.disagrees(word.stamp) || word.is_watched();
+        match (&mut seat.hypothesis, seed) {
+            (Some(_), _) => self.feed(at, word, lever),
+            (none, Some(seed)) if needs_one && !knows && word.is_fix() => {
+                *none = Some(Hypothesis::from(&seed, word, gap));
+                self.forget_votes_on(at);
+                self.feed(at, word, lever);
+            }
+            (none, _) if needs_one => {
+                *none = Some(Hypothesis::beginning(word, gap));
+                self.begin_votes(at, word);
+            }
+            _ => {}
+        }
+    }
+
+    fn feed(&mut self, at: usize, word: &Word, lever: f64) {
+        let Some(seat) = &mut self.seats[at] else {
+            return;
+        };
+        let Some(hypothesis) = &mut seat.hypothesis else {
+            return;
+        };
+        let (test, fed) = hypothesis.feed(word, lever);
+        if fed == Fed::Judged {
+            let weight = weigh(word, &test, 1.0, 1.0);
+            seat.on[at].cast(word.stamp, &test, &weight, true);
+            return;
+        }
+        if word.is_watched() {
+            seat.jumped = Some((word.stamp, Span::from_nanos(i64::MAX)));
+        }
+        self.begin_votes(at, word);
+        let source = word.source;
+        self.finding.decide(word.stamp, Decision::Anew { source });
+    }
+
+    /// A hypothesis begins with `word`: nobody has judged it yet but its source.
+    fn begin_votes(&mut self, at: usize, word: &Word) {
+        self.forget_votes_on(at);
+        if let Some(seat) = &mut self.seats[at] {
+            let test = Test::PASSED;
+            seat.on[at].cast(word.stamp, &test, &Weight::WHOLE, true);
+        }
+    }
+
+    fn forget_votes_on(&mut self, at: usize) {
+        for seat in self.seats.iter_mut().flatten() {
+            seat.on[at] = Vote::default();
+        }
+    }
+
+    /// What comes of it before anybody takes over.
+    fn rule(
+        &mut self,
+        at: usize,
+        word: &Word,
+        prior: &Belief,
+        refused: bool,
+        _settings: &Settings,
+    ) -> Ruling {
+        let source = word.source;
+        if self.knows && !refused && is_wide(word, prior) {
+            self.drop_belief();
+            self.finding
+                .decide(word.stamp, Decision::Widened { source });
+            return Ruling::Dropped;
+        }
+        if refused && self.has_second_chance(at, word, prior) {
+            self.took(word.stamp);
+            self.finding
+                .decide(word.stamp, Decision::SecondChance { source });
+            return Ruling::Taken;
+        }
+        Ruling::Stands
+    }
+
+    /// Of a hundred honest robots one refuses the first fix after an outage, and then all that follow.
+    fn has_second_chance(&self, at: usize, word: &Word, prior: &Belief) -> bool {
+        let Some(seat) = &self.seats[at] else {
+            return false;
+        };
+        let Some(hypothesis) = &seat.hypothesis else {
+            return false;
+        };
+        let own = planar_trace(&prior.total().symmetric());
+        word.is_fix()
+            && hypothesis.taken >= CHANCE_WORDS
+            && hypothesis.gap >= CHANCE_GAP
+            && hypothesis.age(word.stamp) <= CHANCE_AGE
+            && own > planar_trace(&word.noise())
+            && !word.test_belief(prior).is_gross()
+    }
+
+    fn drop_belief(&mut self) {
+        self.knows = false;
+        self.confirmed = 0;
+        for seat in self.seats.iter_mut().flatten() {
+            seat.judge_anew(Vote::default());
+        }
+    }
+
+    /// The belief takes what the source says again: it needs no hypothesis.
+    fn reconcile(&mut self, at: usize, prior: &Belief) {
+        let (knows, Some(seat)) = (self.knows, &mut self.seats[at]) else {
+            return;
+        };
+        if let Some(hypothesis) = &seat.hypothesis
+            && hypothesis.taken >= TOLD
+            && is_near(&hypothesis.lifted, prior)
+        {
+            seat.mean.reconcile();
+        }
+        let reconciled = seat.on_belief.is_reconciled() && !seat.mean.disagrees();
+        if knows && reconciled && !seat.watched && seat.hypothesis.is_some() {
+            seat.hypothesis = None;
+            self.forget_votes_on(at);
+        }
+    }
+
+    /// Who is not fused from now on; true if these are others than before.
+    fn list_suspended(&mut self, now: Stamp) -> bool {
+        let before = self.suspended;
+        self.suspended.clear();
+        for seat in self.seats.iter_mut().flatten() {
+            if !self.knows || !seat.disagrees(now) {
+                seat.against_since = None;
+                continue;
+            }
+            seat.against_since.get_or_insert(now);
+            let _ = self.suspended.push(seat.source); // There are as many places as seats.
+        }
+        before.as_slice() != self.suspended.as_slice()
+    }
+
+    fn hypotheses(&self) -> impl Iterator<Item = (&Seat, &Hypothesis)> {
+        let seats = self.seats.iter().flatten();
+        seats.filter_map(|seat| Some((seat, seat.hypothesis.as_ref()?)))
+    }
+}
+
+/// The belief's own error is common to refusals that follow each other: of each of them so much is the word's own.
+fn shared_of_refusal(word: &Word, prior: &Belief, test: &Test) -> f64 {
+    if !word.is_fix() || test.is_gross() {
+        return 1.0;
+    }
+    let own = planar_trace(&word.noise());
+    own / (own + planar_trace(&prior.total().symmetric()))
+}
+
+fn weigh(word: &Word, test: &Test, news: f64, own: f64) -> Weight {
+    let weight = if test.is_gross() { 1.0 } else { news };
+    Weight {
+        refused: weight * own,
+        eased: weight,
+        accepted: if word.is_fix() { 1.0 } else { weight },
+    }
+}
+
+/// A fix that would turn a heading which is too uncertain for that.
+fn is_wide(word: &Word, prior: &Belief) -> bool {
+    word.is_fix() && prior.heading_variance() > WIDE
+}
+
+/// A robot that was turned and crosses its old path is not found by that.
+fn is_same_heading(hypothesis: Option<&Hypothesis>, belief: &Belief) -> bool {
+    let Some(hypothesis) = hypothesis else {
+        return true;
+    };
+    let direction = hypothesis.lifted.direction();
+    let sigma = direction.sigma();
+    if sigma >= COMPARABLE {
+        return true;
+    }
+    let apart = crate::angle::wrap(direction.heading() - belief.pose.phi);
+    let variance = sigma * sigma + belief.heading_variance();
+    apart * apart <= SAME_HEADING * SAME_HEADING * variance
+}
+
+fn is_near(lifted: &Lifted, belief: &Belief) -> bool {
+    let p = belief.total().symmetric();
+    let sum = lifted.position_covariance() + Matrix2::new(p.xx, p.xy, p.xy, p.yy);
+    let apart = Vector2::from(lifted.position()) - Vector2::new(belief.pose.x, belief.pose.y);
+    lifted::quadratic(&sum, apart) <= crate::gate::CHI2_2_99
+}
+
+/// The innovation, of covariance one where all is as it is said to be.
+fn normalised(word: &Word, prior: &Belief) -> [f64; 2] {
+    let sum = word::planar(&prior.total().symmetric()) + word.noise();
+    let Factor {
+        lower: [l21, ..],
+        pivots: [d1, d2, _],
+        ..
+    } = Factor::new(&sum);
+    let [x, y, _] = word.innovation(&prior.pose);
+    let scaled = |v: f64, pivot: f64| {
+        if pivot > 0.0 {
+            v / libm::sqrt(pivot)
+        } else {
+            0.0
+        }
+    };
+    [scaled(x, d1), scaled(y - l21 * x, d2)]
+}
+
+fn planar_trace(a: &crate::symmetric::Symmetric3) -> f64 {
+    a.xx + a.yy
+}
+
+/// Where a robot is that knows nothing.
+pub(crate) const NOWHERE: Pose = Pose {
+    x: 0.0,
+    y: 0.0,
+    phi: 0.0,
+};

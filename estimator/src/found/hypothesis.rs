@@ -1,0 +1,120 @@
+//! "Where I am if this source is right and the wheels are": fed by that source alone.
+
+use super::lifted::{Lifted, Wandering};
+use super::word::{Said, Test, Word};
+use crate::belief::Belief;
+use crate::honest::Swept;
+use crate::stamp::{Span, Stamp};
+
+/// So many refusals, net of those that were accepted, and its source does not move as the wheels do.
+const CONTRADICTED: f64 = 3.0;
+
+/// An accepted word takes this from the refusals.
+const FORGIVEN: f64 = 0.34;
+
+/// One source's hypothesis.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Hypothesis {
+    pub(crate) lifted: Lifted,
+    pub(crate) born: Stamp,
+    /// Words that it took.
+    pub(crate) taken: u32,
+    refused: f64,
+    /// Since when it has had what it takes to become the belief.
+    pub(crate) leads_since: Option<Stamp>,
+    /// How long the belief had taken nothing when it was born.
+    pub(crate) gap: Span,
+    /// Variance of its source's slow error \[m²\], and how long that lasts \[s\].
+    slow: f64,
+    memory_s: f64,
+}
+
+/// What became of a word.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Fed {
+    /// It was taken, or refused.
+    Judged,
+    /// It contradicts the wheels for good, and begins again with this word.
+    Anew,
+}
+
+impl Hypothesis {
+    /// Begins with what `word` says, from nothing.
+    pub(crate) fn beginning(word: &Word, gap: Span) -> Self {
+        let lifted = match &word.said {
+            Said::Fix {
+                position,
+                white,
+                slow,
+                ..
+            } => Lifted::at_fix(*position, white, *slow),
+            Said::Pose { pose, parts } => Lifted::of(&Belief::gaussian(*pose, *parts)),
+        };
+        Self {
+            taken: 1,
+            ..Self::continuing(&lifted, word, gap)
+        }
+    }
+
+    /// Goes on from `lifted`, of a position and a heading that somebody else knew, and then hears `word`.
+    pub(crate) fn from(lifted: &Lifted, word: &Word, gap: Span) -> Self {
+        Self::continuing(&lifted.for_source(word.slow()), word, gap)
+    }
+
+    fn continuing(lifted: &Lifted, word: &Word, gap: Span) -> Self {
+        Self {
+            lifted: *lifted,
+            born: word.stamp,
+            taken: 0,
+            refused: 0.0,
+            leads_since: None,
+            gap,
+            slow: word.slow(),
+            memory_s: word.memory_s(),
+        }
+    }
+
+    /// A motion of `dt_s` passes.
+    pub(crate) fn step(&mut self, swept: &Swept, dt_s: f64) {
+        let wandering = Wandering::over(dt_s, self.slow, self.memory_s);
+        self.lifted.step(swept, wandering);
+    }
+
+    /// The source's next word, and how the hypothesis took it.
+    pub(crate) fn feed(&mut self, word: &Word, lever: f64) -> (Test, Fed) {
+        let test = word.test_own(&self.lifted);
+        if test.passes() {
+            self.take(word, lever);
+        } else {
+            self.refused += 1.0;
+        }
+        let contradicted =
+            self.refused >= CONTRADICTED || self.lifted.direction().contradicts_wheels();
+        if contradicted || !self.lifted.is_finite() {
+            *self = Self::beginning(word, self.gap);
+            return (test, Fed::Anew);
+        }
+        (test, Fed::Judged)
+    }
+
+    fn take(&mut self, word: &Word, lever: f64) {
+        self.taken = self.taken.saturating_add(1);
+        self.refused = (self.refused - FORGIVEN).max(0.0);
+        match &word.said {
+            Said::Fix {
+                position, white, ..
+            } => self.lifted.correct(*position, white),
+            Said::Pose { pose, parts } => {
+                // How it is correlated with what was said before is not known: the better one stays.
+                let said = Lifted::of(&Belief::gaussian(*pose, *parts));
+                if said.size(lever) < self.lifted.size(lever) {
+                    self.lifted = said;
+                }
+            }
+        }
+    }
+
+    pub(crate) fn age(&self, now: Stamp) -> Span {
+        now - self.born
+    }
+}

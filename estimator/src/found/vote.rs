@@ -1,0 +1,91 @@
+//! What one source holds of one possibility: of the belief, or of a hypothesis.
+
+use super::word::Test;
+use crate::stamp::{Span, Stamp};
+
+/// Refusals that stand against it, net of what was accepted since, at which a source disagrees; where it ends; and what of
+/// accepted words it takes to agree. Four independent refusals come by chance once in 10⁸.
+const DISAGREES: f64 = 4.0;
+const ENDS: f64 = 1.0;
+const AGREES: f64 = 4.0;
+
+/// Below this score a source that is with many still counts as agreeing, and below that one that is with the belief does.
+const DOUBTS: f64 = 2.0;
+const TOLERATES: f64 = 3.0;
+const STANDS_BY: f64 = 2.0;
+
+/// No count goes above this.
+const MOST: f64 = 8.0;
+
+/// A vote older than this does not count.
+const LASTS: Span = Span::from_millis(10_000);
+
+/// Counts of a source's words, each weighed by what is new in it.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub(crate) struct Vote {
+    refused: f64,
+    accepted: f64,
+    disagrees: bool,
+    /// Of the last word.
+    stamp: Stamp,
+}
+
+/// How much a word counts: refused, and accepted.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Weight {
+    pub(crate) refused: f64,
+    pub(crate) eased: f64,
+    pub(crate) accepted: f64,
+}
+
+impl Vote {
+    /// After a word. `may_end`: what else has to hold before a disagreement ends, does.
+    pub(crate) fn cast(&mut self, stamp: Stamp, test: &Test, weight: &Weight, may_end: bool) {
+        self.stamp = stamp;
+        if test.passes() {
+            self.refused = (self.refused - 0.5 * weight.eased).max(0.0);
+            self.accepted = (self.accepted + weight.accepted).min(MOST);
+        } else {
+            self.refused = (self.refused + weight.refused).min(MOST);
+            self.accepted = (self.accepted - 2.0 * weight.refused).max(0.0);
+        }
+        if self.refused >= DISAGREES {
+            self.disagrees = true;
+        } else if self.refused < ENDS && may_end {
+            self.disagrees = false;
+        }
+    }
+
+    pub(crate) fn disagrees(&self, now: Stamp) -> bool {
+        self.disagrees && self.counts(now)
+    }
+
+    pub(crate) fn agrees(&self, now: Stamp) -> bool {
+        let clear = !self.disagrees && self.accepted >= AGREES && self.refused < DOUBTS;
+        clear && self.counts(now)
+    }
+
+    /// As [`Self::agrees`], of a source that has fewer reasons to leave the belief.
+    pub(crate) fn stands_by(&self, now: Stamp) -> bool {
+        let clear = !self.disagrees && self.accepted >= STANDS_BY && self.refused < TOLERATES;
+        clear && self.counts(now)
+    }
+
+    /// The belief takes what the source says again.
+    pub(crate) fn is_reconciled(&self) -> bool {
+        !self.disagrees && self.refused < ENDS && self.accepted >= STANDS_BY
+    }
+
+    fn counts(&self, now: Stamp) -> bool {
+        now - self.stamp <= LASTS
+    }
+}
+
+impl Weight {
+    /// All of it is new.
+    pub(crate) const WHOLE: Self = Self {
+        refused: 1.0,
+        eased: 1.0,
+        accepted: 1.0,
+    };
+}

@@ -1,0 +1,246 @@
+//! What a source says of where the robot is: a fix or a neighbour's pose, in one form.
+
+use nalgebra::Matrix2;
+
+use super::lifted::Lifted;
+use crate::angle::wrap;
+use crate::belief::Belief;
+use crate::factor::Factor;
+use crate::gate::{CHI2_2_99, CHI2_3_99};
+use crate::kind::{Measurement, NeighbourPose, PositionFix};
+use crate::output::Source;
+use crate::parts::Parts;
+use crate::pose::Pose;
+use crate::stamp::Stamp;
+use crate::symmetric::Symmetric3;
+
+/// χ² with two degrees of freedom, 99.9 %: a source and its own hypothesis.
+const OWN_GATE: f64 = 13.815_510_557_964_274;
+
+/// No slow error explains more than this: 3e-7 with two degrees of freedom and with three.
+const GROSS_FIX: f64 = 30.0;
+const GROSS_POSE: f64 = 36.0;
+
+/// A heading of a hypothesis that a neighbour's can be compared with \[rad\].
+const COMPARABLE: f64 = 0.5;
+
+/// How long what a neighbour says depends on what it said before \[s\].
+const NEIGHBOUR_MEMORY_S: f64 = 1.0;
+
+/// A word, and what its source is like.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Word {
+    pub(crate) source: Source,
+    pub(crate) stamp: Stamp,
+    pub(crate) said: Said,
+}
+
+/// What was said.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) enum Said {
+    /// A position with white noise and a slow error of a variance, forgotten within a time \[m, m², m², s\].
+    Fix {
+        position: [f64; 2],
+        white: Matrix2<f64>,
+        slow: f64,
+        memory_s: f64,
+    },
+    /// A pose with noise of its own and with what it may share with anybody.
+    Pose { pose: Pose, parts: Parts },
+}
+
+/// A test of a word: d², and what it may be.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Test {
+    pub(crate) d2: f64,
+    limit: f64,
+    gross: f64,
+}
+
+impl Word {
+    /// Of a measurement that says where the robot is.
+    pub(crate) fn of(source: Source, stamp: Stamp, measurement: &Measurement) -> Option<Self> {
+        let said = match measurement {
+            Measurement::Fix(fix) => Said::of_fix(fix),
+            Measurement::Neighbour(NeighbourPose { pose, parts, .. }) => Said::Pose {
+                pose: *pose,
+                parts: *parts,
+            },
+            Measurement::Odometry(_) | Measurement::Sighting(_) => return None,
+        };
+        Some(Self {
+            source,
+            stamp,
+            said,
+        })
+    }
+
+    pub(crate) fn is_fix(&self) -> bool {
+        matches!(self.said, Said::Fix { .. })
+    }
+
+    /// The variance of a receiver's slow error, zero where it has none \[m²\].
+    pub(crate) fn slow(&self) -> f64 {
+        match self.said {
+            Said::Fix { slow, .. } => slow,
+            Said::Pose { .. } => 0.0,
+        }
+    }
+
+    /// How long an error of it lasts \[s\]; zero where each is new.
+    pub(crate) fn memory_s(&self) -> f64 {
+        match self.said {
+            Said::Fix { slow, memory_s, .. } if slow > 0.0 => memory_s,
+            Said::Fix { .. } => 0.0,
+            Said::Pose { .. } => NEIGHBOUR_MEMORY_S,
+        }
+    }
+
+    /// A receiver with a slow error: its own hypothesis knows it, and so tells more than the belief does.
+    pub(crate) fn is_watched(&self) -> bool {
+        self.slow() > 0.0
+    }
+
+    /// Whether each error is new, so that the mean of many is near zero.
+    pub(crate) fn is_white(&self) -> bool {
+        self.is_fix() && !self.is_watched()
+    }
+
+    /// All of its noise, with zeros for the heading of a fix.
+    pub(crate) fn noise(&self) -> Symmetric3 {
+        match &self.said {
+            Said::Fix { white, slow, .. } => Symmetric3 {
+                xx: white.m11 + slow,
+                yy: white.m22 + slow,
+                xy: white.m12,
+                ..Symmetric3::ZERO
+            },
+            Said::Pose { parts, .. } => parts.total().symmetric(),
+        }
+    }
+
+    /// Its distance from a pose.
+    pub(crate) fn innovation(&self, from: &Pose) -> [f64; 3] {
+        match self.said {
+            Said::Fix { position, .. } => [position[0] - from.x, position[1] - from.y, 0.0],
+            Said::Pose { pose, .. } => {
+                [pose.x - from.x, pose.y - from.y, wrap(pose.phi - from.phi)]
+            }
+        }
+    }
+
+    /// On the belief. What a neighbour shares with it may be anything: α = ½ holds for all.
+    pub(crate) fn test_belief(&self, belief: &Belief) -> Test {
+        let innovation = self.innovation(&belief.pose);
+        match &self.said {
+            Said::Fix { .. } => {
+                let sum = planar(&belief.total().symmetric()) + self.noise();
+                Test::planar(&sum, innovation)
+            }
+            Said::Pose { parts, .. } => {
+                let doubled = halved_weights(&belief.parts) + halved_weights(parts);
+                Test::spatial(&doubled, innovation)
+            }
+        }
+    }
+
+    /// On another source's hypothesis; `doubled` where a neighbour is behind that one or this.
+    pub(crate) fn test_hypothesis(&self, lifted: &Lifted, doubled: bool) -> Test {
+        let with_heading = !self.is_fix() && lifted.direction().sigma() < COMPARABLE;
+        let factor = if doubled { 2.0 } else { 1.0 };
+        let sum = (lifted.pose_covariance() + self.noise()) * factor;
+        let innovation = self.innovation(&lifted.pose());
+        if with_heading {
+            Test::spatial(&sum, innovation)
+        } else {
+            Test::planar(&planar(&sum), innovation)
+        }
+    }
+
+    /// On the hypothesis that it feeds.
+    pub(crate) fn test_own(&self, lifted: &Lifted) -> Test {
+        let d2 = match &self.said {
+            Said::Fix {
+                position, white, ..
+            } => lifted.distance(*position, white),
+            Said::Pose { parts, .. } => {
+                let sum = lifted.pose_covariance() * 2.0 + halved_weights(parts);
+                let [x, y, _] = self.innovation(&lifted.pose());
+                quadratic(&planar(&sum), [x, y, 0.0])
+            }
+        };
+        Test {
+            d2,
+            limit: OWN_GATE,
+            gross: GROSS_FIX,
+        }
+    }
+}
+
+impl Said {
+    fn of_fix(fix: &PositionFix) -> Self {
+        Self::Fix {
+            position: fix.position,
+            white: *fix.covariance.matrix(),
+            slow: if fix.slow.is_there() {
+                fix.slow.variance
+            } else {
+                0.0
+            },
+            memory_s: fix.slow.memory.as_seconds(),
+        }
+    }
+}
+
+impl Test {
+    /// Of what a hypothesis begins with.
+    pub(crate) const PASSED: Self = Self {
+        d2: 0.0,
+        limit: OWN_GATE,
+        gross: GROSS_FIX,
+    };
+
+    fn planar(covariance: &Symmetric3, [x, y, _]: [f64; 3]) -> Self {
+        Self {
+            d2: quadratic(covariance, [x, y, 0.0]),
+            limit: CHI2_2_99,
+            gross: GROSS_FIX,
+        }
+    }
+
+    fn spatial(covariance: &Symmetric3, innovation: [f64; 3]) -> Self {
+        Self {
+            d2: quadratic(covariance, innovation),
+            limit: CHI2_3_99,
+            gross: GROSS_POSE,
+        }
+    }
+
+    pub(crate) fn passes(&self) -> bool {
+        self.d2 <= self.limit
+    }
+
+    /// More than any slow error explains.
+    pub(crate) fn is_gross(&self) -> bool {
+        self.d2 > self.gross
+    }
+}
+
+/// Without the heading.
+pub(crate) fn planar(a: &Symmetric3) -> Symmetric3 {
+    Symmetric3 {
+        xx: a.xx,
+        yy: a.yy,
+        xy: a.xy,
+        ..Symmetric3::ZERO
+    }
+}
+
+/// `P_i + 2 P_d`
+fn halved_weights(parts: &Parts) -> Symmetric3 {
+    parts.independent.symmetric() + parts.dependent.symmetric() * 2.0
+}
+
+fn quadratic(covariance: &Symmetric3, v: [f64; 3]) -> f64 {
+    Factor::new(covariance).inverse().quadratic(v)
+}

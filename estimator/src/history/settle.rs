@@ -1,0 +1,107 @@
+//! What leaves the history is judged ([`crate::found`]), and the base is what comes of it.
+
+use super::entry::Checkpoint;
+use super::{History, Slot};
+use crate::belief::Belief;
+use crate::covariance::Covariance3;
+use crate::found::{Found, Ruling, Word};
+use crate::honest::Increments;
+use crate::kind::{Measured, Measurement};
+use crate::motion::propagate;
+use crate::outbox::Outbox;
+use crate::pose::Pose;
+use crate::settings::{OdometrySettings, Propagation, Settings};
+use crate::stamp::Stamp;
+use crate::terms::Terms;
+
+/// Who judges, by which rules, and who writes it down.
+pub(crate) struct Court<'a> {
+    pub(crate) found: &'a mut Found,
+    pub(crate) settings: &'a Settings,
+    pub(crate) outbox: &'a mut Outbox,
+}
+
+impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
+    /// The oldest entry leaves, and is judged. Where that changes the base, or who is trusted, all that is left is out of date.
+    pub(super) fn settle_oldest(&mut self, court: &mut Court<'_>) {
+        if self.evaluated == 0 {
+            let terms = Terms::new(court.settings, court.found.suspended(), court.found.is_ok());
+            self.apply_next(&terms, court.outbox);
+        }
+        let Some(entry) = self.entries.get(0) else {
+            return;
+        };
+        let (stamp, measurement) = (entry.stamp(), entry.measurement);
+        if court.settings.found.enabled {
+            self.drive_hypotheses(stamp, court);
+            self.judge_oldest(stamp, &measurement, court);
+        } else {
+            self.fold_oldest();
+        }
+    }
+
+    fn drive_hypotheses(&self, to: Stamp, court: &mut Court<'_>) {
+        if court.found.is_driven() {
+            self.each_leg(to, &court.settings.odometry, |motion, dt_s| {
+                court.found.drive(motion, dt_s);
+            });
+        }
+    }
+
+    fn judge_oldest(&mut self, stamp: Stamp, measurement: &Measurement, court: &mut Court<'_>) {
+        let Some(word) = Word::of(measurement.source(), stamp, measurement) else {
+            self.fold_oldest();
+            return;
+        };
+        let mut prior = self.base;
+        self.predict(&mut prior, stamp, court.settings);
+        self.fold_oldest();
+        let (ruling, suspicions_changed) =
+            court
+                .found
+                .hear(&word, prior.filter.belief(), court.settings);
+        self.base.rule(&ruling, &prior, measurement, court.settings);
+        if suspicions_changed || ruling != Ruling::Stands {
+            self.mark_from(0);
+        }
+    }
+
+    /// The way from the base to `to`, as it was measured.
+    pub(crate) fn way_to(&self, to: Stamp, settings: &OdometrySettings) -> Increments {
+        let mut way = Belief::independent(Pose::default(), Covariance3::ZERO);
+        self.each_leg(to, settings, |motion, dt_s| {
+            way = propagate(&way, motion, dt_s, Propagation::Honest);
+        });
+        Increments {
+            translation: [way.pose.x, way.pose.y],
+            turn: way.pose.phi,
+            noise: way.total(),
+        }
+    }
+
+    /// The belief where the history begins.
+    pub(crate) fn base_belief(&self) -> &Belief {
+        self.base.filter.belief()
+    }
+}
+
+impl Checkpoint {
+    /// What a ruling makes of the belief after a measurement; `prior` is what it was before.
+    fn rule(
+        &mut self,
+        ruling: &Ruling,
+        prior: &Self,
+        measurement: &Measurement,
+        settings: &Settings,
+    ) {
+        match (ruling, measurement) {
+            (Ruling::Taken, Measurement::Fix(fix)) => {
+                self.filter = prior.filter;
+                self.filter.correct_all_the_same(fix, settings);
+            }
+            (Ruling::Stands | Ruling::Taken, _) => {}
+            (Ruling::Dropped, _) => self.filter.lose(),
+            (Ruling::Replaced(belief), _) => self.filter.find(belief),
+        }
+    }
+}
