@@ -6,7 +6,7 @@ use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::history::Slot;
 use coloc_estimator::{
     Covariance2, Estimator, Measurement, NeighbourPose, NotACovariance, OdometrySample, Origin,
-    PositionFix, Settings, Span, Stamp, TickInputs, step,
+    PositionFix, Settings, SlowError, Span, Stamp, TickInputs, step,
 };
 
 use crate::case;
@@ -113,6 +113,7 @@ impl Robot {
             origin: Origin::counted(sequence),
             position,
             covariance,
+            slow: SlowError::default(),
         }));
         self.tick()
     }

@@ -12,6 +12,7 @@ pub mod error;
 mod example;
 mod finding;
 mod hint;
+mod initial_pose;
 mod location;
 mod places;
 mod presets;
@@ -36,9 +37,9 @@ use error::Fault;
 
 pub use error::ConfigError;
 pub use sections::{
-    Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel, Member,
-    Motion, Preset, Propagation, Realtime, Robot, Scheduler, Shm, StandsBy, Telemetry, Tick,
-    Trigger, Variance, WaitMode,
+    Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, InitialHeading,
+    InitialPose, LogLevel, Member, Motion, Position, Preset, Propagation, Realtime, Robot,
+    Scheduler, Shm, StandsBy, Telemetry, Tick, Trigger, TrustJump, Variance, WaitMode,
 };
 
 /// A whole `robot.toml`. Only `[robot]` must be written; every other section has defaults.
@@ -73,6 +74,9 @@ pub struct Config {
     /// Where the robot is at start.
     #[serde(default)]
     pub initial: Initial,
+    /// Receivers of a position: satellites, beacons.
+    #[serde(default)]
+    pub position: Position,
     /// How poses and fixes are fused.
     #[serde(default)]
     pub fusion: Fusion,
@@ -113,11 +117,22 @@ impl Config {
             odometry: None,
             motion: Motion::default(),
             initial: Initial::default(),
+            position: Position::default(),
             fusion: Fusion::default(),
             history: History::default(),
             health: Health::default(),
             realtime: Realtime::default(),
             telemetry: Telemetry::default(),
+        }
+    }
+
+    /// The pose that the robot starts with, if one is known.
+    #[must_use]
+    pub fn initial_pose(&self) -> Option<[f64; 3]> {
+        match self.initial.pose {
+            Some(InitialPose::Given(pose)) => Some(pose),
+            Some(InitialPose::Unknown) => None,
+            None => (self.position.receivers == 0).then_some([0.0; 3]),
         }
     }
 

@@ -4,11 +4,12 @@ use std::hint::black_box;
 
 use coloc_estimator::settings::{Criterion, GateWeight};
 use coloc_estimator::{
-    Belief, Covariance3, Estimator, Floors, FusionSettings, OdometrySettings, Pose, Propagation,
-    Settings, Slot, Span, Stamp, TickInputs, TickOutputs, step,
+    Belief, Covariance2, Covariance3, Estimator, Finding, Floors, FoundSettings, FusionSettings,
+    OdometrySettings, Pose, Propagation, Settings, Slot, Span, Stamp, Start, TickInputs,
+    TickOutputs, TrustJump, step,
 };
 
-use crate::config::{self, Config, nanos};
+use crate::config::{self, Config, InitialHeading, nanos};
 
 /// The estimator with its storage, which is reserved once.
 #[derive(Debug)]
@@ -17,12 +18,12 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Believes `initial` at `stamp`.
+    /// Knows no more than `start` says at `stamp`.
     #[must_use]
-    pub fn new(config: &Config, stamp: Stamp, initial: Belief) -> Self {
+    pub fn new(config: &Config, stamp: Stamp, start: &Start) -> Self {
         let storage = vec![Slot::default(); config.history.capacity].into_boxed_slice();
         Self {
-            estimator: Estimator::new(settings(config), stamp, initial, storage),
+            estimator: Estimator::starting(settings(config), stamp, start, storage),
         }
     }
 
@@ -36,6 +37,7 @@ impl Estimate {
     pub fn idle(&self, inputs: &TickInputs<'_>) -> TickOutputs<'_> {
         TickOutputs {
             estimate: self.at(inputs.stamp),
+            finding: self.finding(),
             outgoing: &[],
             reports: &[],
             overflowed: 0,
@@ -49,20 +51,33 @@ impl Estimate {
         self.estimator.extrapolated(stamp)
     }
 
+    /// Whether it is known where the robot is, by what the last step knew.
+    #[must_use]
+    pub fn finding(&self) -> &Finding {
+        self.estimator.finding()
+    }
+
     /// Does what a tick at `stamp` would do without new inputs.
     pub fn rehearse(&self, stamp: Stamp) {
         black_box(self.at(stamp));
     }
 }
 
-/// The belief of `[initial]`.
+/// What `[initial]` says.
 #[must_use]
-pub fn initial(config: &Config) -> Belief {
-    let [x, y, phi] = config.initial.pose;
+pub fn start(config: &Config) -> Start {
+    let Some([x, y, phi]) = config.initial_pose() else {
+        return Start::Unknown;
+    };
+    let initial = &config.initial;
+    let [sx, sy, sphi] = initial.sigma.map(square);
     // Squares of numbers that were checked with the configuration: always a covariance.
-    let covariance =
-        Covariance3::diagonal(config.initial.sigma.map(square)).unwrap_or(Covariance3::ZERO);
-    Belief::independent(Pose::new(x, y, phi), covariance)
+    if initial.heading == InitialHeading::Unknown {
+        let covariance = Covariance2::diagonal([sx, sy]).unwrap_or(Covariance2::ZERO);
+        return Start::Position([x, y], covariance);
+    }
+    let covariance = Covariance3::diagonal([sx, sy, sphi]).unwrap_or(Covariance3::ZERO);
+    Start::Known(Belief::independent(Pose::new(x, y, phi), covariance))
 }
 
 /// The configuration in the estimator's words.
@@ -72,6 +87,13 @@ pub fn settings(config: &Config) -> Settings {
         propagation: propagation(&config.fusion),
         fusion: fusion(&config.fusion),
         position_gate: config.fusion.position_gate,
+        found: FoundSettings {
+            enabled: !config.fusion.paper,
+            trust_jump: match config.position.trust_jump {
+                config::TrustJump::Robot => TrustJump::Robot,
+                config::TrustJump::Receiver => TrustJump::Receiver,
+            },
+        },
         floors: floors(&config.fusion),
         odometry: OdometrySettings {
             reference_period: span(config.motion.reference_period_s),

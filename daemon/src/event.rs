@@ -8,7 +8,7 @@
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use coloc_estimator::Belief;
+use coloc_estimator::{Belief, Decision};
 use coloc_shm_types::{BeliefState, BusState, Health, Input, Reject, SourceState, Timing};
 use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
@@ -40,6 +40,26 @@ pub enum Event {
         to: BeliefState,
         /// Ticks since the start.
         tick: u64,
+    },
+    /// A source begins to stand against the belief, or no longer does.
+    Dissent {
+        /// Of which kind.
+        input: Input,
+        /// Which sensor or robot.
+        source: u16,
+        /// By how much; none: it no longer does.
+        against: Option<Against>,
+    },
+    /// Something was decided about where the robot is.
+    Decided {
+        /// For a source of this kind.
+        input: Input,
+        /// Which sensor or robot.
+        source: u16,
+        /// What.
+        decision: Decision,
+        /// How long before the tick the word came that it rests on \[ns\].
+        ago_ns: i64,
     },
     /// The worst bus changed its state.
     Bus {
@@ -102,6 +122,17 @@ pub enum Event {
     Recorded(Record),
     /// A second's account; the box comes back through [`Link::give_back`].
     Account(Box<Ledger>),
+}
+
+/// How a source stands against the belief.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Against {
+    /// For how long \[ns\].
+    pub for_ns: i64,
+    /// How far away it has the robot \[m\]; NaN: it does not say yet.
+    pub distance_m: f64,
+    /// d² of its last word.
+    pub d2: f64,
 }
 
 /// How far a measurement was off that met a gate.

@@ -14,7 +14,7 @@ mod read;
 mod write;
 
 use coloc_estimator::{
-    Belief, Estimate, Measurement, Motion, NeighbourPose, OdometrySample, PositionFix, Sighting,
+    Estimate, Measurement, Motion, NeighbourPose, OdometrySample, PositionFix, Sighting, Start,
     TickInputs,
 };
 use serde::{Deserialize, Serialize};
@@ -32,6 +32,9 @@ pub enum Record {
         robot: u16,
         /// Of `belief`.
         stamp_ns: i64,
+        /// How much of it is known.
+        #[serde(default, skip_serializing_if = "Known::is_pose")]
+        known: Known,
         /// Mean.
         pose: [f64; 3],
         /// `P_i`
@@ -127,6 +130,12 @@ pub enum Record {
         position: [f64; 2],
         /// `R_A`
         covariance: [f64; 4],
+        /// Variance of the slow error \[m²\].
+        #[serde(default, skip_serializing_if = "is_zero")]
+        slow_variance: f64,
+        /// How long it lasts.
+        #[serde(default, skip_serializing_if = "is_no_time")]
+        slow_memory_ns: i64,
     },
     /// What was published.
     Estimate {
@@ -141,6 +150,36 @@ pub enum Record {
         /// `k_a` and `k_b`
         bend: [f64; 6],
     },
+}
+
+/// How much a robot knows at the start.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Known {
+    /// A pose.
+    #[default]
+    Pose,
+    /// A position; the heading means nothing.
+    Position,
+    /// Nothing: pose and covariances mean nothing.
+    Nothing,
+}
+
+impl Known {
+    #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature.
+    fn is_pose(&self) -> bool {
+        *self == Self::Pose
+    }
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature.
+fn is_zero(variance: &f64) -> bool {
+    *variance == 0.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature.
+fn is_no_time(nanos: &i64) -> bool {
+    *nanos == 0
 }
 
 /// What the estimator did in a tick, or ahead of it.
@@ -177,10 +216,16 @@ pub fn of_inputs(tick: u64, step: Step, inputs: &TickInputs<'_>) -> impl Iterato
 impl Record {
     /// The first line.
     #[must_use]
-    pub fn begin(robot: u16, stamp_ns: i64, belief: &Belief) -> Self {
+    pub fn begin(robot: u16, stamp_ns: i64, start: &Start) -> Self {
+        let belief = start.belief();
         Self::Begin {
             robot,
             stamp_ns,
+            known: match start {
+                Start::Known(_) => Known::Pose,
+                Start::Position(..) => Known::Position,
+                Start::Unknown => Known::Nothing,
+            },
             pose: belief.pose.to_vector().into(),
             independent: belief.parts.independent.to_row_major(),
             dependent: belief.parts.dependent.to_row_major(),
@@ -257,6 +302,11 @@ impl From<&PositionFix> for Record {
             sequence: fix.origin.sequence,
             position: fix.position,
             covariance: fix.covariance.to_row_major(),
+            slow_variance: fix.slow.variance,
+            slow_memory_ns: match fix.slow.variance {
+                0.0 => 0,
+                _ => fix.slow.memory.as_nanos(),
+            },
         }
     }
 }

@@ -5,14 +5,14 @@
 
 use std::sync::Arc;
 
-use coloc_estimator::{Stamp, TickInputs};
+use coloc_estimator::{Stamp, Start, TickInputs};
 use coloc_shm_types::{Sender, Space, Timing};
 
 use crate::account::Account;
 use crate::clock::{Drain, Moment, TimeSource, Timeline};
 use crate::collect::Collect;
 use crate::config::{ClockSource, Config};
-use crate::estimate::{Estimate, initial};
+use crate::estimate::{Estimate, start};
 use crate::event::{Event, Link};
 use crate::publish::{Circumstances, Publish};
 use crate::record::{self, Record, Step};
@@ -82,9 +82,9 @@ impl Robot {
             .initial
             .resume
             .then(|| Saved::resume(config, &When::now()));
-        let belief = match &resumed {
-            Some(Ok((belief, _))) => *belief,
-            _ => initial(config),
+        let start = match &resumed {
+            Some(Ok((belief, _))) => Start::Known(*belief),
+            _ => start(config),
         };
         let collect = Collect::open(config, space, Arc::clone(&link))?;
         let sender = sender(config)?;
@@ -92,13 +92,13 @@ impl Robot {
         let mut account = Account::new(config, link, &sender);
         collect.deaf().for_each(|input| account.deaf(input));
         publish.unreachable().for_each(|it| account.unreachable(it));
-        account.record([Record::begin(config.robot.id, stamp.as_nanos(), &belief)]);
+        account.record([Record::begin(config.robot.id, stamp.as_nanos(), &start)]);
         Ok(Self {
             time,
             timeline: Timeline::new(&now),
             clock: config.clock.source,
             collect,
-            estimate: Estimate::new(config, stamp, belief),
+            estimate: Estimate::new(config, stamp, &start),
             publish,
             account,
             timings: sender.beside(),
@@ -205,7 +205,7 @@ impl Robot {
     pub fn leave(&mut self) {
         let moment = self.moment(i64::MIN);
         let estimate = self.estimate.at(moment.stamp);
-        self.account.last(&estimate);
+        self.account.last(&estimate, self.estimate.finding());
     }
 
     fn tick(&mut self, wake: Wake, mut watch: Stopwatch, moment: &Moment) {
@@ -238,7 +238,9 @@ impl Robot {
         stages.estimate_ns = watch.lap(&*self.time);
         let since_tick_ns = watch.since(moment);
         // publish
-        let (health, standing) = self.account.health(&outputs.estimate.belief);
+        let (health, standing) = self
+            .account
+            .health(&outputs.estimate.belief, outputs.finding);
         let circumstances = Circumstances {
             tick: self.account.tick(),
             health,

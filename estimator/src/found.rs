@@ -155,7 +155,8 @@ pub(crate) struct Found {
 
 impl Start {
     /// The belief to begin with; of no meaning where there is none.
-    pub(crate) fn belief(&self) -> Belief {
+    #[must_use]
+    pub fn belief(&self) -> Belief {
         match self {
             Self::Known(belief) => *belief,
             Self::Position(position, covariance) => {

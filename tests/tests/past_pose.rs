@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimate, Estimator, Measurement, Motion, OdometrySample,
-    Origin, Pose, PositionFix, Settings, Slot, Span, Stamp, TickInputs, step,
+    Origin, Pose, PositionFix, Settings, Slot, SlowError, Span, Stamp, TickInputs, step,
 };
 use coloc_shm_types::{self as shm, Header, Track};
 
@@ -45,6 +45,7 @@ fn fix(tick: i64, robot: &Robot) -> Option<PositionFix> {
         origin: Origin::default(),
         position: [pose.x + 0.05, pose.y - 0.03],
         covariance: Covariance2::diagonal([0.04, 0.04]).unwrap(),
+        slow: SlowError::default(),
     })
 }
 

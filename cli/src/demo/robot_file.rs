@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use coloc_daemon::config::{Clock, ClockSource, Config, Initial, Shm, Telemetry};
+use coloc_daemon::config::{Clock, ClockSource, Config, Initial, InitialPose, Shm, Telemetry};
 use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
 
@@ -73,7 +73,7 @@ pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
         team: team(number(stage.robots())?)?,
         // The paper starts everybody at the true pose.
         initial: Initial {
-            pose: [pose.x, pose.y, pose.phi],
+            pose: Some(InitialPose::Given([pose.x, pose.y, pose.phi])),
             sigma: [0.1, 0.1, 0.05],
             resume: true,
             ..Initial::default()

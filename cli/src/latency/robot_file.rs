@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use coloc_daemon::config::{
-    Clock, ClockSource, Config, History, Initial, Realtime, Scheduler, Shm, Telemetry, Tick,
+    Clock, ClockSource, Config, History, Initial, InitialPose, Realtime, Scheduler, Shm, Telemetry,
+    Tick,
 };
 use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
@@ -85,7 +86,7 @@ fn describe(wanted: &Wanted<'_>) -> Result<Config, String> {
             prefix: PREFIX.into(),
         },
         initial: Initial {
-            pose: pose(0.0),
+            pose: Some(InitialPose::Given(pose(0.0))),
             ..Initial::default()
         },
         history: History::for_rate(wanted.rate_hz),

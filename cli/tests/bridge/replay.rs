@@ -58,7 +58,10 @@ type Letters = BTreeMap<(usize, usize, u64), NeighbourPose>;
 /// Goes through the ticks in an order in which every message has been sent before it is received.
 pub(crate) fn replay(team: &Team, recordings: &[Recording]) -> Played {
     let config = team.config(0);
-    let beginnings: Vec<_> = recordings.iter().map(|r| (r.stamp, r.initial)).collect();
+    let beginnings: Vec<_> = recordings
+        .iter()
+        .map(|r| (r.stamp, r.start.belief()))
+        .collect();
     let mut fleet = Fleet::new(settings(&config), &beginnings, config.history.capacity);
     let mut letters = Letters::new();
     let mut played = Played {

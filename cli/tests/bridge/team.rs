@@ -5,8 +5,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use coloc_daemon::config::{
-    Clock, ClockSource, Config, Initial, LogLevel, Member, Preset, Realtime, Robot, Scheduler, Shm,
-    Telemetry,
+    Clock, ClockSource, Config, Initial, InitialPose, LogLevel, Member, Preset, Realtime, Robot,
+    Scheduler, Shm, Telemetry,
 };
 use coloc_daemon::record::{Gaps, Recording};
 use coloc_drivers::can::BusSpec;
@@ -67,7 +67,7 @@ impl Team {
             // As the worlds of the sim are made.
             motion: Preset::Paper.motion(),
             initial: Initial {
-                pose: [pose.x, pose.y, pose.phi],
+                pose: Some(InitialPose::Given([pose.x, pose.y, pose.phi])),
                 sigma: [0.01; 3],
                 ..Initial::default()
             },

@@ -30,7 +30,9 @@ fn refused(reports: &[Report], source: u16) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use coloc_estimator::{Covariance2, Motion, Origin, PositionFix, Source, Stamp, Verdict};
+    use coloc_estimator::{
+        Covariance2, Motion, Origin, PositionFix, SlowError, Source, Stamp, Verdict,
+    };
 
     use super::*;
 
@@ -50,6 +52,7 @@ mod tests {
             origin: Origin::counted(0),
             position: [0.0; 2],
             covariance: Covariance2::ZERO,
+            slow: SlowError::default(),
         })
     }
 

@@ -8,6 +8,7 @@ mod books;
 mod changes;
 mod counters;
 mod deadlines;
+mod dissents;
 mod driven;
 mod ledger;
 mod losses;
@@ -16,7 +17,10 @@ mod verdicts;
 
 use std::sync::Arc;
 
-use coloc_estimator::{Belief, Estimate, Kind, Measurement, Report, Stamp, TickOutputs};
+use coloc_estimator::{
+    Belief, Decision, Estimate, Finding, FindingState, Kind, Measurement, Report, Stamp,
+    TickOutputs,
+};
 use coloc_shm_types::{
     BusState, CanCounters, Health, Input, Reject, Sender, SourceState, Status, Timing,
 };
@@ -31,6 +35,7 @@ use books::Books;
 use changes::Changes;
 use counters::Counters;
 use deadlines::Deadlines;
+use dissents::Dissents;
 use driven::driven;
 use losses::Teller;
 use recording::Recording;
@@ -50,6 +55,7 @@ pub struct Account {
     deadlines: Deadlines,
     recording: Recording,
     beliefs: Beliefs,
+    dissents: Dissents,
     books: Books,
     teller: Teller,
 }
@@ -71,6 +77,7 @@ impl Account {
             deadlines: Deadlines::default(),
             recording: Recording::new(&config.telemetry),
             beliefs: Beliefs::new(config),
+            dissents: Dissents::default(),
             books: Books::default(),
             teller: Teller::new(link),
         }
@@ -154,7 +161,22 @@ impl Account {
             self.passed(Kind::Sighting, told.by, 1);
         }
         self.teller.no_room(outputs);
-        self.beliefs.next(&outputs.estimate, &mut self.teller);
+        for decided in outputs.finding.decisions() {
+            self.decided(decided);
+        }
+        if outputs.finding.state == FindingState::Ok {
+            self.beliefs.next(&outputs.estimate, &mut self.teller);
+        }
+    }
+
+    fn decided(&mut self, (stamp, decision): &(Stamp, Decision)) {
+        let source = decision.source();
+        self.teller.tell(Event::Decided {
+            input: verdicts::input(source.kind),
+            source: source.number,
+            decision: *decision,
+            ago_ns: (self.now - *stamp).as_nanos(),
+        });
     }
 
     fn verdict(&mut self, report: &Report) {
@@ -186,16 +208,28 @@ impl Account {
         self.counters.reject(of, reason, gated, &mut self.teller);
     }
 
-    /// The last belief, due or not: who is started again goes on from there.
-    pub fn last(&mut self, estimate: &Estimate) {
-        self.beliefs.last(estimate, &mut self.teller);
+    /// The last belief, due or not: who is started again goes on from there. What is not sure of itself is not worth it.
+    pub fn last(&mut self, estimate: &Estimate, finding: &Finding) {
+        if finding.state == FindingState::Ok {
+            self.beliefs.last(estimate, &mut self.teller);
+        }
     }
 
     /// Every input's health at this tick, and what the robot may say of that belief.
-    pub fn health(&mut self, belief: &Belief) -> ([Health; Input::COUNT], Standing) {
+    pub fn health(
+        &mut self,
+        belief: &Belief,
+        finding: &Finding,
+    ) -> ([Health; Input::COUNT], Standing) {
         let health = self.watch.at(self.now);
-        let standing = self.watch.standing(health, belief);
+        let standing = self.watch.standing(health, belief, finding);
         let tick = self.tick();
+        if self
+            .dissents
+            .update(finding.dissents(), self.now, &mut self.teller)
+        {
+            self.watch.against(self.dissents.those());
+        }
         self.changes.health(health, tick, &mut self.teller);
         self.changes.standing(standing, tick, &mut self.teller);
         (health, standing)
@@ -279,11 +313,11 @@ mod tests {
     #[test]
     fn health_is_told_when_it_changes_and_only_then() {
         let (mut account, link) = account();
-        account.health(&Belief::default());
+        account.health(&Belief::default(), &Finding::default());
         assert_eq!(link.waiting(), 0);
         account.valid(Input::Position, 0, Stamp::default());
-        account.health(&Belief::default());
-        account.health(&Belief::default());
+        account.health(&Belief::default(), &Finding::default());
+        account.health(&Belief::default(), &Finding::default());
         assert_eq!(link.waiting(), 1);
         assert_eq!(account.status().health_of(Input::Position), Health::Ok);
     }
@@ -294,7 +328,7 @@ mod tests {
         account.valid(Input::Odometry, 3, Stamp::default());
         for (alone, expected) in [(false, Health::Ok), (true, Health::Faulty)] {
             account.buses(BusState::Off, alone);
-            account.health(&Belief::default());
+            account.health(&Belief::default(), &Finding::default());
             assert_eq!(account.status().health_of(Input::Odometry), expected);
         }
     }
@@ -316,6 +350,7 @@ mod tests {
         };
         let outputs = TickOutputs {
             estimate: Estimate::default(),
+            finding: &Finding::default(),
             outgoing: &[],
             reports: &[too_old],
             overflowed: 0,
@@ -353,7 +388,7 @@ mod tests {
             account.valid(Input::Odometry, 3, stamp);
             refuse_one(&mut account, &[3], stamp);
         }
-        let (health, _) = account.health(&Belief::default());
+        let (health, _) = account.health(&Belief::default(), &Finding::default());
         assert_eq!(health[Input::Odometry as usize], Health::Refused);
     }
 

@@ -22,6 +22,7 @@ pub(super) fn fact(verdict: Verdict) -> Fact {
             count: 1,
             d2: Some(d2),
         },
+        Verdict::Heard => Fact::Passed { count: 1, d2: None },
         Verdict::Gated { d2 } => Fact::Refused { d2: Some(d2) },
         Verdict::Duplicate => Fact::Repeated,
         _ => Fact::Refused { d2: None },
@@ -31,7 +32,7 @@ pub(super) fn fact(verdict: Verdict) -> Fact {
 /// Why the estimator turned a measurement away; `None` if it did not.
 pub(super) fn reason(verdict: Verdict) -> Option<Reject> {
     match verdict {
-        Verdict::Accepted { .. } => None,
+        Verdict::Accepted { .. } | Verdict::Heard => None,
         Verdict::Gated { .. } => Some(Reject::Gated),
         Verdict::TooOld => Some(Reject::TooOld),
         Verdict::FromFuture => Some(Reject::FromFuture),

@@ -2,7 +2,7 @@
 
 use coloc_estimator::{
     Covariance2, Covariance3, Measurement, NeighbourPose, NotACovariance, Origin, Parts, Pose,
-    PositionFix, RobotId, Sighting, Stamp,
+    PositionFix, RobotId, Sighting, SlowError, Span, Stamp,
 };
 use coloc_shm_types::{
     Input, Limits, Message, Neighbour, PortError, Position, Reject, RelativePose, Sessions, Space,
@@ -14,6 +14,9 @@ use super::team::Team;
 use crate::account::Account;
 use crate::clock::Moment;
 use crate::config::Config;
+
+/// How long a receiver's slow error lasts if the receiver does not say \[s\]: satellites' atmosphere and reflections, minutes.
+const SLOW_TIME_S: f64 = 60.0;
 
 /// A tick takes in so many messages at most; the others wait in shared memory for the next one.
 const SIGHTINGS: usize = 128;
@@ -147,7 +150,21 @@ pub fn fix(message: &Position, limits: &Limits<'_>) -> Result<Measurement, Rejec
         origin: origin(message),
         position: message.position,
         covariance,
+        slow: slow(message),
     }))
+}
+
+/// One that lasts for no time that is known lasts for [`SLOW_TIME_S`].
+fn slow(message: &Position) -> SlowError {
+    let memory_s = if message.slow_time_s > 0.0 {
+        message.slow_time_s
+    } else {
+        SLOW_TIME_S
+    };
+    SlowError {
+        variance: message.slow_sigma_m * message.slow_sigma_m,
+        memory: Span::from_seconds(memory_s),
+    }
 }
 
 /// A neighbour's pose as the estimator takes it, whatever the message holds.

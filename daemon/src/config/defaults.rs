@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use coloc_estimator::{FusionSettings, Settings};
 
 use super::{
-    Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, LogLevel,
-    Propagation, Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, WaitMode,
+    Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, InitialHeading,
+    LogLevel, Propagation, Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, WaitMode,
 };
 
 impl Default for Clock {
@@ -39,7 +39,8 @@ impl Default for Shm {
 impl Default for Initial {
     fn default() -> Self {
         Self {
-            pose: [0.0; 3],
+            pose: None,
+            heading: InitialHeading::default(),
             sigma: [0.1, 0.1, 0.05],
             resume: false,
             resume_max_age_s: 60.0,

@@ -57,6 +57,7 @@ impl Review<'_> {
                 }
                 shape.holds_length(list.len())
             }
+            (Kind::List, DeValue::String(word)) => shape.word_instead() == Some(word),
             (Kind::Word, DeValue::String(word)) => shape.words().any(|(known, _)| known == word),
             (Kind::Number, value) => number(value).is_some_and(|value| shape.holds(value)),
             (Kind::Whole, value @ DeValue::Integer(_)) => {

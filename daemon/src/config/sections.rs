@@ -232,9 +232,13 @@ pub struct Variance {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Initial {
-    /// Position x, y and heading φ in the frame that all robots share \[m, m, rad\].
-    #[schemars(inner(range(min = -1e9, max = 1e9)))]
-    pub pose: [f64; 3],
+    /// Position x, y and heading φ in the frame that all robots share. `"unknown"`: the robot finds itself once it drives and
+    /// fixes or neighbours say where it is. Left out: unknown where `[position]` has receivers, else the origin \[m, m, rad\].
+    #[schemars(with = "[f64; 3]", inner(range(min = -1e9, max = 1e9)), extend("x-word" = UNKNOWN))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose: Option<InitialPose>,
+    /// Whether the heading in `pose` is known.
+    pub heading: InitialHeading,
     /// Standard deviations of `pose` \[m, m, rad\].
     #[schemars(inner(range(min = 0, max = 1e6)))]
     pub sigma: [f64; 3],
@@ -243,6 +247,51 @@ pub struct Initial {
     /// A saved belief older than this is not used \[s\].
     #[schemars(range(min = 0, max = 86400))]
     pub resume_max_age_s: f64,
+}
+
+/// What is written where a pose is not known.
+pub const UNKNOWN: &str = "unknown";
+
+/// A pose \[m, m, rad\], or that it is not known.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum InitialPose {
+    /// It is known.
+    Given([f64; 3]),
+    /// Nothing is known of it.
+    Unknown,
+}
+
+/// Whether a heading is known.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum InitialHeading {
+    /// As `pose` says.
+    #[default]
+    Given,
+    /// The robot may look anywhere; the number in `pose` means nothing.
+    Unknown,
+}
+
+/// `[position]`
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Position {
+    /// How many receivers say on the channel `position` where the robot is: with one it need not be told where it starts.
+    #[schemars(range(min = 0, max = 16))]
+    pub receivers: u16,
+    /// What it means that the only one of them is off by the same way from some moment on: the data are the same.
+    pub trust_jump: TrustJump,
+}
+
+/// What a lone source that jumps means.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum TrustJump {
+    /// The robot was carried: it is followed after 12 s.
+    #[default]
+    Robot,
+    /// The receiver is wrong: the belief is kept, and called contradicted.
+    Receiver,
 }
 
 /// `[fusion]`

@@ -164,6 +164,11 @@ impl Shape {
         end.strip_suffix("\\].")
     }
 
+    /// The word that may be there instead.
+    pub(super) fn word_instead(self) -> Option<&'static str> {
+        self.0["x-word"].as_str()
+    }
+
     fn limit(self, which: &str) -> Option<f64> {
         self.0[which].as_f64()
     }
@@ -249,7 +254,11 @@ impl Shape {
         if let Some(items) = self.items() {
             write!(f, ", each {items}")?;
         }
-        self.unit().map_or(Ok(()), |unit| write!(f, " [{unit}]"))
+        if let Some(unit) = self.unit() {
+            write!(f, " [{unit}]")?;
+        }
+        self.word_instead()
+            .map_or(Ok(()), |word| write!(f, ", or \"{word}\""))
     }
 
     fn in_unit(self) -> String {

@@ -22,7 +22,7 @@ mod sensor;
 mod sources;
 mod standing;
 
-use coloc_estimator::{Belief, Stamp};
+use coloc_estimator::{Belief, Finding, Stamp};
 use coloc_shm_types::{BusState, Health, Input, SourceState, Status};
 
 use crate::config::Config;
@@ -40,6 +40,8 @@ pub struct Watch {
     kinds: [Kind; Input::COUNT],
     sources: Sources,
     limits: Limits,
+    /// Whether the estimator asks who is right.
+    doubts: bool,
 }
 
 /// All sources of one kind, as one.
@@ -58,6 +60,7 @@ impl Watch {
             kinds: Input::ALL.map(|input| Kind::new(Patience::of(input, &config.health))),
             sources: Sources::new(config),
             limits: Limits::new(&config.health),
+            doubts: !config.fusion.paper,
         }
     }
 
@@ -116,12 +119,23 @@ impl Watch {
         self.sources.gate(input)
     }
 
-    /// What a robot with such inputs may say of its belief.
+    /// What a robot with such inputs may say of its belief, by what the estimator finds.
     #[must_use]
-    pub fn standing(&self, health: [Health; Input::COUNT], belief: &Belief) -> Standing {
+    pub fn standing(
+        &self,
+        health: [Health; Input::COUNT],
+        belief: &Belief,
+        finding: &Finding,
+    ) -> Standing {
         let kinds = self.kinds.each_ref();
         let gated = kinds.map(|kind| kind.sensor.is_gated());
-        self.limits.standing(health, gated, belief)
+        let found = self.doubts.then_some(finding.state);
+        self.limits.standing(health, gated, belief, found)
+    }
+
+    /// Those and no others stand against the belief.
+    pub fn against(&mut self, those: &[(Input, u16)]) {
+        self.sources.against(those);
     }
 
     #[allow(clippy::indexing_slicing)] // One place for each of the inputs' numbers.

@@ -77,6 +77,14 @@ impl Row {
         self.counted.flags |= SourceHealth::UNREACHABLE;
     }
 
+    /// Whether it stands against the belief.
+    pub(super) fn against(&mut self, against: bool) {
+        self.counted.flags &= !SourceHealth::AGAINST;
+        if against {
+            self.counted.flags |= SourceHealth::AGAINST;
+        }
+    }
+
     /// Who speaks for it, as far as that is known; it is news when a contest begins or ends.
     pub(super) fn spoken_for(&mut self, state: Option<SourceState>) -> Option<SourceState> {
         let was = self.counted.is_contested();

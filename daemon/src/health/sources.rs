@@ -77,6 +77,13 @@ impl Sources {
             .for_each(news);
     }
 
+    /// Those and no others stand against the belief.
+    pub(super) fn against(&mut self, those: &[Of]) {
+        for (row, key) in self.rows.iter_mut().zip(&self.keys) {
+            row.against(those.iter().any(|of| Key::of(*of) == *key));
+        }
+    }
+
     /// All rows as they are at `now`.
     pub(super) fn rows(&self, now: Stamp) -> impl Iterator<Item = SourceHealth> {
         self.rows.iter().map(move |row| row.at(now))

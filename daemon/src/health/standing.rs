@@ -1,6 +1,6 @@
 //! What a robot may say of its belief.
 
-use coloc_estimator::Belief;
+use coloc_estimator::{Belief, FindingState};
 use coloc_shm_types::{BeliefState, Health, Input};
 
 use crate::config;
@@ -29,14 +29,19 @@ impl Limits {
         }
     }
 
-    /// By each input's health, and whether it was the gate that refused it.
+    /// By each input's health, and by what the estimator finds; where it does not look (the paper's letter), by whether it was the
+    /// gate that refused an input.
     pub(super) fn standing(
         self,
         health: [Health; Input::COUNT],
         gated: [bool; Input::COUNT],
         belief: &Belief,
+        found: Option<FindingState>,
     ) -> Standing {
-        let state = state(health, gated);
+        let state = found.map_or_else(
+            || by_gates(health, gated),
+            |found| with_wheels(found, health),
+        );
         Standing {
             state,
             fit: state == BeliefState::Ok && self.allow(belief),
@@ -54,10 +59,21 @@ fn asked(limit: f64) -> f64 {
     if limit > 0.0 { limit } else { f64::INFINITY }
 }
 
+/// Without wheels a robot that knew where it is does not know it any more.
+#[allow(clippy::indexing_slicing)] // One place for each of the inputs' numbers.
+fn with_wheels(found: FindingState, health: [Health; Input::COUNT]) -> BeliefState {
+    match found {
+        FindingState::Ok if health[Input::Odometry as usize] == Health::Ok => BeliefState::Ok,
+        FindingState::Ok | FindingState::Finding => BeliefState::Finding,
+        FindingState::Contradicted => BeliefState::Contradicted,
+        FindingState::Lost => BeliefState::Lost,
+    }
+}
+
 /// Without wheels a robot does not know where it is, and not if every fix is beyond the gate, or, where there are no fixes, every
 /// neighbour's word.
 #[allow(clippy::indexing_slicing)] // One place for each of the inputs' numbers.
-fn state(health: [Health; Input::COUNT], gated: [bool; Input::COUNT]) -> BeliefState {
+fn by_gates(health: [Health; Input::COUNT], gated: [bool; Input::COUNT]) -> BeliefState {
     let of = |input: Input| health[input as usize];
     let contradicts = |input: Input| of(input) == Health::Refused && gated[input as usize];
     let word_alone = of(Input::Position) != Health::Ok;
@@ -96,7 +112,7 @@ mod tests {
                 Health::Ok
             }
         });
-        Limits::new(config).standing(health, [gated; Input::COUNT], belief)
+        Limits::new(config).standing(health, [gated; Input::COUNT], belief, None)
     }
 
     #[test]
@@ -122,8 +138,29 @@ mod tests {
         health[Input::Neighbour as usize] = Health::Refused;
         for silent in [Health::NeverSeen, Health::Stale, Health::Faulty] {
             health[Input::Position as usize] = silent;
-            let said = state(health, [true; Input::COUNT]);
+            let said = by_gates(health, [true; Input::COUNT]);
             assert_eq!(said, BeliefState::Contradicted);
+        }
+    }
+
+    #[test]
+    fn what_the_estimator_finds_is_said_and_without_wheels_nothing_is_ok() {
+        let limits = Limits::new(&config::Health::default());
+        let refused = [Health::Refused; Input::COUNT];
+        let said = |found, odometry| {
+            let mut health = refused;
+            health[Input::Odometry as usize] = odometry;
+            let gated = [true; Input::COUNT];
+            let belief = Belief::default();
+            limits.standing(health, gated, &belief, Some(found)).state
+        };
+        assert_eq!(said(FindingState::Ok, Health::Ok), BeliefState::Ok);
+        assert_eq!(said(FindingState::Ok, Health::Stale), BeliefState::Finding);
+        for wheels in [Health::Ok, Health::Stale] {
+            let said = |found| said(found, wheels);
+            assert_eq!(said(FindingState::Finding), BeliefState::Finding);
+            assert_eq!(said(FindingState::Contradicted), BeliefState::Contradicted);
+            assert_eq!(said(FindingState::Lost), BeliefState::Lost);
         }
     }
 

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use coloc_estimator::{
     Belief, Bend, Covariance2, Covariance3, Measurement, Motion, NeighbourPose, NotACovariance,
-    OdometrySample, Origin, Parts, Pose, PositionFix, RobotId, Sighting, Stamp, TickInputs,
+    OdometrySample, Origin, Parts, Pose, PositionFix, RobotId, Sighting, SlowError, Span, Stamp,
+    Start, TickInputs,
 };
 
-use super::{Record, Step};
+use super::{Known, Record, Step};
 
 /// A daemon's recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,8 +18,8 @@ pub struct Recording {
     pub robot: u16,
     /// When it began.
     pub stamp: Stamp,
-    /// What it believed then.
-    pub initial: Belief,
+    /// What it knew then.
+    pub start: Start,
     /// All whole ticks since.
     pub ticks: Vec<RecordedTick>,
     /// What is missing.
@@ -139,16 +140,29 @@ impl RecordedTick {
                 sequence,
                 position,
                 covariance,
+                slow_variance,
+                slow_memory_ns,
             } => Measurement::Fix(PositionFix {
                 stamp: Stamp::from_nanos(stamp_ns),
                 origin: origin(source, session, sequence),
                 position,
                 covariance: Covariance2::from_row_major(covariance)?,
+                slow: SlowError {
+                    variance: slow_variance,
+                    memory: Span::from_nanos(slow_memory_ns),
+                },
             }),
             _ => return Err(Broken),
         });
         Ok(())
     }
+}
+
+/// All that is known of such a belief.
+fn position(belief: &Belief) -> Result<Start, NotACovariance> {
+    let p = belief.total().matrix();
+    let covariance = Covariance2::from_row_major([p.m11, p.m12, p.m21, p.m22])?;
+    Ok(Start::Position([belief.pose.x, belief.pose.y], covariance))
 }
 
 fn origin(source: u16, session: u64, sequence: u64) -> Origin {
@@ -262,6 +276,7 @@ impl Lines {
         let Some(Record::Begin {
             robot,
             stamp_ns,
+            known,
             pose,
             independent,
             dependent,
@@ -270,12 +285,17 @@ impl Lines {
         else {
             return Err(Problem::NoBeginning);
         };
-        let initial =
-            belief(pose, independent, dependent, bend).map_err(|_| Problem::NoBeginning)?;
+        let belief = || belief(pose, independent, dependent, bend);
+        let start = match known {
+            Known::Nothing => Ok(Start::Unknown),
+            Known::Position => belief().and_then(|it| position(&it)),
+            Known::Pose => belief().map(Start::Known),
+        };
+        let start = start.map_err(|_| Problem::NoBeginning)?;
         let mut recording = Recording {
             robot,
             stamp: Stamp::from_nanos(stamp_ns),
-            initial,
+            start,
             ticks: Vec::new(),
             gaps: Gaps::default(),
         };
@@ -385,6 +405,10 @@ mod tests {
                     origin: origin(1, 3, 1),
                     position: [1e-300, 0.1],
                     covariance: Covariance2::diagonal([0.01, 0.1]).unwrap(),
+                    slow: SlowError {
+                        variance: 1.0 / 3.0,
+                        memory: Span::from_nanos(59_999_999_999),
+                    },
                 }),
             ],
             belief: Belief {
@@ -404,7 +428,7 @@ mod tests {
         Recording {
             robot: 4,
             stamp,
-            initial: Belief::independent(third, cov(2.0)),
+            start: Start::Known(Belief::independent(third, cov(2.0))),
             ticks: vec![tick, second],
             gaps: Gaps::default(),
         }
@@ -414,7 +438,7 @@ mod tests {
         let mut records = vec![Record::begin(
             recording.robot,
             recording.stamp.as_nanos(),
-            &recording.initial,
+            &recording.start,
         )];
         for tick in &recording.ticks {
             records.extend(of_inputs(tick.tick, tick.step, &tick.inputs()));

@@ -4,7 +4,8 @@ use tracing::{debug, info, warn};
 
 use super::throttle::Sum;
 use crate::clock::ClockStep;
-use crate::event::Event;
+use crate::event::{Against, Event};
+use coloc_estimator::Decision;
 use coloc_shm_types::{BeliefState, Health};
 
 /// One line for one event, or for several that were added up.
@@ -40,6 +41,17 @@ pub(super) fn write((count, event): Sum) {
         Event::State { from, to, tick } => {
             warn!(count, tick, "belief: {from} -> {to}: {}", meaning(to));
         }
+        Event::Dissent {
+            input,
+            source,
+            against,
+        } => dissent(count, &format!("{input} {source}"), against),
+        Event::Decided {
+            input,
+            source,
+            decision,
+            ..
+        } => decided(count, &format!("{input} {source}"), &decision),
         Event::Bus { from, to } => warn!(count, "can: {from} -> {to}"),
         Event::Contested { input, state } if state.contested => warn!(
             count,
@@ -85,15 +97,76 @@ pub(super) fn write((count, event): Sum) {
     }
 }
 
+/// That `who` stands against the belief, or no longer does.
+fn dissent(count: Option<u64>, who: &str, against: Option<Against>) {
+    let Some(Against {
+        for_ns,
+        distance_m,
+        d2,
+    }) = against
+    else {
+        info!(count, "{who} no longer stands against the belief");
+        return;
+    };
+    let since_ms = for_ns / 1_000_000;
+    if distance_m.is_nan() {
+        warn!(
+            count,
+            since_ms, d2, "{who} stands against the belief, and is heard but not fused"
+        );
+    } else {
+        warn!(
+            count,
+            since_ms,
+            d2,
+            "{who} stands against the belief, has the robot {distance_m:.1} m away, and is heard but not fused"
+        );
+    }
+}
+
+fn decided(count: Option<u64>, who: &str, decision: &Decision) {
+    match decision {
+        Decision::Followed { distance_m, .. } if distance_m.is_nan() => {
+            info!(count, "the robot has found itself by {who}");
+        }
+        Decision::Followed {
+            distance_m,
+            votes: [by, against],
+            ..
+        } => warn!(
+            count,
+            by,
+            against,
+            "{who} is followed: the robot is {distance_m:.1} m from where it was believed to be (the wheels count as one)"
+        ),
+        Decision::Dropped { distance_m, .. } => warn!(
+            count,
+            "{who} has the robot {distance_m:.1} m away while it stands: it was carried and may have been turned; drive, that \
+             it finds its heading"
+        ),
+        Decision::Widened { .. } => warn!(
+            count,
+            "the heading is too uncertain for a fix of {who}: drive, that the robot finds it"
+        ),
+        Decision::SecondChance { .. } => info!(
+            count,
+            "{who} is taken after a gap: its fixes agree with one another and are just outside of the gate"
+        ),
+        Decision::Anew { .. } => warn!(count, "what {who} says does not move as the wheels do"),
+    }
+}
+
 /// What a state that is not good means to the person who reads of it.
 fn meaning(state: BeliefState) -> &'static str {
     match state {
         BeliefState::Ok => "the robot knows where it is",
-        BeliefState::Finding => "without wheels it does not know where it is",
-        BeliefState::Contradicted => {
-            "what it measures is beyond the gate again and again; see the lines of refused inputs for who and by how much, \
-             and whether [initial] is where it stands"
+        BeliefState::Finding => {
+            "it does not know where it is: it needs its wheels, somebody who says where it is, and to drive"
         }
-        BeliefState::Lost => "it does not know where it is",
+        BeliefState::Contradicted => {
+            "what it measures is beyond the gate again and again; the covariance holds every possibility. See who stands \
+             against it, and whether [initial] is where it stands"
+        }
+        BeliefState::Lost => "it does not know where it is, and nobody has said so for ten seconds",
     }
 }

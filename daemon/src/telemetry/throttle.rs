@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::clock::ClockStep;
 use crate::event::Event;
+use coloc_estimator::Decision;
 
 const PERIOD: Duration = Duration::from_secs(5);
 
@@ -80,6 +81,23 @@ fn kind(event: &Event) -> Kind {
             input, from, to, ..
         } => [1, input as u8, from as u8, to as u8],
         Event::State { from, to, .. } => [9, from as u8, to as u8, 0],
+        Event::Dissent {
+            input,
+            source,
+            against,
+        } => {
+            let word = 10 + u8::from(against.is_some());
+            [word, input as u8, 0, (source % OWN_LINES) as u8]
+        }
+        Event::Decided {
+            input,
+            source,
+            decision,
+            ..
+        } => {
+            let word = decision_number(&decision);
+            [12, input as u8, word, (source % OWN_LINES) as u8]
+        }
         Event::Bus { from, to } => [2, from as u8, to as u8, 0],
         Event::Contested { input, state } => {
             let [high, low] = state.number.to_be_bytes();
@@ -92,6 +110,16 @@ fn kind(event: &Event) -> Kind {
         Event::Belief { .. } | Event::Timing(_) | Event::Recorded(_) | Event::Account(_) => {
             [7, 0, 0, 0]
         }
+    }
+}
+
+fn decision_number(decision: &Decision) -> u8 {
+    match decision {
+        Decision::Followed { .. } => 0,
+        Decision::Dropped { .. } => 1,
+        Decision::Widened { .. } => 2,
+        Decision::SecondChance { .. } => 3,
+        Decision::Anew { .. } => 4,
     }
 }
 

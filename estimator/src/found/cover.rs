@@ -124,6 +124,13 @@ impl Found {
     }
 }
 
+impl Default for Finding {
+    /// Nobody stands against the belief.
+    fn default() -> Self {
+        Self::beginning(Stamp::default(), true)
+    }
+}
+
 impl Finding {
     pub(super) fn beginning(stamp: Stamp, knows: bool) -> Self {
         let nobody = Source::new(crate::kind::Kind::Fix, 0);

@@ -1,5 +1,7 @@
 //! The vectors `found`: unknown starts, kidnapped robots, outages, liars.
 
+#![allow(clippy::unwrap_used)] // A test's panic is its verdict.
+
 mod case;
 mod run;
 #[path = "../support/mod.rs"]

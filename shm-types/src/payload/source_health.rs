@@ -14,7 +14,8 @@ pub struct SourceHealth {
     /// [`Health`] of this source alone.
     pub health: u8,
     /// Bit 0: contested, several senders claim it. Bit 1: unreachable, a robot that cannot be told where it is seen, because
-    /// its channel has no place for another publisher. The others are zero.
+    /// its channel has no place for another publisher. Bit 2: against, it stands against what the robot believes, and is heard but
+    /// not fused. The others are zero.
     pub flags: u8,
     /// Sessions of it that live; of a source that is not contested there is one, or two for a while after a restart, or none once it is silent.
     pub live_sessions: u8,
@@ -51,6 +52,8 @@ impl SourceHealth {
     pub const CONTESTED: u8 = 1;
     /// Bits of `flags`.
     pub const UNREACHABLE: u8 = 2;
+    /// Bits of `flags`.
+    pub const AGAINST: u8 = 4;
 
     /// Of what it is a source; `None` if the row is empty.
     #[must_use]
@@ -75,6 +78,12 @@ impl SourceHealth {
     #[must_use]
     pub const fn is_unreachable(&self) -> bool {
         self.flags & Self::UNREACHABLE != 0
+    }
+
+    /// Whether it stands against what the robot believes.
+    #[must_use]
+    pub const fn is_against(&self) -> bool {
+        self.flags & Self::AGAINST != 0
     }
 }
 

@@ -3,8 +3,8 @@
 
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Kind, Measurement, NeighbourPose, OdometryNoise,
-    OdometrySample, Origin, Parts, Pose, PositionFix, Report, Settings, Sighting, Span, Stamp,
-    TickInputs, Verdict,
+    OdometrySample, Origin, Parts, Pose, PositionFix, Report, Settings, Sighting, SlowError, Span,
+    Stamp, TickInputs, Verdict,
 };
 
 use super::table::Table;
@@ -173,6 +173,7 @@ impl Two {
             origin: Origin::counted(u64::from(self.tick)),
             position: [x + FIX_M * a, y + FIX_M * b],
             covariance: Covariance2::diagonal([FIX_M * FIX_M; 2]).unwrap_or_default(),
+            slow: SlowError::default(),
         }
         .into()
     }

@@ -2,8 +2,8 @@
 
 use coloc_estimator::output::{Report, Verdict};
 use coloc_estimator::{
-    Belief, Kind, Measurement, OdometrySample, Origin, Pose, PositionFix, Sighting, Stamp,
-    TickInputs,
+    Belief, Kind, Measurement, OdometrySample, Origin, Pose, PositionFix, Sighting, SlowError,
+    Stamp, TickInputs,
 };
 use nalgebra::Matrix3;
 
@@ -114,6 +114,7 @@ impl Stepwise {
                 origin: Origin::counted(inputs.step as u64),
                 position: fix.position,
                 covariance: self.settings.fix,
+                slow: SlowError::default(),
             })
         })
     }

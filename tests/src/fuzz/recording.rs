@@ -1,6 +1,6 @@
 //! Recordings: whatever is missing or spoiled, what is read can be replayed.
 
-use coloc_daemon::record::{Record, Recording, Step};
+use coloc_daemon::record::{Known, Record, Recording, Step};
 use coloc_estimator::{Estimator, Settings, Slot, step};
 
 use super::{Target, scratch};
@@ -17,12 +17,8 @@ fn run(bytes: &[u8]) {
         return;
     };
     let slots = [Slot::default(); 16];
-    let mut robot = Estimator::new(
-        Settings::default(),
-        recording.stamp,
-        recording.initial,
-        slots,
-    );
+    let settings = Settings::default();
+    let mut robot = Estimator::starting(settings, recording.stamp, &recording.start, slots);
     for tick in &recording.ticks {
         let _ = step(&mut robot, &tick.inputs());
     }
@@ -33,6 +29,7 @@ fn samples() -> Vec<Vec<u8>> {
     let begin = Record::Begin {
         robot: 1,
         stamp_ns: 0,
+        known: Known::Pose,
         pose: [0.0; 3],
         independent: unit,
         dependent: unit,
@@ -59,6 +56,8 @@ fn samples() -> Vec<Vec<u8>> {
         sequence: 1,
         position: [0.1, 0.2],
         covariance: [1.0, 0.0, 0.0, 1.0],
+        slow_variance: 1.0,
+        slow_memory_ns: 60_000_000_000,
     };
     let said = |stamp_ns| Record::Estimate {
         stamp_ns,

@@ -92,7 +92,7 @@ mod tests {
 
     use super::*;
     use crate::collect::wheels::ToMotion;
-    use crate::estimate::{Estimate, initial};
+    use crate::estimate::{Estimate, start};
 
     /// Nothing, what is hardly anything, what is usual, the most, and what is no number.
     fn any_number() -> impl Strategy<Value = f64> {
@@ -138,17 +138,16 @@ mod tests {
 
     /// A fast turn, then ten seconds without odometry: the variances before and after.
     fn lived(config: &Config) -> [[f64; 3]; 2] {
-        let start = Stamp::default();
+        let (known, start) = (start(config), Stamp::default());
         let after = |ms| start + Span::from_millis(ms);
-        let belief = initial(config);
-        let mut estimate = Estimate::new(config, start, belief);
+        let mut estimate = Estimate::new(config, start, &known);
         let sample = OdometrySample {
             source: 0,
             start,
             stamp: after(20),
             motion: ToMotion::new(config).motion([2.0, 0.0, 0.5]),
         };
-        let mut variances = [belief.total().variances(); 2];
+        let mut variances = [known.belief().total().variances(); 2];
         for (ms, samples) in [(20, vec![sample.into()]), (10_000, Vec::new())] {
             let outputs = estimate.step(&TickInputs {
                 stamp: after(ms),

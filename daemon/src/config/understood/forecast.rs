@@ -1,7 +1,9 @@
 //! What the configured noise makes of a robot's certainty, by the estimator itself.
 
 use coloc_drivers::encoder::{OdometryConfig, Quantity, Rest};
-use coloc_estimator::{Belief, Covariance3, Motion, OdometrySample, Pose, Span, Stamp, TickInputs};
+use coloc_estimator::{
+    Belief, Covariance3, Motion, OdometrySample, Pose, Span, Stamp, Start, TickInputs,
+};
 
 use super::super::{Config, nanos};
 use crate::collect::wheels::ToMotion;
@@ -44,7 +46,7 @@ pub(super) fn counts(odometry: &OdometryConfig) -> bool {
 /// After so long in at least a thousand samples, none of them longer than the history.
 fn after(config: &Config, motion: Motion, duration_s: f64) -> Doubt {
     let certain = Belief::independent(Pose::default(), Covariance3::ZERO);
-    let mut estimate = Estimate::new(config, Stamp::default(), certain);
+    let mut estimate = Estimate::new(config, Stamp::default(), &Start::Known(certain));
     let longest_s = (duration_s / 1000.0).min(config.history.length_s / 2.0);
     let period = Span::from_nanos(nanos(longest_s).max(1));
     let (mut start, end) = (

@@ -2,7 +2,7 @@
 
 use coloc_drivers::encoder::{Rounded, Time};
 
-use super::super::{Config, Member};
+use super::super::{Config, InitialHeading, Member};
 use super::page::{Page, chosen};
 
 pub(super) fn write(config: &Config, page: &mut Page) {
@@ -32,17 +32,28 @@ fn tick(config: &Config, page: &mut Page) {
     page.line("", format!("waits by {}", chosen("tick.wait", tick.wait)));
 }
 
+fn place(config: &Config) -> String {
+    let initial = &config.initial;
+    let Some([x, y, heading]) = config.initial_pose() else {
+        return "anywhere, looking anywhere: it finds itself once it drives and fixes or neighbours say where it is".into();
+    };
+    let [sx, sy, sh] = initial.sigma;
+    let position = format!("x {x} m ± {sx} m, y {y} m ± {sy} m");
+    if initial.heading == InitialHeading::Unknown {
+        return format!(
+            "{position}, looking anywhere: it finds its heading once it drives and has fixes"
+        );
+    }
+    format!(
+        "{position}, heading {heading} rad ± {sh} rad, which are {}° ± {}°",
+        Rounded(heading.to_degrees()),
+        Rounded(sh.to_degrees())
+    )
+}
+
 fn start(config: &Config, page: &mut Page) {
     let initial = &config.initial;
-    let ([x, y, heading], [sx, sy, sh]) = (initial.pose, initial.sigma);
-    page.line(
-        "start",
-        format!(
-            "x {x} m ± {sx} m, y {y} m ± {sy} m, heading {heading} rad ± {sh} rad, which are {}° ± {}°",
-            Rounded(heading.to_degrees()),
-            Rounded(sh.to_degrees())
-        ),
-    );
+    page.line("start", place(config));
     if initial.resume {
         let age = Time(initial.resume_max_age_s);
         page.line(

@@ -15,8 +15,9 @@ pub(super) fn findings(config: &Config) -> Vec<Finding> {
     let initial = &config.initial;
     [
         number(config),
-        heading(initial),
-        position(initial),
+        heading(config),
+        position(config),
+        nobody_tells(config),
         certain(initial),
         wide(initial),
         priority(config),
@@ -31,24 +32,34 @@ fn number(config: &Config) -> Option<Finding> {
     (config.robot.id == 0).then(|| Finding::new("robot.id", problem))
 }
 
-fn heading(initial: &Initial) -> Option<Finding> {
-    let heading = initial.pose[2];
+fn heading(config: &Config) -> Option<Finding> {
+    let pose = config.initial_pose()?;
+    let heading = pose[2];
     let problem = format!(
         " = {}: a heading of {heading} rad is {} turns: are these degrees? {heading}° are {} rad",
-        list(&initial.pose),
+        list(&pose),
         Rounded(heading / TAU),
         Rounded(heading.to_radians())
     );
     (heading.abs() > TAU).then(|| Finding::new("initial.pose", problem))
 }
 
-fn position(initial: &Initial) -> Option<Finding> {
-    let [x, y, _] = initial.pose;
+fn position(config: &Config) -> Option<Finding> {
+    let pose = config.initial_pose()?;
+    let [x, y, _] = pose;
     let problem = format!(
         " = {}: is farther from the origin than any place on Earth: is it in metres?",
-        list(&initial.pose)
+        list(&pose)
     );
     (x.hypot(y) > FARTHEST_M).then(|| Finding::new("initial.pose", problem))
+}
+
+/// Fixes come by the channel `position` whether or not receivers are named; neighbours are.
+fn nobody_tells(config: &Config) -> Option<Finding> {
+    let unknown = config.initial_pose().is_none();
+    let nobody = config.position.receivers == 0 && config.peers().next().is_none();
+    let problem = " = \"unknown\": and neither [position] has receivers nor the team another robot: who will say where it is?";
+    (unknown && nobody).then(|| Finding::new("initial.pose", problem))
 }
 
 fn certain(initial: &Initial) -> Option<Finding> {
