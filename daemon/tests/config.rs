@@ -212,7 +212,7 @@ fn a_value_of_the_wrong_kind_is_refused_in_a_persons_words() {
     );
     assert_eq!(
         refusal_of("[initial]\npose = [0, 0]"),
-        "robot.toml:5: initial.pose = [0, 0]: must be a list of 3, each a number, -1e9 to 1e9 [m, m, rad]"
+        "robot.toml:5: initial.pose = [0, 0]: must be a list of 3, each a number, -1e9 to 1e9 [m, m, rad], or \"unknown\""
     );
     assert_eq!(
         refusal_of("[tick]\ntrigger = \"sometimes\""),

@@ -230,21 +230,78 @@ fn after_three_minutes_without_fixes_a_robot_on_defaults_knows_how_wrong_it_is()
     }
 }
 
-/// It is refused for long, and every word about it says so.
-fn assert_contradicted(case: &Case) {
-    assert!(case.seconds_of(Health::Refused) > 4.0);
+/// The estimates up to the last that the wheels speak of.
+fn driving(case: &Case) -> impl DoubleEndedIterator<Item = &Estimate> {
     let is_driving = |it: &&Estimate| it.health_of(Input::Odometry) == Health::Ok;
-    let is_refused = |it: &&Estimate| it.health_of(Input::Position) == Health::Refused;
-    for estimate in case.estimates.iter().filter(is_driving).filter(is_refused) {
-        assert_eq!(estimate.state(), BeliefState::Contradicted);
-        assert!(!estimate.is_fit());
+    case.estimates.iter().filter(is_driving)
+}
+
+/// Where the last fix was.
+fn last_fix(events: &[Value]) -> [f64; 2] {
+    let fix = events.iter().rev().find(|it| it["do"] == "fix").unwrap();
+    [0, 1].map(|axis| fix["pos"][axis].as_f64().unwrap())
+}
+
+/// For so long after the last of them it stands, and its receiver says the same ten times a second.
+fn stands_on(mut events: Vec<Value>, until_s: f64) -> Vec<Value> {
+    let fix = events
+        .iter()
+        .rev()
+        .find(|it| it["do"] == "fix")
+        .unwrap()
+        .clone();
+    let wheels = events
+        .iter()
+        .rev()
+        .find(|it| it["do"] == "wheels")
+        .unwrap()
+        .clone();
+    let begin_s = events.last().unwrap()["t"].as_f64().unwrap();
+    for period in 1.. {
+        let t = begin_s + 0.02 * f64::from(period);
+        if t > until_s {
+            break;
+        }
+        let mut at = |event: &Value| {
+            let mut event = event.clone();
+            event["t"] = t.into();
+            events.push(event);
+        };
+        at(&wheels);
+        if period % 5 == 0 {
+            at(&fix);
+        }
     }
-    let row = case.receiver();
-    assert!(
-        row.d2 > row.gate && row.refused_since_boot_ns > 0,
-        "{row:?}"
-    );
-    for said in ["to: Refused", "to: Contradicted", "gated: Some(Gated"] {
+    events
+}
+
+/// States one after another, each with the second in which it began.
+fn states(case: &Case) -> Vec<(f64, BeliefState)> {
+    let mut states: Vec<(f64, BeliefState)> = Vec::new();
+    for (at, estimate) in driving(case).enumerate() {
+        let is_new = states
+            .last()
+            .is_none_or(|(_, last)| *last != estimate.state());
+        if is_new {
+            states.push((at as f64 * PERIOD as f64 / SECOND as f64, estimate.state()));
+        }
+    }
+    states
+}
+
+/// Every word about a belief that all fixes contradict says so.
+fn assert_contradicted(case: &Case) {
+    let contradicted = |it: &&Estimate| it.state() == BeliefState::Contradicted;
+    for estimate in driving(case).filter(contradicted) {
+        assert!(!estimate.is_fit());
+        assert_eq!(estimate.health_of(Input::Position), Health::Refused);
+    }
+    for said in [
+        "to: Refused",
+        "to: Contradicted",
+        "gated: Some(Gated",
+        "Dissent",
+    ] {
         let lines = &case.lines;
         assert!(
             lines.iter().any(|it| it.contains(said)),
@@ -253,12 +310,54 @@ fn assert_contradicted(case: &Case) {
     }
 }
 
+/// A start that was never confirmed gives way after three seconds.
 #[test]
-fn fixes_that_never_pass_are_no_good_health() {
-    for case in ["loc-far-start", "loc-rtk-dock"] {
-        let Some(case) = Case::play(case) else { return };
-        assert_contradicted(&case);
-    }
+fn a_start_that_is_a_kilometre_off_is_noticed_and_the_robot_finds_itself() {
+    let Some(cases) = cases() else { return };
+    let folder = cases.join("loc-far-start");
+    let case = Case::play_events(&folder, events(&folder));
+    assert_contradicted(&case);
+    let states = states(&case);
+    let [
+        ..,
+        (noticed_s, BeliefState::Contradicted),
+        (found_s, BeliefState::Ok),
+    ] = states[..]
+    else {
+        panic!("{states:?}");
+    };
+    assert!(noticed_s < 3.0 && found_s < 15.0, "{states:?}");
+    let last = driving(&case).next_back().unwrap();
+    let truth = [1000.0 + last.odometry[0], 500.0];
+    assert!(d2(last, truth) < INSIDE, "{last:?}, {truth:?}");
+    let followed = case.lines.iter().any(|it| it.contains("Followed"));
+    assert!(followed, "{:?}", case.lines);
+}
+
+/// Who was moved while it stood may have been turned: its position is known, its heading open until it drives.
+#[test]
+fn a_robot_that_was_pushed_on_its_dock_knows_its_position_and_not_its_heading() {
+    let Some(cases) = cases() else { return };
+    let folder = cases.join("loc-rtk-dock");
+    let events = stands_on(events(&folder), 25.0);
+    let truth = last_fix(&events);
+    let case = Case::play_events(&folder, events);
+    assert_contradicted(&case);
+    let states = states(&case);
+    let [
+        ..,
+        (noticed_s, BeliefState::Contradicted),
+        (dropped_s, BeliefState::Finding),
+    ] = states[..]
+    else {
+        panic!("{states:?}");
+    };
+    assert!(noticed_s < 5.0 && dropped_s < 20.0, "{states:?}");
+    let last = driving(&case).next_back().unwrap();
+    assert!(
+        d2(last, truth) < INSIDE && last.total()[8] > 3.0,
+        "{last:?}"
+    );
 }
 
 #[test]

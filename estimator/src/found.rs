@@ -75,6 +75,9 @@ const COMPARABLE: f64 = 0.5;
 /// Words after which a hypothesis tells where a shift is.
 const TOLD: u32 = 20;
 
+/// Three of them are as good as four refusals: a robot that was carried is noticed that much sooner.
+const FLAGRANT: f64 = 4.0 / 3.0 + 1e-9;
+
 /// How a lone source against the wheels is decided.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
 pub enum TrustJump {
@@ -511,7 +514,11 @@ fn shared_of_refusal(word: &Word, prior: &Belief, test: &Test) -> f64 {
 }
 
 fn weigh(word: &Word, test: &Test, news: f64, own: f64) -> Weight {
-    let weight = if test.is_gross() { 1.0 } else { news };
+    let weight = match (test.is_flagrant(), test.is_gross()) {
+        (true, _) => FLAGRANT,
+        (false, true) => 1.0,
+        (false, false) => news,
+    };
     Weight {
         refused: weight * own,
         eased: weight,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::de::{Error, SeqAccess, Visitor, value::SeqAccessDeserializer};
+use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::sections::{InitialPose, UNKNOWN};
@@ -36,9 +36,16 @@ impl<'de> Visitor<'de> for Written {
         known.ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(word), &self))
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<InitialPose, A::Error> {
-        let pose = Deserialize::deserialize(SeqAccessDeserializer::new(list))?;
-        Ok(InitialPose::Given(pose))
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<InitialPose, A::Error> {
+        let mut pose = [0.0; 3];
+        for (index, coordinate) in pose.iter_mut().enumerate() {
+            let next = list.next_element()?;
+            *coordinate = next.ok_or_else(|| A::Error::invalid_length(index, &self))?;
+        }
+        match list.next_element::<IgnoredAny>()? {
+            None => Ok(InitialPose::Given(pose)),
+            Some(_) => Err(A::Error::invalid_length(pose.len() + 1, &self)),
+        }
     }
 }
 

@@ -234,7 +234,7 @@ pub struct Variance {
 pub struct Initial {
     /// Position x, y and heading φ in the frame that all robots share. `"unknown"`: the robot finds itself once it drives and
     /// fixes or neighbours say where it is. Left out: unknown where `[position]` has receivers, else the origin \[m, m, rad\].
-    #[schemars(with = "[f64; 3]", inner(range(min = -1e9, max = 1e9)), extend("x-word" = UNKNOWN))]
+    #[schemars(with = "[f64; 3]", inner(range(min = -1e9, max = 1e9)), extend("x-word" = UNKNOWN), example = [0.0, 0.0, 0.0])]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose: Option<InitialPose>,
     /// Whether the heading in `pose` is known.

@@ -21,6 +21,9 @@ const OWN_GATE: f64 = 13.815_510_557_964_274;
 const GROSS_FIX: f64 = 30.0;
 const GROSS_POSE: f64 = 36.0;
 
+/// Not even a receiver with heavy tails is off by so much three times in a row.
+const FLAGRANT: f64 = 100.0;
+
 /// A heading of a hypothesis that a neighbour's can be compared with \[rad\].
 const COMPARABLE: f64 = 0.5;
 
@@ -223,6 +226,11 @@ impl Test {
     /// More than any slow error explains.
     pub(crate) fn is_gross(&self) -> bool {
         self.d2 > self.gross
+    }
+
+    /// Far more than that.
+    pub(crate) fn is_flagrant(&self) -> bool {
+        self.d2 > FLAGRANT
     }
 }
 

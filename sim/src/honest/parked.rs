@@ -2,10 +2,12 @@
 //! too. They see and tell one another every ten seconds, through the product's `step` and its history.
 
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Kind, Measurement, NeighbourPose, OdometryNoise,
+    Belief, Covariance2, Covariance3, Kind, Measurement, Motion, NeighbourPose, OdometryNoise,
     OdometrySample, Origin, Parts, Pose, PositionFix, Report, Settings, Sighting, SlowError, Span,
     Stamp, TickInputs, Verdict,
 };
+
+use coloc_estimator::noise::Variance;
 
 use super::table::Table;
 use super::{Finding, Form};
@@ -23,6 +25,24 @@ const FIX_M: f64 = 0.1;
 const SIGHTING: [f64; 3] = [0.1, 0.1, 0.017_453_292_519_943_295];
 /// What the other one does, and its velocity \[m/s, rad/s\].
 const OTHERS: [(&str, [f64; 2]); 2] = [("drives circles", [0.5, 0.1]), ("stands", [0.0; 2])];
+
+/// Of a robot that stands: three σ after an hour \[m, m, rad\].
+const CREEP: [f64; 3] = [0.1, 0.1, 0.05];
+
+/// A robot with two driven wheels, as the daemon has it by default: 2 %/√m and 0.4°/√s.
+fn differential() -> OdometryNoise {
+    let variance = |a, per_speed, per_turn_rate| Variance {
+        a,
+        per_speed,
+        per_turn_rate,
+        ..Variance::default()
+    };
+    OdometryNoise {
+        forward: variance(2e-4, 0.02, 0.005),
+        sideways: variance(2e-4, 0.005, 0.005),
+        turning: variance(2.3e-3, 0.0, 0.02),
+    }
+}
 
 /// What became of the messages.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
@@ -134,11 +154,16 @@ impl Two {
     fn odometry(&self, robot: usize) -> Measurement {
         let velocity = if robot == 0 { [0.0; 2] } else { self.velocity };
         let stamp = self.stamp();
+        let motion = if velocity == [0.0; 2] {
+            Motion::standstill(CREEP.map(|in_an_hour| in_an_hour * in_an_hour / (9.0 * 3600.0 * 0.02)))
+        } else {
+            differential().nonholonomic(velocity)
+        };
         OdometrySample {
             source: 0,
             start: stamp - PERIOD,
             stamp,
-            motion: OdometryNoise::paper().nonholonomic(velocity),
+            motion,
         }
         .into()
     }
