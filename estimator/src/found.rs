@@ -248,7 +248,9 @@ impl Found {
         self.vote_on_others(at, word, news);
         self.feed_own(at, word, prior, refused, settings);
         let ruling = self.rule(at, word, prior, refused, settings);
-        self.reconcile(at, prior);
+        if !refused {
+            self.reconcile(at, prior);
+        }
         let ruling = self.take_over(word, prior, settings).unwrap_or(ruling);
         (ruling, self.list_suspended(word.stamp))
     }
