@@ -4,8 +4,9 @@
 use std::time::Duration;
 
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Estimate, Estimator, FoundSettings, Measurement, Motion, OdometrySample,
-    Origin, Pose, PositionFix, Settings, Slot, SlowError, Span, Stamp, TickInputs, step,
+    Belief, Covariance2, Covariance3, Estimate, Estimator, FoundSettings, Measurement, Motion,
+    OdometrySample, Origin, Pose, PositionFix, Settings, Slot, SlowError, Span, Stamp, TickInputs,
+    step,
 };
 use coloc_shm_types::{self as shm, Header, Track};
 

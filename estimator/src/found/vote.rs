@@ -26,6 +26,7 @@ pub(crate) struct Vote {
     refused: f64,
     accepted: f64,
     disagrees: bool,
+    agrees: bool,
     /// Of the last word.
     stamp: Stamp,
 }
@@ -54,6 +55,14 @@ impl Vote {
         } else if self.refused < ENDS && may_end {
             self.disagrees = false;
         }
+        self.latch();
+    }
+
+    /// One that agrees does so until it doubts: two wrong words of a receiver with long tails end nothing.
+    fn latch(&mut self) {
+        let clear = self.accepted >= AGREES && self.refused < DOUBTS;
+        let keeps = self.agrees && self.accepted >= STANDS_BY && self.refused < TOLERATES;
+        self.agrees = !self.disagrees && (clear || keeps);
     }
 
     pub(crate) fn disagrees(&self, now: Stamp) -> bool {
@@ -61,8 +70,7 @@ impl Vote {
     }
 
     pub(crate) fn agrees(&self, now: Stamp) -> bool {
-        let clear = !self.disagrees && self.accepted >= AGREES && self.refused < DOUBTS;
-        clear && self.counts(now)
+        self.agrees && self.counts(now)
     }
 
     /// As [`Self::agrees`], of a source that has fewer reasons to leave the belief.

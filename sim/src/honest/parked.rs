@@ -29,6 +29,12 @@ const OTHERS: [(&str, [f64; 2]); 2] = [("drives circles", [0.5, 0.1]), ("stands"
 /// Of a robot that stands: three σ after an hour \[m, m, rad\].
 const CREEP: [f64; 3] = [0.1, 0.1, 0.05];
 
+/// Variance of a velocity, per reference period, that adds up to a third of `in_an_hour`.
+fn creep(in_an_hour: f64) -> f64 {
+    let sigma = in_an_hour / 3.0;
+    sigma * sigma / (3600.0 * PERIOD.as_seconds())
+}
+
 /// A robot with two driven wheels, as the daemon has it by default: 2 %/√m and 0.4°/√s.
 fn differential() -> OdometryNoise {
     let variance = |a, per_speed, per_turn_rate| Variance {
@@ -154,10 +160,11 @@ impl Two {
     fn odometry(&self, robot: usize) -> Measurement {
         let velocity = if robot == 0 { [0.0; 2] } else { self.velocity };
         let stamp = self.stamp();
-        let motion = if velocity == [0.0; 2] {
-            Motion::standstill(CREEP.map(|in_an_hour| in_an_hour * in_an_hour / (9.0 * 3600.0 * 0.02)))
-        } else {
+        let [v, omega] = velocity;
+        let motion = if v.abs() + omega.abs() > 0.0 {
             differential().nonholonomic(velocity)
+        } else {
+            Motion::standstill(CREEP.map(creep))
         };
         OdometrySample {
             source: 0,
