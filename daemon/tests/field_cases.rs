@@ -296,6 +296,8 @@ fn assert_contradicted(case: &Case) {
         assert!(!estimate.is_fit());
         assert_eq!(estimate.health_of(Input::Position), Health::Refused);
     }
+    let row = case.receiver();
+    assert!(row.rejected > 0 && row.accepted > 0, "{row:?}");
     for said in [
         "to: Refused",
         "to: Contradicted",

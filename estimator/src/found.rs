@@ -2,9 +2,9 @@
 //!
 //! # The idea
 //!
-//! * A [hypothesis](lifted) is linear in position, direction and its source's slow error, and so exact at any heading.
+//! * A hypothesis is linear in position, direction and its source's slow error, and so exact at any heading.
 //! * It belongs to one source: "where I am if this source is right and the wheels are". That source alone feeds it; the others
-//!   [vote](vote) on it, and on the belief, by tests that an honest source passes 99 times of 100.
+//!   vote on it, and on the belief, by tests that an honest source passes 99 times of 100.
 //! * Who stands against whom is counted in sources. The wheels count as one for a belief that was once confirmed: that a robot was
 //!   carried means that its wheels lied. A lone source against the wheels is decided by a setting ([`TrustJump`]), because the data
 //!   are the same whether the robot was carried or the source lies.

@@ -9,7 +9,7 @@ use crate::stamp::Stamp;
 /// Poses that one tick can send.
 const OUTGOING: usize = 128;
 /// Reports that one tick can give.
-const REPORTS: usize = 256;
+const REPORTS: usize = 384;
 
 #[derive(Copy, Clone, Debug)]
 pub(crate) struct Outbox {

@@ -1,6 +1,6 @@
 //! A scene without daemons: the same estimators in one process, with an ideal bus. What is promised is tried here in many worlds.
 
-use coloc_daemon::estimate::{initial, settings};
+use coloc_daemon::estimate::{settings, start};
 use coloc_estimator::Pose;
 use coloc_shm_types::Estimate;
 use coloc_sim::StepInputs;
@@ -30,7 +30,7 @@ fn rehearse(stage: &Stage, seconds: f64) -> Vec<RobotSummary> {
         product: settings(&configs[0]),
         ..FilterSettings::new(stage.scenario(), stage.step_s())
     };
-    let beginnings: Vec<_> = configs.iter().map(initial).collect();
+    let beginnings: Vec<_> = configs.iter().map(|it| start(it).belief()).collect();
     let mut team = Stepwise::new(filter, &beginnings);
     let mut heard: Vec<_> = robots.map(|_| Heard::default()).collect();
     let (sensors, mut inputs) = (stage.sensors(), StepInputs::default());

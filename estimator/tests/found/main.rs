@@ -1,6 +1,6 @@
 //! The vectors `found`: unknown starts, kidnapped robots, outages, liars.
 
-#![allow(clippy::unwrap_used)] // A test's panic is its verdict.
+#![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // A test's panic is its verdict; few are counted.
 
 mod case;
 mod run;
