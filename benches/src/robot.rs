@@ -6,7 +6,7 @@ use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::history::Slot;
 use coloc_estimator::{
     Covariance2, Estimator, Measurement, NeighbourPose, NotACovariance, OdometrySample, Origin,
-    PositionFix, Settings, SlowError, Span, Stamp, TickInputs, step,
+    Pose, PositionFix, Settings, SlowError, Span, Stamp, Start, TickInputs, step,
 };
 
 use crate::case;
@@ -27,6 +27,8 @@ pub struct Robot {
     now: Stamp,
     sequence: u64,
     word: GlobalPose,
+    /// Where it believed to be at the last tick, and so does everybody else: nobody stands against that.
+    pose: Pose,
     /// What the next tick takes in.
     heard: Vec<Measurement>,
 }
@@ -42,6 +44,41 @@ impl Robot {
             robot.tick_hearing(neighbours);
         }
         Ok(robot)
+    }
+
+    /// A robot that does not know where it is: each of so many receivers, far from each other, has a hypothesis.
+    ///
+    /// # Errors
+    /// As [`Self::warm`].
+    pub fn sought(receivers: u16) -> Result<Self, NotACovariance> {
+        let mut robot = Self::with_slots(SLOTS)?;
+        let (settings, start) = (*robot.estimator.settings(), Start::Unknown);
+        let storage = vec![Slot::default(); SLOTS];
+        robot.estimator = Estimator::starting(settings, robot.now, &start, storage);
+        let (_, covariance) = case::fix()?;
+        for tick in 0..200 {
+            robot.heard.clear();
+            if tick % 10 == 0 {
+                let words = (0..receivers).map(|number| robot.fix_of(number, covariance));
+                robot.heard = words.collect();
+            }
+            robot.tick();
+        }
+        robot.heard.clear();
+        Ok(robot)
+    }
+
+    fn fix_of(&self, number: u16, covariance: Covariance2) -> Measurement {
+        Measurement::Fix(PositionFix {
+            stamp: self.now + PERIOD,
+            origin: Origin {
+                source: number,
+                ..Origin::counted(self.now.as_nanos().unsigned_abs())
+            },
+            position: [1000.0 * f64::from(number), 0.0],
+            covariance,
+            slow: SlowError::default(),
+        })
     }
 
     /// A robot whose history of `slots` is full of what costs most, neighbours' poses, each at a moment of its own; and a
@@ -88,6 +125,7 @@ impl Robot {
             now,
             sequence: 0,
             word: case::received(0.5)?,
+            pose: case::belief()?.pose,
             heard: Vec::with_capacity(MOST_NEIGHBOURS + 2),
         })
     }
@@ -99,19 +137,14 @@ impl Robot {
     }
 
     /// [`Self::tick_hearing`] with a fix besides.
-    pub fn tick_with_fix(
-        &mut self,
-        neighbours: usize,
-        position: [f64; 2],
-        covariance: Covariance2,
-    ) -> f64 {
+    pub fn tick_with_fix(&mut self, neighbours: usize, covariance: Covariance2) -> f64 {
         self.listen(neighbours);
         let stamp = self.now + PERIOD;
         let sequence = self.sequence;
         self.heard.push(Measurement::Fix(PositionFix {
             stamp,
             origin: Origin::counted(sequence),
-            position,
+            position: [self.pose.x, self.pose.y],
             covariance,
             slow: SlowError::default(),
         }));
@@ -138,7 +171,7 @@ impl Robot {
 
     fn neighbour(&mut self, sender: usize, stamp: Stamp) -> NeighbourPose {
         self.sequence += 1;
-        let GlobalPose { pose, parts } = self.word;
+        let (pose, parts) = (self.pose, self.word.parts);
         NeighbourPose {
             stamp,
             origin: Origin {
@@ -167,10 +200,8 @@ impl Robot {
             stamp: self.now,
             measurements: &self.heard,
         };
-        step(&mut self.estimator, black_box(&inputs))
-            .estimate
-            .belief
-            .pose
-            .x
+        let outputs = step(&mut self.estimator, black_box(&inputs));
+        self.pose = outputs.estimate.belief.pose;
+        self.pose.x
     }
 }

@@ -400,3 +400,139 @@ pub(crate) fn quadratic(covariance: &Matrix2<f64>, v: Vector2<f64>) -> f64 {
     let inverse = covariance.try_inverse();
     inverse.map_or(f64::NAN, |inverse| v.dot(&(inverse * v)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::belief::Belief;
+    use crate::covariance::Covariance3;
+    use crate::motion::{Motion, propagate};
+    use crate::settings::Propagation;
+
+    fn motion(k: u32) -> Motion {
+        let k = f64::from(k);
+        Motion::Holonomic {
+            velocity: [
+                1.0 + 0.3 * libm::sin(k),
+                0.1 * libm::cos(k),
+                libm::sin(0.37 * k),
+            ],
+            noise: Covariance3::from_row_major([
+                0.05, 0.01, 0.002, 0.01, 0.02, 0.001, 0.002, 0.001, 0.04,
+            ])
+            .unwrap(),
+        }
+    }
+
+    fn believed(sigma: f64) -> Belief {
+        let covariance = Covariance3::from_row_major([
+            0.04,
+            0.01,
+            0.02 * sigma,
+            0.01,
+            0.09,
+            -0.03 * sigma,
+            0.02 * sigma,
+            -0.03 * sigma,
+            sigma * sigma,
+        ]);
+        Belief::independent(Pose::new(3.0, -2.0, 2.5), covariance.unwrap())
+    }
+
+    fn assert_close(a: f64, b: f64, what: &str) {
+        assert!(
+            (a - b).abs() < 1e-9 * (1.0 + b.abs()),
+            "{what}: {a} is not {b}"
+        );
+    }
+
+    /// Both have exact first and second moments of the position: at any heading, and however far it is driven.
+    #[test]
+    fn its_position_is_as_uncertain_as_that_of_honest_dead_reckoning() {
+        for sigma in [0.01, 0.3, 1.0, 3.0] {
+            let mut belief = believed(sigma);
+            let mut lifted = Lifted::of(&belief);
+            for k in 0..400 {
+                let motion = motion(k);
+                belief = propagate(&belief, &motion, 0.05, Propagation::Honest);
+                lifted.step(&motion.swept(0.0, 0.05), Wandering::NONE);
+            }
+            let p = belief.total().symmetric();
+            let [x, y] = lifted.position();
+            let covariance = lifted.position_covariance();
+            assert_close(x, belief.pose.x, "x");
+            assert_close(y, belief.pose.y, "y");
+            assert_close(covariance.m11, p.xx, "xx");
+            assert_close(covariance.m12, p.xy, "xy");
+            assert_close(covariance.m22, p.yy, "yy");
+        }
+    }
+
+    /// E|u|² is one, whatever the noise.
+    #[test]
+    fn a_direction_stays_a_direction() {
+        let mut lifted = Lifted::of(&believed(0.5));
+        for k in 0..1000 {
+            lifted.step(&motion(k).swept(0.0, 0.1), Wandering::NONE);
+            let u = lifted.mean_of(U);
+            let second = lifted.get(U, U) + u * u.transpose();
+            assert_close(second.trace(), 1.0, "E|u|²");
+        }
+    }
+
+    fn least_eigenvalue(lifted: &Lifted) -> f64 {
+        lifted.covariance.symmetric_eigenvalues().min() / lifted.covariance.trace()
+    }
+
+    #[test]
+    fn who_drives_and_has_fixes_finds_its_heading() {
+        let noise = Matrix2::identity() * 0.01;
+        let mut lifted = Lifted::at_fix([0.0, 0.0], &noise, 0.0);
+        assert!(!lifted.direction().is_resolved());
+        let heading = 2.0;
+        let motion = Motion::Nonholonomic {
+            velocity: [1.0, 0.0],
+            noise: crate::covariance::Covariance2::diagonal([1e-3, 1e-3]).unwrap(),
+        };
+        for k in 1..=50 {
+            lifted.step(&motion.swept(0.0, 0.2), Wandering::NONE);
+            let way = 0.2 * f64::from(k);
+            let fix = [way * libm::cos(heading), way * libm::sin(heading)];
+            assert!(lifted.distance(fix, &noise) < 1.0);
+            lifted.correct(fix, &noise);
+            assert!(least_eigenvalue(&lifted) > -1e-15);
+        }
+        let direction = lifted.direction();
+        assert!(direction.is_resolved() && !direction.contradicts_wheels());
+        assert!((direction.heading() - heading).abs() < 3.0 * direction.sigma());
+        let believed = lifted.as_belief();
+        assert!(believed.total().variances()[2] < 0.01);
+    }
+
+    /// The fixes stand while the wheels turn: that is no direction.
+    #[test]
+    fn fixes_that_do_not_move_as_the_wheels_do_contradict_them() {
+        let noise = Matrix2::identity() * 0.01;
+        let mut lifted = Lifted::at_fix([0.0, 0.0], &noise, 0.0);
+        for k in 0..50 {
+            lifted.step(&motion(k).swept(0.0, 0.2), Wandering::NONE);
+            lifted.correct([0.0, 0.0], &noise);
+        }
+        assert!(lifted.direction().contradicts_wheels());
+    }
+
+    /// All of it is forgotten in time and no more than all comes back.
+    #[test]
+    fn a_slow_error_wanders_within_its_variance() {
+        let mut lifted = Lifted::at_fix([0.0, 0.0], &Matrix2::identity(), 4.0);
+        let still = Motion::standstill([0.0; 3]);
+        for _ in 0..1000 {
+            let wandering = Wandering::over(1.0, 4.0, 60.0);
+            lifted.step(&still.swept(0.0, 1.0), wandering);
+        }
+        let error = lifted.get(B, B);
+        assert!((error.m11 - 4.0).abs() < 1e-9 && (error.m22 - 4.0).abs() < 1e-9);
+        assert!(lifted.get(P, B).norm() < 1e-6);
+        assert_eq!(Wandering::over(1.0, 0.0, 60.0), Wandering::NONE);
+    }
+}

@@ -53,3 +53,32 @@ impl Mean {
         *self = Self::default();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A shift of a σ, of which no single innovation tells.
+    #[test]
+    fn a_shift_that_is_never_refused_is_found_and_no_shift_is_not() {
+        let words_until = |shift: f64| {
+            let mut mean = Mean::default();
+            (1..=1000).find(|k| {
+                let scatter = if k % 2 == 0 { 1.0 } else { -1.0 };
+                mean.take([scatter + shift, -scatter]);
+                mean.disagrees()
+            })
+        };
+        assert!(words_until(1.0).is_some_and(|words| words < 50));
+        assert_eq!(words_until(0.0), None);
+    }
+
+    #[test]
+    fn it_ends_when_it_is_taken_back() {
+        let mut mean = Mean::default();
+        (0..50).for_each(|_| mean.take([9.0, 0.0]));
+        assert!(mean.disagrees());
+        mean.reconcile();
+        assert_eq!(mean, Mean::default());
+    }
+}

@@ -97,3 +97,63 @@ impl Weight {
         accepted: 1.0,
     };
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::found::word::Test;
+
+    fn cast(vote: &mut Vote, at_s: i64, d2: f64) {
+        let stamp = Stamp::default() + Span::from_millis(1000 * at_s);
+        vote.cast(stamp, &Test::of(d2), &Weight::WHOLE, true);
+    }
+
+    fn at(second: i64) -> Stamp {
+        Stamp::default() + Span::from_millis(1000 * second)
+    }
+
+    #[test]
+    fn four_refusals_are_a_no_that_lasts_until_it_is_taken_back() {
+        let mut vote = Vote::default();
+        for second in 0..4 {
+            assert!(!vote.disagrees(at(second)));
+            cast(&mut vote, second, 20.0);
+        }
+        assert!(vote.disagrees(at(4)) && !vote.agrees(at(4)) && !vote.stands_by(at(4)));
+        for second in 4..10 {
+            cast(&mut vote, second, 1.0);
+            assert!(vote.disagrees(at(second)), "it is latched");
+        }
+        cast(&mut vote, 10, 1.0);
+        assert!(!vote.disagrees(at(10)) && vote.agrees(at(10)) && vote.is_reconciled());
+    }
+
+    #[test]
+    fn a_silent_one_has_no_vote() {
+        let (mut against, mut with) = (Vote::default(), Vote::default());
+        for second in 0..6 {
+            cast(&mut against, second, 20.0);
+            cast(&mut with, second, 1.0);
+        }
+        assert!(against.disagrees(at(15)) && with.agrees(at(15)));
+        assert!(!against.disagrees(at(16)) && !with.agrees(at(16)) && !with.stands_by(at(16)));
+    }
+
+    #[test]
+    fn what_may_not_end_does_not() {
+        let mut vote = Vote::default();
+        (0..4).for_each(|second| cast(&mut vote, second, 20.0));
+        for second in 4..30 {
+            vote.cast(at(second), &Test::of(1.0), &Weight::WHOLE, false);
+        }
+        assert!(vote.disagrees(at(30)));
+    }
+
+    #[test]
+    fn one_tail_flips_nothing() {
+        let mut vote = Vote::default();
+        (0..8).for_each(|second| cast(&mut vote, second, 1.0));
+        cast(&mut vote, 8, 20.0);
+        assert!(vote.agrees(at(8)) && vote.stands_by(at(8)) && !vote.disagrees(at(8)));
+    }
+}

@@ -203,6 +203,16 @@ impl Test {
         gross: GROSS_FIX,
     };
 
+    /// Of a fix that is so far off.
+    #[cfg(test)]
+    pub(crate) fn of(d2: f64) -> Self {
+        Self {
+            d2,
+            limit: CHI2_2_99,
+            gross: GROSS_FIX,
+        }
+    }
+
     fn planar(covariance: &Symmetric3, [x, y, _]: [f64; 3]) -> Self {
         Self {
             d2: quadratic(covariance, [x, y, 0.0]),

@@ -22,6 +22,7 @@ pub(crate) enum Case {
     Tick,
     TickOfFour,
     LateByFifty,
+    Sought,
     Crowded,
     DaemonFrames,
     DaemonNeighbours,
@@ -29,7 +30,7 @@ pub(crate) enum Case {
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 13] = [
+    pub(crate) const ALL: [Self; 14] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -39,6 +40,7 @@ impl Case {
         Self::Tick,
         Self::TickOfFour,
         Self::LateByFifty,
+        Self::Sought,
         Self::Crowded,
         Self::DaemonFrames,
         Self::DaemonNeighbours,
@@ -56,6 +58,7 @@ impl Case {
             Self::Tick => "tick-alone",
             Self::TickOfFour => "tick-4-neighbours-and-fix",
             Self::LateByFifty => "tick-late-by-50",
+            Self::Sought => "tick-with-16-hypotheses",
             Self::Crowded => "tick-worst-of-1024",
             Self::DaemonFrames => "daemon-frames",
             Self::DaemonNeighbours => "daemon-4-neighbours-and-fix",
@@ -136,12 +139,16 @@ impl Case {
             }
             Self::TickOfFour => {
                 let mut robot = Robot::warm(4)?;
-                let (position, noise) = case::fix()?;
-                repeat(iterations, || robot.tick_with_fix(4, position, noise));
+                let (_, noise) = case::fix()?;
+                repeat(iterations, || robot.tick_with_fix(4, noise));
             }
             Self::LateByFifty => {
                 let mut robot = Robot::warm(0)?;
                 repeat(iterations, || robot.tick_late(50));
+            }
+            Self::Sought => {
+                let mut robot = Robot::sought(16)?;
+                repeat(iterations, || robot.tick_hearing(0));
             }
             Self::Crowded => {
                 let robot = Robot::crowded(DEFAULT_SLOTS)?;
