@@ -15,6 +15,7 @@
 pub mod dead_reckoning;
 pub mod evaluate;
 pub mod fleet;
+pub mod found;
 pub mod honest;
 pub mod method;
 pub mod metrics;

@@ -113,5 +113,5 @@ fn write(path: &Path, text: &str) -> Result<(), String> {
 fn spliced(path: &Path, text: &str) -> Result<String, String> {
     let trouble = |reason: String| format!("{}: {reason}", path.display());
     let document = std::fs::read_to_string(path).map_err(|error| trouble(error.to_string()))?;
-    splice(&document, text).map_err(trouble)
+    splice(&document, "honest", text).map_err(trouble)
 }

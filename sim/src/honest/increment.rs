@@ -11,7 +11,7 @@ const SERIES: f64 = 1e-3;
 
 /// In the body frame at the start of the step.
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub(super) struct Increment {
+pub(crate) struct Increment {
     /// \[m\]
     way: [f64; 2],
     /// \[rad\]
@@ -27,16 +27,16 @@ pub(super) struct Increment {
 
 /// Where a robot really is.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
-pub(super) struct Place {
+pub(crate) struct Place {
     /// \[m\]
-    pub(super) position: [f64; 2],
+    pub(crate) position: [f64; 2],
     /// Not wrapped \[rad\].
-    pub(super) heading: f64,
+    pub(crate) heading: f64,
 }
 
 impl Increment {
     /// Of `held = [d_x, d_y, Δ]`, whose noise has these variances.
-    pub(super) fn new([x, y, turn]: [f64; 3], variances: [f64; 3]) -> Self {
+    pub(crate) fn new([x, y, turn]: [f64; 3], variances: [f64; 3]) -> Self {
         let [ahead, aside, turning] = variances.map(f64::sqrt);
         let (s, c, slope_s, slope_c) = means(turn);
         Self {
@@ -52,7 +52,7 @@ impl Increment {
 
     /// After one step; whoever cannot slip draws two numbers.
     #[inline]
-    pub(super) fn drive(&self, place: &mut Place, draws: &mut Draws) {
+    pub(crate) fn drive(&self, place: &mut Place, draws: &mut Draws) {
         let [a, b] = draws.normals();
         let slip = if self.slips { draws.normal() } else { 0.0 };
         let along =

@@ -13,10 +13,10 @@
 //! way has exactly the covariance that the filter is told (`increment`).
 
 mod filter;
-mod increment;
+pub(crate) mod increment;
 mod score;
 mod sort;
-mod table;
+pub(crate) mod table;
 mod turning;
 
 pub mod drive;

@@ -1,19 +1,19 @@
 //! Tables in a document that people have written the rest of.
 
-const BEGIN: &str = "<!-- honest -->";
 const END: &str = "<!-- end -->";
 
-/// `document` with `body` between its marks.
+/// `document` with `body` between its marks, of which the first bears `name`.
 ///
 /// # Errors
 /// Which marks it lacks.
-pub fn splice(document: &str, body: &str) -> Result<String, String> {
+pub fn splice(document: &str, name: &str, body: &str) -> Result<String, String> {
+    let begin = format!("<!-- {name} -->");
     let parts = document
-        .split_once(BEGIN)
+        .split_once(&begin)
         .and_then(|(head, rest)| rest.split_once(END).map(|(_, tail)| (head, tail)));
     let (head, tail) =
-        parts.ok_or_else(|| format!("it has no lines `{BEGIN}` and `{END}` to write between"))?;
-    Ok(format!("{head}{BEGIN}\n{}\n{END}{tail}", body.trim_end()))
+        parts.ok_or_else(|| format!("it has no lines `{begin}` and `{END}` to write between"))?;
+    Ok(format!("{head}{begin}\n{}\n{END}{tail}", body.trim_end()))
 }
 
 #[cfg(test)]
@@ -23,13 +23,13 @@ mod tests {
     #[test]
     fn only_what_is_between_the_marks_is_replaced() {
         let document = "Words.\n<!-- honest -->\nold\n<!-- end -->\nMore.\n";
-        let new = splice(document, "new\n\n").expect("marks");
+        let new = splice(document, "honest", "new\n\n").expect("marks");
         assert_eq!(new, document.replace("old", "new"));
         assert_eq!(
-            splice(&new, "new").as_deref(),
+            splice(&new, "honest", "new").as_deref(),
             Ok(new.as_str()),
             "twice is once"
         );
-        assert!(splice("somebody's text", "a").is_err());
+        assert!(splice("somebody's text", "honest", "a").is_err());
     }
 }

@@ -2,27 +2,27 @@
 
 /// Of this many columns.
 #[derive(Clone, Debug)]
-pub(super) struct Table<const N: usize>(Vec<[String; N]>);
+pub(crate) struct Table<const N: usize>(Vec<[String; N]>);
 
 impl<const N: usize> Table<N> {
-    pub(super) fn new(head: [&str; N]) -> Self {
+    pub(crate) fn new(head: [&str; N]) -> Self {
         let rule = std::array::from_fn(|_| "---".into());
         Self(vec![head.map(String::from), rule])
     }
 
-    pub(super) fn row(&mut self, row: [String; N]) {
+    pub(crate) fn row(&mut self, row: [String; N]) {
         self.0.push(row);
     }
 
     /// In Markdown.
-    pub(super) fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let line = |row: &[String; N]| format!("| {} |\n", row.join(" | "));
         self.0.iter().map(line).collect()
     }
 }
 
 /// Three digits, more before the point if need be.
-pub(super) fn digits(value: f64) -> String {
+pub(crate) fn digits(value: f64) -> String {
     if value.abs() < 9.995 {
         format!("{value:.2}")
     } else if value.abs() < 99.95 {
@@ -33,7 +33,7 @@ pub(super) fn digits(value: f64) -> String {
 }
 
 /// A share in per cent.
-pub(super) fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
