@@ -36,7 +36,7 @@ const SCALE: f64 = 0.05;
 const TELLING: f64 = 0.25;
 
 /// A heading known as well as this is a heading \[rad\].
-const RESOLVED: f64 = 0.2;
+const RESOLVED: f64 = 0.25;
 
 /// J: a quarter of a turn to the left.
 const LEFT: Matrix2<f64> = Matrix2::new(0.0, -1.0, 1.0, 0.0);
