@@ -15,11 +15,6 @@ pub(super) fn tell(tick: u32, outputs: &TickOutputs<'_>, place: &Place) {
         let of_s = coloc_estimator::Span::from_nanos(stamp.as_nanos()).as_seconds();
         let _ = writeln!(out, "{now_s:.2}: {decision:?}, by what was said at {of_s:.2}");
     }
-    if std::env::var_os("REPORTS").is_some() {
-        for report in outputs.reports {
-            let _ = writeln!(out, "{now_s:.2}: {report:?}");
-        }
-    }
     let whole = tick.is_multiple_of(super::world::TICKS_PER_SECOND);
     let troubled = finding.state != FindingState::Ok || !finding.dissents().is_empty();
     let anew = finding.since.as_nanos() > 0 && now_s - seconds_of(finding.since) < 1.05;

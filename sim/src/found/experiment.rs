@@ -31,6 +31,8 @@ pub struct Experiment {
     pub watched_s: f64,
     /// Whether it is watched to the end, or until a minute after it was found.
     pub to_the_end: bool,
+    /// It shows what cannot be known, or more than was promised: its NEES counts for this row alone.
+    pub beyond: bool,
     /// What must come of it.
     pub bars: Vec<Bar>,
     /// What the prototype's table says of it.
@@ -156,6 +158,7 @@ impl Experiment {
             event: Event::Nothing,
             watched_s: 81.0,
             to_the_end: false,
+            beyond: false,
             bars: Vec::new(),
             document: "",
         }

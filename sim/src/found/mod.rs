@@ -100,25 +100,25 @@ pub const PARTS: [Part; 6] = [
         name: "start",
         title: "Unknown starts",
         rows: |form| run(&rows::starts(), form),
-        pooled: &[Bar::NoWrongTakeover, Bar::NeesAtMost],
+        pooled: &[Bar::NeesAtMost],
     },
     Part {
         name: "carried",
         title: "Kidnapped while driving, and carried while standing",
         rows: |form| run(&rows::carried(), form),
-        pooled: &[Bar::NoWrongTakeover, Bar::Nees],
+        pooled: &[Bar::Nees],
     },
     Part {
         name: "outage",
         title: "Outages, then fixes of 0.05 and 1 m at 1 and 5 Hz",
         rows: outages::rows,
-        pooled: &[Bar::RightAt20, Bar::NoWrongTakeover, Bar::Nees],
+        pooled: &[Bar::RightAt20, Bar::Nees],
     },
     Part {
         name: "liar",
         title: "One liar among two that are honest",
         rows: |form| run(&rows::liars(), form),
-        pooled: &[Bar::NoWrongTakeover, Bar::HonestUnnamed, Bar::NeesAtMost],
+        pooled: &[Bar::NeesAtMost],
     },
     Part {
         name: "alone",
@@ -130,7 +130,7 @@ pub const PARTS: [Part; 6] = [
         name: "honest",
         title: "All are honest",
         rows: |form| run(&rows::honest(), form),
-        pooled: &[Bar::NoWrongTakeover],
+        pooled: &[Bar::NeesAtMost],
     },
 ];
 

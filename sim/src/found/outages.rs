@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use super::Form;
-use super::bar::Bar;
 use super::experiment::{Drive, Experiment, Sensor, Wheels};
 use super::outcome::Outcome;
 use super::report::Row;
@@ -57,8 +56,9 @@ fn rows_of(experiment: &Experiment, form: &Form) -> Vec<Row> {
     let row = |(at, outage): (usize, &u32)| Row {
         name: format!("{}, {outage} s", experiment.name),
         outcomes: robots.iter().flat_map(|it| it[at].clone()).collect(),
-        bars: vec![Bar::NoWrongTakeover],
+        bars: Vec::new(),
         document: "",
+        beyond: false,
     };
     OUTAGES_S.iter().enumerate().map(row).collect()
 }

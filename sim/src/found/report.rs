@@ -16,6 +16,7 @@ pub(super) struct Row {
     pub(super) outcomes: Vec<Outcome>,
     pub(super) bars: Vec<Bar>,
     pub(super) document: &'static str,
+    pub(super) beyond: bool,
 }
 
 /// What came of a part.
@@ -48,6 +49,7 @@ pub(super) fn row(experiment: &Experiment, form: &Form) -> Row {
         outcomes,
         bars: experiment.bars.clone(),
         document: experiment.document,
+        beyond: experiment.beyond,
     }
 }
 
@@ -59,34 +61,28 @@ pub(super) fn report(title: &str, rows: &[Row], pooled: &[Bar]) -> Found {
         "ok by 15, 20, 60 s, of",
         "median",
         "wrong of takeovers",
-        "ok and wrong: robots; longest, all",
-        "not held",
+        "ok and wrong: robots, longest",
         "left ok",
-        "NEES",
-        "document",
+        "named: honest, liar",
+        "NEES; above 11.3, above 16.3",
+        "prototype",
     ]);
     let mut missed = Vec::new();
     for row in rows {
-        if std::env::var_os("MOMENTS").is_some() {
-            for m in 0..8 {
-                let v: Vec<f64> = row.outcomes.iter().filter_map(|it| it.nees[m]).collect();
-                let n = v.len();
-                eprintln!("{} moment {m}: n {n} mean {:.3} >11 {} >16 {} >30 {}", row.name, v.iter().sum::<f64>() / n as f64, v.iter().filter(|x| **x > 11.345).count(), v.iter().filter(|x| **x > 16.27).count(), v.iter().filter(|x| **x > 30.66).count());
-            }
-        }
         table.row(cells(row));
         let robots: Vec<_> = row.outcomes.iter().collect();
         let misses = row.bars.iter().filter_map(|bar| bar.missed(&robots));
         missed.extend(misses.map(|it| format!("{}: {it}", row.name)));
     }
-    let all: Vec<_> = rows.iter().flat_map(|row| &row.outcomes).collect();
+    let counted = rows.iter().filter(|row| !row.beyond);
+    let all: Vec<_> = counted.flat_map(|row| &row.outcomes).collect();
     let misses = pooled.iter().filter_map(|bar| bar.missed(&all));
     missed.extend(misses.map(|it| format!("all together: {it}")));
     let honesty = Honesty::of(all.iter().copied());
     Found {
         title: title.into(),
         text: format!(
-            "{}\nNEES of all {} robots together: {}.\n",
+            "{}\nNEES of {} robots together, but for rows with a star: {}.\n",
             table.text(),
             all.len(),
             honesty.text()
@@ -104,39 +100,21 @@ fn cells(row: &Row) -> [String; 9] {
     };
     let sum = |of: fn(&Outcome) -> u32| robots.iter().map(of).sum::<u32>();
     let most = |of: fn(&Outcome) -> f64| robots.iter().map(of).fold(0.0, f64::max);
+    let not_ok_s: f64 = robots.iter().map(|it| it.not_ok_s).sum();
     let share = |of: fn(&Outcome) -> bool| robots.iter().filter(|it| of(it)).count();
     [
-        row.name.clone(),
+        format!("{}{}", row.name, if row.beyond { " *" } else { "" }),
         format!("{}, {}, {} of {}", by(15.0), by(20.0), by(60.0), robots.len()),
         seconds(median(robots.iter().map(|it| it.found_s))),
         format!("{} of {}", sum(|it| it.wrongly), sum(|it| it.followed)),
         format!(
-            "{}; {:.1} s, {:.1} s",
+            "{}, {:.1} s",
             share(|it| it.wrong_s > 0.0),
-            most(|it| it.wrong_longest_s),
-            most(|it| it.wrong_s)
+            most(|it| it.wrong_longest_s)
         ),
-        format!("{}; {:.1} s", share(|it| it.uncovered_s > 0.0), most(|it| it.uncovered_s)),
-        left_ok(robots),
+        format!("{} times, {:.0} s", sum(|it| it.alarms), not_ok_s),
+        format!("{}, {}", sum(|it| it.honest_named), share(|it| it.liar_at_end)),
         Honesty::of(robots).text(),
         row.document.into(),
     ]
-}
-
-/// How often, and for how long on the whole; who was named.
-fn left_ok(robots: &[Outcome]) -> String {
-    let alarms: u32 = robots.iter().map(|it| it.alarms).sum();
-    let not_ok: f64 = robots.iter().map(|it| it.not_ok_s).sum();
-    let named: u32 = robots.iter().map(|it| it.honest_named).sum();
-    let liars = robots.iter().filter(|it| it.liar_at_end).count();
-    let decided: Vec<_> = (0..5)
-        .map(|kind| {
-            let of = robots.iter().map(|it| it.decided[kind]);
-            of.sum::<u32>().to_string()
-        })
-        .collect();
-    format!(
-        "{alarms}, {not_ok:.0} s; honest named {named}, liar {liars}; {}",
-        decided.join("/")
-    )
 }

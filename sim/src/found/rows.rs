@@ -38,7 +38,7 @@ fn heading_unknown(name: &str, robots: usize, sigma: f64, hz: u32) -> Experiment
 fn grid() -> Vec<Experiment> {
     let row = |name: &str, sigma, hz, drive, median: f64, by: f64, document| Experiment {
         drive,
-        bars: vec![Bar::FoundBy(by), Bar::Median(median), Bar::NoWrongTakeover, Bar::Nees],
+        bars: vec![Bar::FoundBy(by), Bar::Median(median), Bar::NoWrongTakeover],
         document,
         watched_s: 121.0,
         ..heading_unknown(name, SOME, sigma, hz)
@@ -68,15 +68,14 @@ fn grid() -> Vec<Experiment> {
 }
 
 fn others() -> Vec<Experiment> {
-    let pose_unknown = |name, sensors, median, document, nees| Experiment {
+    let pose_unknown = |name, sensors, median, document| Experiment {
         start: Start::Nothing,
         sensors,
-        bars: vec![Bar::FoundBy(15.0), Bar::Median(median), Bar::NoWrongTakeover, nees],
+        bars: vec![Bar::FoundBy(15.0), Bar::Median(median), Bar::NoWrongTakeover],
         document,
         ..Experiment::new(name, SOME)
     };
     let (fix, neighbour) = (Sensor::fix(0.3), Sensor::neighbour());
-    let (exact, at_most) = (Bar::Nees, Bar::NeesAtMost);
     let slow = |name, start, drive, bars| Experiment {
         start,
         drive,
@@ -87,9 +86,9 @@ fn others() -> Vec<Experiment> {
         ..Experiment::new(name, SOME)
     };
     vec![
-        pose_unknown("pose unknown, fixes", vec![fix], 2.8, "2.8", exact),
-        pose_unknown("pose unknown, a neighbour", vec![neighbour], 5.2, "5.2; NEES 2.40", at_most),
-        pose_unknown("pose unknown, both", vec![fix, neighbour], 2.8, "2.8; NEES 2.44", at_most),
+        pose_unknown("pose unknown, fixes", vec![fix], 2.8, "2.8"),
+        pose_unknown("pose unknown, a neighbour", vec![neighbour], 5.2, "5.2; NEES 2.40"),
+        pose_unknown("pose unknown, both", vec![fix, neighbour], 2.8, "2.8; NEES 2.44"),
         Experiment {
             start: Start::Nothing,
             sensors: vec![fix, neighbour],
@@ -102,7 +101,7 @@ fn others() -> Vec<Experiment> {
             start: Start::Nothing,
             sensors: vec![fix, neighbour, neighbour],
             event: Event::Lie(1, Lie::Shift(30.0)),
-            bars: vec![Bar::FoundBy(15.0), Bar::Median(5.1), Bar::NoWrongTakeover, at_most],
+            bars: vec![Bar::FoundBy(15.0), Bar::Median(5.1), Bar::NoWrongTakeover],
             document: "all by 15 s, 5.1; NEES 1.98",
             ..Experiment::new("pose unknown, two neighbours, a receiver lies by 30 m", SOME)
         },
@@ -110,24 +109,24 @@ fn others() -> Vec<Experiment> {
             "slow receiver, heading unknown",
             TURNED,
             Drive::Wander(1.0),
-            vec![Bar::FoundBy(15.0), Bar::Median(3.2), Bar::NoWrongTakeover, at_most],
+            vec![Bar::FoundBy(15.0), Bar::Median(3.2), Bar::NoWrongTakeover],
         ),
         slow(
             "slow receiver, pose unknown",
             Start::Nothing,
             Drive::Wander(1.0),
-            vec![Bar::FoundBy(15.0), Bar::Median(3.2), Bar::NoWrongTakeover, at_most],
+            vec![Bar::FoundBy(15.0), Bar::Median(3.2), Bar::NoWrongTakeover],
         ),
         slow(
             "slow receiver, heading unknown, 0.2 m/s",
             TURNED,
             Drive::Wander(0.2),
-            vec![Bar::FoundBy(60.0), Bar::Median(21.0), Bar::NoWrongTakeover, at_most],
+            vec![Bar::FoundBy(60.0), Bar::Median(21.0), Bar::NoWrongTakeover],
         ),
         Experiment {
             start: Start::Wrong(1100.0),
             trust: TrustJump::Receiver,
-            bars: vec![Bar::FoundBy(20.0), Bar::Median(5.0), Bar::NoWrongTakeover, exact],
+            bars: vec![Bar::FoundBy(20.0), Bar::Median(5.0), Bar::NoWrongTakeover],
             document: "all by 15 s, 5.0",
             ..Experiment::new("wrong start, 1,100 m away", SOME)
         },
@@ -142,6 +141,7 @@ fn heavy(name: &str, tail: Tail) -> Experiment {
         start: TURNED,
         sensors: vec![Sensor::fix(0.3).with(tail)],
         bars: vec![Bar::FoundBy(20.0), Bar::NoWrongTakeover],
+        beyond: true,
         ..Experiment::new(name, SOME)
     }
 }
@@ -174,28 +174,28 @@ pub(super) fn carried() -> Vec<Experiment> {
 }
 
 fn kidnapped_rows() -> Vec<Experiment> {
-    let row = |name, far: f64, sensors, by, median, document, nees| Experiment {
-        bars: vec![Bar::FoundBy(by), Bar::Median(median), Bar::NoWrongTakeover, nees],
+    let row = |name, far: f64, sensors, by, median, document| Experiment {
+        bars: vec![Bar::FoundBy(by), Bar::Median(median), Bar::NoWrongTakeover],
         document,
+        beyond: far < 5.0,
         ..kidnapped(name, SOME, [far, far * (1.0 + 1e-9)], sensors)
     };
     let (fix, coarse) = (Sensor::fix(0.3), Sensor::fix(1.0));
     let (neighbour, slow) = (Sensor::neighbour(), Sensor::slow());
-    let (exact, at_most) = (Bar::Nees, Bar::NeesAtMost);
     let both = vec![fix, neighbour];
     let three = vec![neighbour, neighbour, fix];
     let mut rows = vec![
-        row("driving, 5 m, σ 1 m", 5.0, vec![coarse], 20.0, 13.8, "13.8", exact),
-        row("driving, 30 m, σ 1 m, 1 Hz", 30.0, vec![coarse.at_hz(1)], 20.0, 17.0, "17.0", exact),
-        row("driving, 1 m, σ 0.3 m", 1.0, vec![fix], 60.0, 14.5, "84 % by 15 s, 99.7 % by 20 s", at_most),
-        row("driving, 0.3 m, σ 0.3 m", 0.3, vec![fix], 60.0, 14.5, "78 %, 99 %; NEES 3.78", at_most),
-        row("driving, 0.3 m, σ 0.02 m", 0.3, vec![Sensor::fix(0.02)], 20.0, 13.8, "all by 20 s", exact),
-        row("driving, 30 m, two receivers", 30.0, vec![fix, fix], 15.0, 4.8, "4.8; NEES 3.01", exact),
-        row("driving, 30 m, receiver and neighbour", 30.0, both, 15.0, 5.1, "5.1", at_most),
-        row("driving, 30 m, two neighbours", 30.0, vec![neighbour, neighbour], 15.0, 8.0, "8.0", at_most),
-        row("driving, 3 m, slow receiver", 3.0, vec![slow], 20.0, 14.2, "all by 15 s, 14.2", at_most),
-        row("driving, 30 m, slow receiver", 30.0, vec![slow], 20.0, 14.2, "all by 15 s, 14.2", at_most),
-        row("driving, 1 km, slow receiver", 1000.0, vec![slow], 20.0, 14.2, "all by 15 s, 14.2", at_most),
+        row("driving, 5 m, σ 1 m", 5.0, vec![coarse], 20.0, 13.8, "13.8"),
+        row("driving, 30 m, σ 1 m, 1 Hz", 30.0, vec![coarse.at_hz(1)], 20.0, 17.0, "17.0"),
+        row("driving, 1 m, σ 0.3 m", 1.0, vec![fix], 60.0, 14.5, "84 % by 15 s, 99.7 % by 20 s"),
+        row("driving, 0.3 m, σ 0.3 m", 0.3, vec![fix], 60.0, 14.5, "78 %, 99 %; NEES 3.78"),
+        row("driving, 0.3 m, σ 0.02 m", 0.3, vec![Sensor::fix(0.02)], 20.0, 13.8, "all by 20 s"),
+        row("driving, 30 m, two receivers", 30.0, vec![fix, fix], 15.0, 4.8, "4.8; NEES 3.01"),
+        row("driving, 30 m, receiver and neighbour", 30.0, both, 15.0, 5.1, "5.1"),
+        row("driving, 30 m, two neighbours", 30.0, vec![neighbour, neighbour], 15.0, 8.0, "8.0"),
+        row("driving, 3 m, slow receiver", 3.0, vec![slow], 20.0, 14.2, "all by 15 s, 14.2"),
+        row("driving, 30 m, slow receiver", 30.0, vec![slow], 20.0, 14.2, "all by 15 s, 14.2"),
+        row("driving, 1 km, slow receiver", 1000.0, vec![slow], 20.0, 14.2, "all by 15 s, 14.2"),
         row(
             "driving, 30 m, 5 % of the fixes five times as wrong",
             30.0,
@@ -203,14 +203,13 @@ fn kidnapped_rows() -> Vec<Experiment> {
             20.0,
             13.8,
             "",
-            at_most,
         ),
     ];
     rows.push(Experiment {
         // The receiver has lied from the start.
         bars: vec![Bar::NoWrongTakeover],
         document: "with a liar: 8.1",
-        ..row("driving, 30 m, two neighbours and a receiver", 30.0, three, 15.0, 8.0, "", at_most)
+        ..row("driving, 30 m, two neighbours and a receiver", 30.0, three, 15.0, 8.0, "")
     });
     rows
 }
@@ -228,7 +227,6 @@ fn standing() -> Vec<Experiment> {
             Bar::FoundBy(DRIVES_OFF_S + 10.0),
             Bar::RightAfter(6.0),
             Bar::NoWrongTakeover,
-            Bar::Nees,
         ],
         document: "position by 17.2 s; ok 1–2 s after driving off",
         ..Experiment::new(name, robots)
@@ -241,6 +239,7 @@ fn standing() -> Vec<Experiment> {
         row("standing, 3 to 100 m, σ 1 m", MANY / 5, [3.0, 100.0], 1.0),
         Experiment {
             bars: vec![Bar::NoWrongTakeover],
+            beyond: true,
             document: "noticed after 17 s; wrong meanwhile 14 s",
             ..row("standing, 0.3 m, σ 0.3 m", SOME, [0.3, 0.3001], 0.3)
         },
@@ -286,7 +285,6 @@ fn liar(name: String, sensors: &[Sensor], number: usize, lie: Lie) -> Experiment
             Bar::WrongAtMost(3.0),
             Bar::LiarNamed,
             Bar::HonestUnnamed,
-            Bar::NeesAtMost,
         ],
         ..Experiment::new(name, SOME)
     }
@@ -299,6 +297,7 @@ pub(super) fn alone() -> Vec<Experiment> {
     rows.push(Experiment {
         start: Start::Nothing,
         silence_s: [1.1, 40.0],
+        beyond: true,
         watched_s: 121.0,
         bars: vec![Bar::LostBy(13.5), Bar::FoundBy(55.0), Bar::NoWrongTakeover],
         ..Experiment::new("pose unknown, nobody speaks from 1 to 40 s", SOME)
@@ -318,10 +317,11 @@ fn lone_liars() -> Vec<Experiment> {
         trust,
         bars,
         document,
+        beyond: true,
         ..liar(name.into(), &[Sensor::fix(0.3)], 1, lie)
     };
     let (robot, receiver) = (TrustJump::Robot, TrustJump::Receiver);
-    let never = vec![Bar::NoWrongTakeover, Bar::WrongAtMost(3.0)];
+    let never = vec![Bar::NoWrongTakeover];
     let (jump, drift) = (Lie::Shift(10.0), Lie::Drift);
     vec![
         row("jumps by 10 m, trust robot", robot, jump, vec![], "follows after 12 s"),
@@ -339,6 +339,7 @@ fn blackouts() -> Vec<Experiment> {
         sensors: vec![Sensor::fix(0.3).at_hz(hz)],
         silence_s: [EVENT_S, EVENT_S + 60.0],
         event_s: EVENT_S + 60.0,
+        beyond: bars.is_empty(),
         bars,
         document,
         ..liar(name.into(), &[], 1, lie)
@@ -360,6 +361,7 @@ fn pairs() -> Vec<Experiment> {
     let row = |name: &str, lie, document| Experiment {
         bars: vec![],
         document,
+        beyond: true,
         ..liar(name.into(), &[fix, fix], 2, lie)
     };
     vec![
@@ -379,13 +381,14 @@ pub(super) fn honest() -> Vec<Experiment> {
         drive,
         watched_s: 1000.0,
         to_the_end: true,
+        beyond: bars.is_empty(),
         bars,
         document,
         ..Experiment::new(name, robots)
     };
     let (wander, slowly) = (Drive::Wander(1.0), Drive::Wander(0.2));
     let (fix, exact, neighbour) = (Sensor::fix(0.3), Sensor::fix(0.02), Sensor::neighbour());
-    let few = || vec![Bar::Alarms(5), Bar::NeesAtMost];
+    let few = || vec![Bar::Alarms(5)];
     let heavy = fix.with(Tail::Mixed(0.05, 5.0));
     vec![
         row("σ 0.3 m, 10⁶ s", 1000, vec![fix], wander, few(), "1 alarm"),
