@@ -334,7 +334,7 @@ fn lone_liars() -> Vec<Experiment> {
 
 /// 105 wrong fixes after a minute without any.
 fn blackouts() -> Vec<Experiment> {
-    let row = |name: &str, trust, hz, lie, bars, document| Experiment {
+    let row = |name: &str, trust, hz, lie, bars: Vec<Bar>, document| Experiment {
         trust,
         sensors: vec![Sensor::fix(0.3).at_hz(hz)],
         silence_s: [EVENT_S, EVENT_S + 60.0],
@@ -376,7 +376,7 @@ fn pairs() -> Vec<Experiment> {
 
 /// A quarter of an hour of each robot.
 pub(super) fn honest() -> Vec<Experiment> {
-    let row = |name, robots, sensors, drive, bars, document| Experiment {
+    let row = |name, robots, sensors, drive, bars: Vec<Bar>, document| Experiment {
         sensors,
         drive,
         watched_s: 1000.0,
