@@ -305,7 +305,9 @@ impl Found {
         };
         let own = shared_of_refusal(word, prior, &test);
         let weight = weigh(word, &test, news, own);
-        let may_end = is_same_heading(seat.hypothesis.as_ref(), prior);
+        let is_near = |it: &Hypothesis| is_near(&it.lifted, prior);
+        let may_end = is_same_heading(seat.hypothesis.as_ref(), prior)
+            && seat.hypothesis.as_ref().is_none_or(is_near);
         seat.on_belief.cast(word.stamp, &test, &weight, may_end);
         seat.d2 = test.d2;
         let fused = test.passes() && !seat.disagrees(word.stamp);
