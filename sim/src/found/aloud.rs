@@ -13,7 +13,10 @@ pub(super) fn tell(tick: u32, outputs: &TickOutputs<'_>, place: &Place) {
     let mut out = stdout().lock();
     for (stamp, decision) in finding.decisions() {
         let of_s = coloc_estimator::Span::from_nanos(stamp.as_nanos()).as_seconds();
-        let _ = writeln!(out, "{now_s:.2}: {decision:?}, by what was said at {of_s:.2}");
+        let _ = writeln!(
+            out,
+            "{now_s:.2}: {decision:?}, by what was said at {of_s:.2}"
+        );
     }
     let whole = tick.is_multiple_of(super::world::TICKS_PER_SECOND);
     let troubled = finding.state != FindingState::Ok || !finding.dissents().is_empty();

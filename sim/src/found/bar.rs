@@ -1,6 +1,6 @@
 //! What must come of many robots.
 
-use super::outcome::{MOMENTS_S, Outcome};
+use super::outcome::Outcome;
 
 /// Of 10,000 robots so many may fail, which shows 99.9 %.
 const MAY_FAIL: usize = 4;
@@ -10,6 +10,9 @@ const OF: usize = 10_000;
 const MEAN: [f64; 2] = [2.6, 3.3];
 const PERCENT: (f64, f64) = (11.345, 0.015);
 const PER_MILLE: (f64, f64) = (16.27, 0.004);
+
+/// Of fewer samples shares of a few per mille say nothing: a robot's follow each other.
+const ENOUGH: f64 = 20_000.0;
 
 /// What a median may be above the prototype's \[s\].
 const LATER_S: f64 = 0.5;
@@ -43,7 +46,7 @@ pub enum Bar {
     Alarms(u32),
     /// All are `lost` by then \[s\].
     LostBy(f64),
-    /// The NEES after it was found is that of an honest pose.
+    /// The NEES after it was found is that of an honest pose; judged of 20,000 samples and more.
     Nees,
     /// Or lower.
     NeesAtMost,
@@ -88,6 +91,9 @@ impl Honesty {
     }
 
     fn missed(&self, least: f64) -> Option<String> {
+        if self.count < ENOUGH {
+            return None;
+        }
         let Self {
             count,
             sum,
@@ -140,17 +146,13 @@ impl Bar {
                 &format!("ok and wrong for more than {most} s"),
                 |it| it.wrong_longest_s > most + 1e-6,
             ),
-            Self::RightAfter(from) => {
-                none(robots, &format!("ok and wrong after {from} s"), |it| {
-                    it.wrong_last_s > from
-                })
-            }
+            Self::RightAfter(from) => none(robots, &format!("ok and wrong after {from} s"), |it| {
+                it.wrong_last_s > from
+            }),
             Self::NeverOk => none(robots, "ok", |it| it.found_s.is_some() || it.wrong_s > 0.0),
             Self::AlwaysOk => none(robots, "not always ok", |it| it.not_ok_s > 0.0),
             Self::LiarNamed => few(robots, "whose liar is not named", |it| !it.liar_at_end),
-            Self::HonestUnnamed => none(robots, "name an honest source", |it| {
-                it.honest_named > 0
-            }),
+            Self::HonestUnnamed => none(robots, "name an honest source", |it| it.honest_named > 0),
             Self::Alarms(most) => {
                 let alarms: u32 = robots.iter().map(|it| it.alarms).sum();
                 (alarms > most).then(|| format!("{alarms} alarms, more than {most}"))
@@ -208,4 +210,62 @@ pub(super) fn seconds(time_s: Option<f64>) -> String {
     time_s.map_or_else(|| "–".into(), |it| format!("{it:.1} s"))
 }
 
-const _: () = assert!(MOMENTS_S.len() == 8);
+#[cfg(test)]
+mod tests {
+    use super::super::outcome::MOMENTS_S;
+    use super::*;
+
+    fn found(at_s: f64, nees: f64) -> Outcome {
+        Outcome {
+            found_s: Some(at_s),
+            nees: [Some(nees); MOMENTS_S.len()],
+            ..Outcome::default()
+        }
+    }
+
+    fn misses(bar: Bar, robots: &[Outcome]) -> bool {
+        bar.missed(&robots.iter().collect::<Vec<_>>()).is_some()
+    }
+
+    #[test]
+    fn four_of_ten_thousand_may_be_late_and_none_of_six_hundred() {
+        let with_late = |late, of| {
+            let mut robots = vec![found(5.0, 3.0); of];
+            robots[..late].fill(found(15.1, 3.0));
+            robots
+        };
+        assert!(!misses(Bar::FoundBy(15.0), &with_late(4, 10_000)));
+        assert!(misses(Bar::FoundBy(15.0), &with_late(5, 10_000)));
+        assert!(misses(Bar::FoundBy(15.0), &with_late(1, 600)));
+        assert!(misses(Bar::FoundBy(15.0), &[Outcome::default()]), "never");
+    }
+
+    #[test]
+    fn one_who_follows_wrongly_is_said_by_number() {
+        let wrong = Outcome {
+            wrongly: 1,
+            ..found(5.0, 3.0)
+        };
+        let robots = [found(5.0, 3.0), wrong];
+        let said = Bar::NoWrongTakeover.missed(&robots.iter().collect::<Vec<_>>());
+        assert_eq!(said.as_deref(), Some("1 of 2 followed wrongly (robot 1)"));
+    }
+
+    #[test]
+    fn who_claims_too_much_or_too_little_is_not_honest() {
+        let robots = |nees| vec![found(5.0, nees); 2500];
+        assert!(!misses(Bar::Nees, &robots(3.0)));
+        assert!(misses(Bar::Nees, &robots(3.4)) && misses(Bar::Nees, &robots(2.5)));
+        assert!(!misses(Bar::NeesAtMost, &robots(2.5)));
+        let mut tails = robots(2.9);
+        tails[..40].fill(found(5.0, 12.0)); // 1.6 %
+        assert!(misses(Bar::Nees, &tails));
+    }
+
+    #[test]
+    fn half_of_them_and_half_a_second() {
+        let robots: Vec<_> = [1.0, 2.0, 9.0].map(|at_s| found(at_s, 3.0)).into();
+        assert!(!misses(Bar::Median(1.5), &robots) && misses(Bar::Median(1.4), &robots));
+        assert!(median([None, None, Some(1.0)].into_iter()).is_none());
+    }
+}

@@ -36,7 +36,7 @@ pub struct Experiment {
     /// What must come of it.
     pub bars: Vec<Bar>,
     /// What the prototype's table says of it.
-    pub document: &'static str,
+    pub document: String,
 }
 
 /// What is known at the start.
@@ -160,7 +160,7 @@ impl Experiment {
             to_the_end: false,
             beyond: false,
             bars: Vec::new(),
-            document: "",
+            document: String::new(),
         }
     }
 }

@@ -18,6 +18,7 @@ mod rows;
 mod world;
 
 pub use bar::{Bar, Honesty};
+pub use coloc_estimator::TrustJump;
 pub use experiment::{Drive, Event, Experiment, Lie, Sensor, Speaks, Start, Tail, Wheels};
 pub use outcome::Outcome;
 pub use report::Found;
@@ -60,8 +61,8 @@ impl Form {
     #[must_use]
     pub fn short(seed: u64) -> Self {
         Self {
-            share: 0.01,
-            at_least: 25,
+            share: 0.03,
+            at_least: 60,
             stride: robot::COARSE,
             ..Self::long(seed)
         }

@@ -57,7 +57,7 @@ fn rows_of(experiment: &Experiment, form: &Form) -> Vec<Row> {
         name: format!("{}, {outage} s", experiment.name),
         outcomes: robots.iter().flat_map(|it| it[at].clone()).collect(),
         bars: Vec::new(),
-        document: "",
+        document: String::new(),
         beyond: false,
     };
     OUTAGES_S.iter().enumerate().map(row).collect()

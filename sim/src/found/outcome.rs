@@ -21,6 +21,7 @@ const DECISIONS: usize = 5;
 
 /// Of one robot. Times are counted from the event \[s\].
 #[derive(Clone, Debug, Default, PartialEq)]
+#[allow(clippy::struct_excessive_bools)] // Each is a fact of its own.
 pub struct Outcome {
     /// Not `ok` for the first time.
     pub noticed_s: Option<f64>,

@@ -15,7 +15,7 @@ pub(super) struct Row {
     pub(super) name: String,
     pub(super) outcomes: Vec<Outcome>,
     pub(super) bars: Vec<Bar>,
-    pub(super) document: &'static str,
+    pub(super) document: String,
     pub(super) beyond: bool,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn row(experiment: &Experiment, form: &Form) -> Row {
         name: experiment.name.clone(),
         outcomes,
         bars: experiment.bars.clone(),
-        document: experiment.document,
+        document: experiment.document.clone(),
         beyond: experiment.beyond,
     }
 }
@@ -104,7 +104,13 @@ fn cells(row: &Row) -> [String; 9] {
     let share = |of: fn(&Outcome) -> bool| robots.iter().filter(|it| of(it)).count();
     [
         format!("{}{}", row.name, if row.beyond { " *" } else { "" }),
-        format!("{}, {}, {} of {}", by(15.0), by(20.0), by(60.0), robots.len()),
+        format!(
+            "{}, {}, {} of {}",
+            by(15.0),
+            by(20.0),
+            by(60.0),
+            robots.len()
+        ),
         seconds(median(robots.iter().map(|it| it.found_s))),
         format!("{} of {}", sum(|it| it.wrongly), sum(|it| it.followed)),
         format!(
@@ -113,8 +119,12 @@ fn cells(row: &Row) -> [String; 9] {
             most(|it| it.wrong_longest_s)
         ),
         format!("{} times, {:.0} s", sum(|it| it.alarms), not_ok_s),
-        format!("{}, {}", sum(|it| it.honest_named), share(|it| it.liar_at_end)),
+        format!(
+            "{}, {}",
+            sum(|it| it.honest_named),
+            share(|it| it.liar_at_end)
+        ),
         Honesty::of(robots).text(),
-        row.document.into(),
+        row.document.clone(),
     ]
 }

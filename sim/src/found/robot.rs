@@ -222,3 +222,58 @@ fn beginning(start: Start, chance: &mut Draws) -> (Known, Place) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::found::{Lie, TrustJump};
+
+    fn outcomes(experiment: &Experiment, robots: usize) -> Vec<Outcome> {
+        let form = Form::short(1);
+        (0..robots)
+            .map(|number| run(experiment, &form, number))
+            .collect()
+    }
+
+    #[test]
+    fn a_robot_is_the_same_again_and_each_is_another() {
+        let experiment = Experiment {
+            start: Start::Nothing,
+            ..Experiment::new("again", 2)
+        };
+        let once = outcomes(&experiment, 2);
+        assert_eq!(once, outcomes(&experiment, 2));
+        assert_ne!(once[0], once[1]);
+    }
+
+    #[test]
+    fn who_knows_nothing_is_found_and_who_is_parked_is_not() {
+        let start = Experiment {
+            start: Start::Nothing,
+            ..Experiment::new("a start", 3)
+        };
+        assert!(outcomes(&start, 3).iter().all(|it| it.found_s > Some(1.0)));
+        let parked = Experiment {
+            drive: crate::found::Drive::Parked,
+            ..start
+        };
+        assert!(outcomes(&parked, 3).iter().all(|it| it.found_s.is_none()));
+    }
+
+    /// The campaign sees a liar that wins: with trust in the robot a lone one does.
+    #[test]
+    fn a_lone_liar_wins_or_is_named_as_the_setting_says() {
+        let jumps = |trust| Experiment {
+            trust,
+            event_s: 20.0,
+            event: Event::Lie(1, Lie::Shift(30.0)),
+            to_the_end: true,
+            watched_s: 30.0,
+            ..Experiment::new("a jump", 2)
+        };
+        let robot = outcomes(&jumps(TrustJump::Robot), 2);
+        assert!(robot.iter().all(|it| it.wrongly == 1 && it.ends_wrong));
+        let receiver = outcomes(&jumps(TrustJump::Receiver), 2);
+        assert!(receiver.iter().all(|it| it.followed == 0 && it.liar_at_end));
+    }
+}

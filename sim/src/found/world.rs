@@ -225,10 +225,7 @@ impl Source {
         let scale = white_m * self.sensor.tail.scale(&mut self.draws);
         let [a, b] = self.draws.normals();
         let [x, y] = told.position;
-        let position = [
-            x + self.slow[0] + scale * a,
-            y + self.slow[1] + scale * b,
-        ];
+        let position = [x + self.slow[0] + scale * a, y + self.slow[1] + scale * b];
         self.spoken += 1;
         let origin = Origin {
             source: self.number,
@@ -309,9 +306,8 @@ impl Tail {
     /// By how much the next error is larger than a normal one of the claimed σ.
     fn scale(self, draws: &mut Draws) -> f64 {
         match self {
-            Self::Gaussian => 1.0,
             Self::Mixed(share, times) if draws.happens(share) => times,
-            Self::Mixed(..) => 1.0,
+            Self::Gaussian | Self::Mixed(..) => 1.0,
             Self::Student => {
                 let squares: f64 = draws.normals::<4>().iter().map(|it| it * it).sum();
                 // χ²₄/4 below; the variance of t₄ is 2.
@@ -346,5 +342,23 @@ impl Liar {
                 told.heading += by;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tails_are_long_and_students_variance_is_what_is_claimed() {
+        let mut draws = Noise::new(3, 0).draws(Purpose::Fix, 0, 0, 0);
+        let mut variance = |tail: Tail| {
+            let n = 200_000;
+            let squares = (0..n).map(|_| (tail.scale(&mut draws) * draws.normal()).powi(2));
+            squares.sum::<f64>() / f64::from(n)
+        };
+        assert!((variance(Tail::Gaussian) - 1.0).abs() < 0.02);
+        assert!((variance(Tail::Mixed(0.05, 5.0)) - 2.2).abs() < 0.1);
+        assert!((variance(Tail::Student) - 1.0).abs() < 0.1);
     }
 }
