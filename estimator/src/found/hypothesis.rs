@@ -20,6 +20,8 @@ pub(crate) struct Hypothesis {
     /// Words that it took.
     pub(crate) taken: u32,
     refused: f64,
+    /// Words since it has had a heading.
+    pub(crate) resolved: u32,
     /// Since when it has had what it takes to become the belief.
     pub(crate) leads_since: Option<Stamp>,
     /// How long the belief had taken nothing when it was born.
@@ -67,6 +69,7 @@ impl Hypothesis {
             born: word.stamp,
             taken: 0,
             refused: 0.0,
+            resolved: 0,
             leads_since: None,
             gap,
             slow: word.slow(),
@@ -88,6 +91,11 @@ impl Hypothesis {
         } else {
             self.refused += 1.0;
         }
+        self.resolved = if self.lifted.direction().is_resolved() {
+            self.resolved.saturating_add(1)
+        } else {
+            0
+        };
         let contradicted =
             self.refused >= CONTRADICTED || self.lifted.direction().contradicts_wheels();
         if contradicted || !self.lifted.is_finite() {

@@ -20,6 +20,9 @@ const LONE_WAITS: Span = Span::from_millis(12_000);
 const GROWN: Span = Span::from_millis(1_000);
 const GROWN_WORDS: u32 = 5;
 
+/// Words that it has had a heading for.
+const SETTLED_WORDS: u32 = 3;
+
 /// With [`TrustJump::Receiver`] a jump of a slow receiver is over after so many of its memories.
 const JUMP_MEMORIES: i64 = 3;
 
@@ -60,7 +63,7 @@ impl Found {
                 continue;
             };
             let size = lifted.size(lever);
-            if lifted.direction().is_resolved() && best.is_none_or(|(least, _)| size < least) {
+            if lifted.direction().is_resolved() && self.is_settled(at) && best.is_none_or(|(least, _)| size < least) {
                 best = Some((size, at));
             }
         }
@@ -69,6 +72,13 @@ impl Found {
             (None, Some(at)) if self.knows => self.give_up(at, now, prior),
             _ => None,
         }
+    }
+
+    /// Without a belief one word must not decide: who stood for long has told all but the heading, and drives off.
+    fn is_settled(&self, at: usize) -> bool {
+        let seat = self.seats[at].as_ref();
+        let hypothesis = seat.and_then(|seat| seat.hypothesis.as_ref());
+        self.knows || hypothesis.is_some_and(|it| it.resolved >= SETTLED_WORDS)
     }
 
     /// With trust in the receiver a jump is its own, and passes.
