@@ -63,7 +63,10 @@ impl Found {
                 continue;
             };
             let size = lifted.size(lever);
-            if lifted.direction().is_resolved() && self.is_settled(at) && best.is_none_or(|(least, _)| size < least) {
+            if lifted.direction().is_resolved()
+                && self.is_settled(at)
+                && best.is_none_or(|(least, _)| size < least)
+            {
                 best = Some((size, at));
             }
         }
