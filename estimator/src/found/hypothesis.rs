@@ -12,6 +12,9 @@ const CONTRADICTED: f64 = 3.0;
 /// An accepted word takes this from the refusals.
 const FORGIVEN: f64 = 0.34;
 
+/// A fix after less than this says nothing of the heading \[m\].
+const SOME_WAY_M: f64 = 0.01;
+
 /// One source's hypothesis.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) struct Hypothesis {
@@ -19,9 +22,11 @@ pub(crate) struct Hypothesis {
     pub(crate) born: Stamp,
     /// Words that it took.
     pub(crate) taken: u32,
+    /// Words that tell of the heading: poses, and fixes that came after some way. The first of them counts.
+    pub(crate) tellings: u32,
+    /// The way since the last word that was taken \[m\].
+    way_m: f64,
     refused: f64,
-    /// Words since it has had a heading.
-    pub(crate) resolved: u32,
     /// Since when it has had what it takes to become the belief.
     pub(crate) leads_since: Option<Stamp>,
     /// How long the belief had taken nothing when it was born.
@@ -68,8 +73,9 @@ impl Hypothesis {
             lifted: *lifted,
             born: word.stamp,
             taken: 0,
+            tellings: 1,
+            way_m: 0.0,
             refused: 0.0,
-            resolved: 0,
             leads_since: None,
             gap,
             slow: word.slow(),
@@ -81,6 +87,7 @@ impl Hypothesis {
     pub(crate) fn step(&mut self, swept: &Swept, dt_s: f64) {
         let wandering = Wandering::over(dt_s, self.slow, self.memory_s);
         self.lifted.step(swept, wandering);
+        self.way_m += libm::hypot(swept.way.x, swept.way.y);
     }
 
     /// The source's next word, and how the hypothesis took it.
@@ -91,11 +98,6 @@ impl Hypothesis {
         } else {
             self.refused += 1.0;
         }
-        self.resolved = if self.lifted.direction().is_resolved() {
-            self.resolved.saturating_add(1)
-        } else {
-            0
-        };
         let contradicted =
             self.refused >= CONTRADICTED || self.lifted.direction().contradicts_wheels();
         if contradicted || !self.lifted.is_finite() {
@@ -107,6 +109,9 @@ impl Hypothesis {
 
     fn take(&mut self, word: &Word, lever: f64) {
         self.taken = self.taken.saturating_add(1);
+        let tells = self.way_m > SOME_WAY_M || !word.is_fix();
+        self.tellings = self.tellings.saturating_add(u32::from(tells));
+        self.way_m = 0.0;
         self.refused = (self.refused - FORGIVEN).max(0.0);
         match &word.said {
             Said::Fix {

@@ -16,12 +16,10 @@ use crate::stamp::{Span, Stamp};
 const MAJORITY_WAITS: Span = Span::from_millis(3_000);
 const LONE_WAITS: Span = Span::from_millis(12_000);
 
-/// Without a belief: a hypothesis younger than this, or of fewer words, is none yet.
+/// Without a belief: a hypothesis younger than this, or of fewer words that tell of the heading, is none yet. Who has stood for long has
+/// told all but that.
 const GROWN: Span = Span::from_millis(1_000);
 const GROWN_WORDS: u32 = 5;
-
-/// Words that it has had a heading for.
-const SETTLED_WORDS: u32 = 3;
 
 /// With [`TrustJump::Receiver`] a jump of a slow receiver is over after so many of its memories.
 const JUMP_MEMORIES: i64 = 3;
@@ -63,10 +61,7 @@ impl Found {
                 continue;
             };
             let size = lifted.size(lever);
-            if lifted.direction().is_resolved()
-                && self.is_settled(at)
-                && best.is_none_or(|(least, _)| size < least)
-            {
+            if lifted.direction().is_resolved() && best.is_none_or(|(least, _)| size < least) {
                 best = Some((size, at));
             }
         }
@@ -75,13 +70,6 @@ impl Found {
             (None, Some(at)) if self.knows => self.give_up(at, now, prior),
             _ => None,
         }
-    }
-
-    /// Without a belief one word must not decide: who stood for long has told all but the heading, and drives off.
-    fn is_settled(&self, at: usize) -> bool {
-        let seat = self.seats[at].as_ref();
-        let hypothesis = seat.and_then(|seat| seat.hypothesis.as_ref());
-        self.knows || hypothesis.is_some_and(|it| it.resolved >= SETTLED_WORDS)
     }
 
     /// With trust in the receiver a jump is its own, and passes.
@@ -109,7 +97,7 @@ impl Found {
             return false;
         };
         if !knows {
-            let grown = hypothesis.age(now) >= GROWN && hypothesis.taken >= GROWN_WORDS;
+            let grown = hypothesis.age(now) >= GROWN && hypothesis.tellings >= GROWN_WORDS;
             return own && grown && count.agree > count.against_it;
         }
         let waits = count.waits(trust).filter(|_| own && against);
