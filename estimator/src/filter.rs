@@ -136,13 +136,6 @@ impl Filter {
         verdict(true, update.d2)
     }
 
-    /// It is taken although the gate refused it.
-    pub(crate) fn correct_all_the_same(&mut self, fix: &PositionFix, settings: &Settings) {
-        self.close();
-        let update = self.corrected(fix, f64::INFINITY, settings);
-        self.take(fix, &update);
-    }
-
     fn take(&mut self, fix: &PositionFix, update: &FixUpdate) {
         self.belief = update.belief;
         if fix.slow.is_there() {

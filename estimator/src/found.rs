@@ -130,8 +130,6 @@ pub enum Start {
 pub(crate) enum Ruling {
     /// The belief after it stands.
     Stands,
-    /// The belief takes it although the gate refused.
-    Taken,
     /// There is no belief any more.
     Dropped,
     /// This is the belief.
@@ -426,7 +424,7 @@ impl Found {
         word: &Word,
         prior: &Belief,
         refused: bool,
-        _settings: &Settings,
+        settings: &Settings,
     ) -> Ruling {
         let source = word.source;
         if self.knows && !refused && is_wide(word, prior) {
@@ -436,15 +434,22 @@ impl Found {
             return Ruling::Dropped;
         }
         if refused && self.has_second_chance(at, word, prior) {
-            self.took(word.stamp);
+            let mut hypothesis = Hypothesis::from(&Lifted::of(prior), word, Span::ZERO);
+            hypothesis.take(word, settings.fusion.heading_lever_m);
+            if let Some(seat) = &mut self.seats[at] {
+                seat.hypothesis = Some(hypothesis);
+            }
+            self.begin_votes(at, word);
+            self.drop_belief();
             self.finding
                 .decide(word.stamp, Decision::SecondChance { source });
-            return Ruling::Taken;
+            return Ruling::Dropped;
         }
         Ruling::Stands
     }
 
-    /// Of a hundred honest robots one refuses the first fix after an outage, and then all that follow.
+    /// Of a hundred honest robots one refuses the first fix after an outage, and then all that follow. Where it is then, far out on the
+    /// bend of its distribution, no linear update of the pose is right; that of the hypothesis is.
     fn has_second_chance(&self, at: usize, word: &Word, prior: &Belief) -> bool {
         let Some(seat) = &self.seats[at] else {
             return false;

@@ -150,7 +150,8 @@ fn decided(count: Option<u64>, who: &str, decision: &Decision) {
         ),
         Decision::SecondChance { .. } => info!(
             count,
-            "{who} is taken after a gap: its fixes agree with one another and are just outside of the gate"
+            "the fixes of {who} after a gap agree with one another and are just outside of the gate: the robot looks for itself \
+             by them"
         ),
         Decision::Anew { .. } => warn!(count, "what {who} says does not move as the wheels do"),
     }

@@ -55,7 +55,8 @@ pub enum Decision {
         /// Whose fix it was.
         source: Source,
     },
-    /// The first fixes after a long gap are taken although they are just outside of the gate.
+    /// The first fixes after a long gap are just outside of the gate and agree with one another: the belief is now the hypothesis of
+    /// that source.
     SecondChance {
         /// Whose.
         source: Source,

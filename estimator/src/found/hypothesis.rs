@@ -107,7 +107,8 @@ impl Hypothesis {
         (test, Fed::Judged)
     }
 
-    fn take(&mut self, word: &Word, lever: f64) {
+    /// It takes the word, whatever the distance.
+    pub(crate) fn take(&mut self, word: &Word, lever: f64) {
         self.taken = self.taken.saturating_add(1);
         let tells = self.way_m > SOME_WAY_M || !word.is_fix();
         self.tellings = self.tellings.saturating_add(u32::from(tells));

@@ -1,6 +1,5 @@
 //! What leaves the history is judged ([`crate::found`]), and the base is what comes of it.
 
-use super::entry::Checkpoint;
 use super::{History, Slot};
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
@@ -60,7 +59,11 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             court
                 .found
                 .hear(&word, prior.filter.belief(), court.settings);
-        self.base.rule(&ruling, &prior, measurement, court.settings);
+        match &ruling {
+            Ruling::Stands => {}
+            Ruling::Dropped => self.base.filter.lose(),
+            Ruling::Replaced(belief) => self.base.filter.find(belief),
+        }
         if suspicions_changed || ruling != Ruling::Stands {
             self.mark_from(0);
         }
@@ -82,26 +85,5 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// The belief where the history begins.
     pub(crate) fn base_belief(&self) -> &Belief {
         self.base.filter.belief()
-    }
-}
-
-impl Checkpoint {
-    /// What a ruling makes of the belief after a measurement; `prior` is what it was before.
-    fn rule(
-        &mut self,
-        ruling: &Ruling,
-        prior: &Self,
-        measurement: &Measurement,
-        settings: &Settings,
-    ) {
-        match (ruling, measurement) {
-            (Ruling::Taken, Measurement::Fix(fix)) => {
-                self.filter = prior.filter;
-                self.filter.correct_all_the_same(fix, settings);
-            }
-            (Ruling::Stands | Ruling::Taken, _) => {}
-            (Ruling::Dropped, _) => self.filter.lose(),
-            (Ruling::Replaced(belief), _) => self.filter.find(belief),
-        }
     }
 }
