@@ -94,6 +94,7 @@ fn told(found: &Found, took_s: u64) -> String {
         title,
         text,
         missed,
+        known,
         ..
     } = found;
     let mut verdict = String::new();
@@ -101,7 +102,10 @@ fn told(found: &Found, took_s: u64) -> String {
         // A string takes all.
         let _ = writeln!(verdict, "* MISSED: {it}");
     }
-    if missed.is_empty() {
+    for it in known {
+        let _ = writeln!(verdict, "* MISSED, as is known: {it}");
+    }
+    if missed.is_empty() && known.is_empty() {
         verdict.push_str("All bars held.\n");
     }
     format!("### {title}\n\n{text}\n{verdict}\nIt took {took_s} s.\n\n")

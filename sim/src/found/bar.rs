@@ -14,6 +14,9 @@ const PER_MILLE: (f64, f64) = (16.27, 0.004);
 /// Of fewer samples shares of a few per mille say nothing: a robot's follow each other.
 const ENOUGH: f64 = 20_000.0;
 
+/// A robot's moments follow each other: who is beyond a limit at one is so at others.
+const MOMENTS: f64 = 8.0;
+
 /// What a median may be above the prototype's \[s\].
 const LATER_S: f64 = 0.5;
 
@@ -90,7 +93,7 @@ impl Honesty {
         }
     }
 
-    fn missed(&self, least: f64) -> Option<String> {
+    fn missed(&self, least: f64, chance: f64) -> Option<String> {
         if self.count < ENOUGH {
             return None;
         }
@@ -102,8 +105,8 @@ impl Honesty {
         } = *self;
         let mean = sum / count;
         let holds = (least..=MEAN[1]).contains(&mean)
-            && percent <= PERCENT.1 * count
-            && per_mille <= PER_MILLE.1 * count;
+            && percent <= by_chance(PERCENT.1 * count, MOMENTS, chance)
+            && per_mille <= by_chance(PER_MILLE.1 * count, MOMENTS, chance);
         (!holds).then(|| format!("NEES after it was found: {}", self.text()))
     }
 
@@ -124,11 +127,12 @@ impl Honesty {
 }
 
 impl Bar {
-    /// What is to be said of robots that miss it.
+    /// What is to be said of robots that miss it; what counts shares allows so many σ of `chance` beyond them.
     #[must_use]
-    pub fn missed(self, robots: &[&Outcome]) -> Option<String> {
+    pub fn missed(self, robots: &[&Outcome], chance: f64) -> Option<String> {
+        let few = |what: &str, fails: &dyn Fn(&Outcome) -> bool| few(robots, chance, what, fails);
         match self {
-            Self::FoundBy(by) => few(robots, &format!("not found by {by} s"), |it| {
+            Self::FoundBy(by) => few(&format!("not found by {by} s"), &|it| {
                 it.found_s.is_none_or(|found| found > by)
             }),
             Self::Median(by) => {
@@ -136,8 +140,8 @@ impl Bar {
                 let late = median.is_none_or(|it| it > by + LATER_S);
                 late.then(|| format!("half of them found by {}, not {by} s", seconds(median)))
             }
-            Self::RightAt20 => few(robots, "not right 20 s after it", |it| !it.right_at_20),
-            Self::PlacedBy(by) => few(robots, &format!("no position by {by} s"), |it| {
+            Self::RightAt20 => few("not right 20 s after it", &|it| !it.right_at_20),
+            Self::PlacedBy(by) => few(&format!("no position by {by} s"), &|it| {
                 it.placed_s.is_none_or(|placed| placed > by)
             }),
             Self::NoWrongTakeover => none(robots, "followed wrongly", |it| it.wrongly > 0),
@@ -151,7 +155,7 @@ impl Bar {
             }),
             Self::NeverOk => none(robots, "ok", |it| it.found_s.is_some() || it.wrong_s > 0.0),
             Self::AlwaysOk => none(robots, "not always ok", |it| it.not_ok_s > 0.0),
-            Self::LiarNamed => few(robots, "whose liar is not named", |it| !it.liar_at_end),
+            Self::LiarNamed => few("whose liar is not named", &|it| !it.liar_at_end),
             Self::HonestUnnamed => none(robots, "name an honest source", |it| it.honest_named > 0),
             Self::Alarms(most) => {
                 let alarms: u32 = robots.iter().map(|it| it.alarms).sum();
@@ -160,14 +164,31 @@ impl Bar {
             Self::LostBy(by) => none(robots, &format!("not lost by {by} s"), |it| {
                 it.lost_s.is_none_or(|lost| lost > by)
             }),
-            Self::Nees => Honesty::of(robots.iter().copied()).missed(MEAN[0]),
-            Self::NeesAtMost => Honesty::of(robots.iter().copied()).missed(0.0),
+            Self::Nees => Honesty::of(robots.iter().copied()).missed(MEAN[0], chance),
+            Self::NeesAtMost => Honesty::of(robots.iter().copied()).missed(0.0, chance),
         }
     }
 }
 
-fn few(robots: &[&Outcome], what: &str, fails: impl Fn(&Outcome) -> bool) -> Option<String> {
-    at_most(robots, MAY_FAIL * robots.len() / OF, what, fails)
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss
+)] // Some thousand robots.
+fn few(
+    robots: &[&Outcome],
+    chance: f64,
+    what: &str,
+    fails: impl Fn(&Outcome) -> bool,
+) -> Option<String> {
+    let expected = (MAY_FAIL * robots.len()) as f64 / OF as f64;
+    let most = by_chance(expected, 1.0, chance) as usize;
+    at_most(robots, most, what, fails)
+}
+
+/// So many that `expected` is not refuted by so many σ; they come in bunches of a `size`.
+fn by_chance(expected: f64, size: f64, chance: f64) -> f64 {
+    expected + chance * (expected * size).sqrt()
 }
 
 fn none(robots: &[&Outcome], what: &str, fails: impl Fn(&Outcome) -> bool) -> Option<String> {
@@ -224,7 +245,8 @@ mod tests {
     }
 
     fn misses(bar: Bar, robots: &[Outcome]) -> bool {
-        bar.missed(&robots.iter().collect::<Vec<_>>()).is_some()
+        bar.missed(&robots.iter().collect::<Vec<_>>(), 0.0)
+            .is_some()
     }
 
     #[test]
@@ -247,7 +269,7 @@ mod tests {
             ..found(5.0, 3.0)
         };
         let robots = [found(5.0, 3.0), wrong];
-        let said = Bar::NoWrongTakeover.missed(&robots.iter().collect::<Vec<_>>());
+        let said = Bar::NoWrongTakeover.missed(&robots.iter().collect::<Vec<_>>(), 0.0);
         assert_eq!(said.as_deref(), Some("1 of 2 followed wrongly (robot 1)"));
     }
 

@@ -36,6 +36,8 @@ pub struct Form {
     pub at_most: usize,
     /// Ticks of 20 ms to a step.
     pub stride: u32,
+    /// Shares may be missed by so many σ of chance.
+    pub chance: f64,
     /// Rows whose names contain this alone.
     pub row: Option<String>,
     /// That robot alone, and what is decided is told.
@@ -52,6 +54,7 @@ impl Form {
             at_least: 1,
             at_most: usize::MAX,
             stride: 1,
+            chance: 0.0,
             row: None,
             robot: None,
         }
@@ -64,6 +67,7 @@ impl Form {
             share: 0.03,
             at_least: 60,
             stride: robot::COARSE,
+            chance: 3.0,
             ..Self::long(seed)
         }
     }
@@ -139,7 +143,7 @@ impl Part {
     /// Runs it and holds it to its bars.
     #[must_use]
     pub fn run(&self, form: &Form) -> Found {
-        report::report(self.title, &(self.rows)(form), self.pooled)
+        report::report(self.title, &(self.rows)(form), self.pooled, form.chance)
     }
 }
 

@@ -9,6 +9,22 @@ use super::outcome::Outcome;
 use super::robot;
 use crate::honest::table::Table;
 
+/// Bars that are missed, by parts of their lines; `docs/lost.md` says why.
+const KNOWN: [[&str; 2]; 6] = [
+    ["drifts at", "ok and wrong for more than 3 s"],
+    ["drifts at", "name an honest source"],
+    ["standing", "ok and wrong after 6 s"],
+    ["standing", "followed wrongly"],
+    ["turned by", "ok and wrong for more than 3 s"],
+    ["five times as wrong", "followed wrongly"],
+];
+
+fn is_known(line: &str) -> bool {
+    KNOWN
+        .iter()
+        .any(|parts| parts.iter().all(|part| line.contains(part)))
+}
+
 /// The robots of a row.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
@@ -28,6 +44,8 @@ pub struct Found {
     pub text: String,
     /// Every bar that was missed, in a line.
     pub missed: Vec<String>,
+    /// Those that are missed for a reason that is known.
+    pub known: Vec<String>,
     /// Of all of its robots.
     pub honesty: Honesty,
 }
@@ -55,7 +73,7 @@ pub(super) fn row(experiment: &Experiment, form: &Form) -> Row {
 
 /// The table of `rows`, held to the bars of each and of all together.
 #[must_use]
-pub(super) fn report(title: &str, rows: &[Row], pooled: &[Bar]) -> Found {
+pub(super) fn report(title: &str, rows: &[Row], pooled: &[Bar], chance: f64) -> Found {
     let mut table = Table::new([
         "robots that",
         "ok by 15, 20, 60 s, of",
@@ -71,14 +89,18 @@ pub(super) fn report(title: &str, rows: &[Row], pooled: &[Bar]) -> Found {
     for row in rows {
         table.row(cells(row));
         let robots: Vec<_> = row.outcomes.iter().collect();
-        let misses = row.bars.iter().filter_map(|bar| bar.missed(&robots));
+        let misses = row
+            .bars
+            .iter()
+            .filter_map(|bar| bar.missed(&robots, chance));
         missed.extend(misses.map(|it| format!("{}: {it}", row.name)));
     }
     let counted = rows.iter().filter(|row| !row.beyond);
     let all: Vec<_> = counted.flat_map(|row| &row.outcomes).collect();
-    let misses = pooled.iter().filter_map(|bar| bar.missed(&all));
+    let misses = pooled.iter().filter_map(|bar| bar.missed(&all, chance));
     missed.extend(misses.map(|it| format!("all together: {it}")));
     let honesty = Honesty::of(all.iter().copied());
+    let (known, missed) = missed.into_iter().partition(|it| is_known(it));
     Found {
         title: title.into(),
         text: format!(
@@ -88,6 +110,7 @@ pub(super) fn report(title: &str, rows: &[Row], pooled: &[Bar]) -> Found {
             honesty.text()
         ),
         missed,
+        known,
         honesty,
     }
 }
