@@ -140,6 +140,8 @@ pub(crate) enum Ruling {
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
     seats: [Option<Seat>; SEATS],
+    /// So many of them were ever taken, the first ones.
+    seated: usize,
     /// A position that is known from the start, for every source.
     seed: Option<Lifted>,
     /// Whether there is a belief.
@@ -184,6 +186,7 @@ impl Found {
         let filler = Source::new(crate::kind::Kind::Fix, 0);
         Self {
             seats: [None; SEATS],
+            seated: 0,
             seed,
             knows: start.is_known(),
             confirmed: 0,
@@ -222,7 +225,7 @@ impl Found {
         if let Some(seed) = &mut self.seed {
             seed.step(&swept, lifted::Wandering::NONE);
         }
-        for seat in self.seats.iter_mut().flatten() {
+        for seat in self.seats[..self.seated].iter_mut().flatten() {
             if let Some(hypothesis) = &mut seat.hypothesis {
                 hypothesis.step(&swept, dt_s);
             }
@@ -255,11 +258,12 @@ impl Found {
 
     /// The seat of a word's source, taken where it has none; `None` if all are in use.
     fn seat_for(&mut self, word: &Word) -> Option<usize> {
-        let held = |seat: &Option<Seat>| seat.is_some_and(|seat| seat.source == word.source);
-        if let Some(at) = self.seats.iter().position(held) {
+        let is_held = |seat: &&Seat| seat.source == word.source;
+        if let Some(at) = self.taken().position(|seat| is_held(&seat)) {
             return Some(at);
         }
         let at = self.free_seat(word.stamp)?;
+        self.seated = self.seated.max(at + 1);
         self.seats[at] = Some(Seat::new(word.source, word.stamp));
         self.forget_votes_on(at);
         Some(at)
@@ -324,7 +328,7 @@ impl Found {
     }
 
     fn vote_on_others(&mut self, at: usize, word: &Word, news: f64) {
-        for other in 0..SEATS {
+        for other in 0..self.seated {
             if other == at {
                 continue;
             }
@@ -357,10 +361,14 @@ impl Found {
         let lever = settings.fusion.heading_lever_m;
         let wide = self.knows && !refused && is_wide(word, prior);
         let gap = word.stamp - self.last_taken;
-        let (knows, seed) = (self.knows, self.seed);
+        let knows = self.knows;
         let Some(seat) = &mut self.seats[at] else {
             return;
         };
+        if knows && !refused && !wide && !seat.needs_hypothesis(word.stamp) {
+            return;
+        }
+        let seed = self.seed;
         if wide {
             let lifted = Lifted::of(prior);
             seat.hypothesis = Some(Hypothesis::from(&lifted, word, gap));
@@ -412,7 +420,7 @@ impl Found {
     }
 
     fn forget_votes_on(&mut self, at: usize) {
-        for seat in self.seats.iter_mut().flatten() {
+        for seat in self.seats[..self.seated].iter_mut().flatten() {
             seat.on[at] = Vote::default();
         }
     }
@@ -469,7 +477,7 @@ impl Found {
     fn drop_belief(&mut self) {
         self.knows = false;
         self.confirmed = 0;
-        for seat in self.seats.iter_mut().flatten() {
+        for seat in self.seats[..self.seated].iter_mut().flatten() {
             seat.judge_anew(Vote::default());
         }
     }
@@ -496,7 +504,7 @@ impl Found {
     fn list_suspended(&mut self, now: Stamp) -> bool {
         let before = self.suspended;
         self.suspended.clear();
-        for seat in self.seats.iter_mut().flatten() {
+        for seat in self.seats[..self.seated].iter_mut().flatten() {
             if !self.knows || !seat.disagrees(now) {
                 seat.against_since = None;
                 continue;
@@ -507,8 +515,13 @@ impl Found {
         before.as_slice() != self.suspended.as_slice()
     }
 
+    /// The seats that are taken, the first ones.
+    pub(super) fn taken(&self) -> impl Iterator<Item = &Seat> {
+        self.seats[..self.seated].iter().flatten()
+    }
+
     fn hypotheses(&self) -> impl Iterator<Item = (&Seat, &Hypothesis)> {
-        let seats = self.seats.iter().flatten();
+        let seats = self.taken();
         seats.filter_map(|seat| Some((seat, seat.hypothesis.as_ref()?)))
     }
 }

@@ -89,7 +89,10 @@ impl Found {
             (self.finding.state, self.finding.since) = (state, now);
         }
         self.finding.dissents.clear();
-        for seat in self.seats.iter().flatten() {
+        if self.suspended.as_slice().is_empty() {
+            return;
+        }
+        for seat in self.seats[..self.seated].iter().flatten() {
             let Some(since) = seat.against_since else {
                 continue;
             };

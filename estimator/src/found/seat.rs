@@ -49,6 +49,12 @@ impl Seat {
         self.on_belief.disagrees(now) || self.mean.disagrees() || self.has_jumped(now)
     }
 
+    /// Whether its words go to a hypothesis, even if the belief takes them.
+    #[inline]
+    pub(crate) fn needs_hypothesis(&self, now: Stamp) -> bool {
+        self.hypothesis.is_some() || self.watched || self.disagrees(now)
+    }
+
     /// With the belief.
     pub(crate) fn stands_by(&self, now: Stamp) -> bool {
         self.on_belief.stands_by(now) && !self.disagrees(now)

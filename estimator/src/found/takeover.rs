@@ -48,12 +48,13 @@ impl Found {
         settings: &Settings,
     ) -> Option<Ruling> {
         let now = word.stamp;
+        self.hypotheses().next()?;
         self.end_jumps(word, settings);
         let lever = settings.fusion.heading_lever_m;
         let mut best: Option<(f64, usize)> = None;
         let mut ripe: Option<usize> = None;
-        for at in 0..SEATS {
-            if !self.is_ripe(at, now, settings.found.trust_jump) {
+        for at in 0..self.seated {
+            if !self.has_hypothesis(at) || !self.is_ripe(at, now, settings.found.trust_jump) {
                 continue;
             }
             ripe = ripe.or(Some(at));
@@ -78,12 +79,18 @@ impl Found {
             return;
         }
         let memory_ns = Span::from_seconds(word.memory_s()).as_nanos();
-        let seats = self.seats.iter_mut().flatten();
+        let seats = self.seats[..self.seated].iter_mut().flatten();
         for seat in seats.filter(|seat| seat.source == word.source) {
             if let Some((_, lasts)) = &mut seat.jumped {
                 *lasts = Span::from_nanos(memory_ns.saturating_mul(JUMP_MEMORIES));
             }
         }
+    }
+
+    fn has_hypothesis(&self, at: usize) -> bool {
+        self.seats[at]
+            .as_ref()
+            .is_some_and(|seat| seat.hypothesis.is_some())
     }
 
     /// Whether it has had what it takes for long enough.
@@ -114,7 +121,7 @@ impl Found {
             for_belief: wheels,
             ..Count::default()
         };
-        for seat in self.seats.iter().flatten() {
+        for seat in self.taken() {
             count.add(seat, at, now);
         }
         count
@@ -183,7 +190,7 @@ impl Found {
 
     /// So many stand by the belief, the wheels among them, and so many against it.
     pub(super) fn balance(&self, now: Stamp) -> (usize, usize) {
-        let seats = || self.seats.iter().flatten();
+        let seats = || self.taken();
         let by = seats().filter(|seat| seat.stands_by(now)).count();
         let against = seats().filter(|seat| seat.disagrees(now)).count();
         (by + usize::from(self.confirmed >= CONFIRMED), against)

@@ -5,7 +5,7 @@ use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::found::{Found, Ruling, Word};
 use crate::honest::Increments;
-use crate::kind::{Measured, Measurement};
+use crate::kind::Measured;
 use crate::motion::propagate;
 use crate::outbox::Outbox;
 use crate::pose::Pose;
@@ -30,12 +30,16 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         let Some(entry) = self.entries.get(0) else {
             return;
         };
-        let (stamp, measurement) = (entry.stamp(), entry.measurement);
-        if court.settings.found.enabled {
-            self.drive_hypotheses(stamp, court);
-            self.judge_oldest(stamp, &measurement, court);
-        } else {
+        let (stamp, measurement) = (entry.stamp(), &entry.measurement);
+        if !court.settings.found.enabled {
             self.fold_oldest();
+            return;
+        }
+        let word = Word::of(measurement.source(), stamp, measurement);
+        self.drive_hypotheses(stamp, court);
+        match word {
+            Some(word) => self.judge_oldest(&word, court),
+            None => self.fold_oldest(),
         }
     }
 
@@ -47,18 +51,14 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         }
     }
 
-    fn judge_oldest(&mut self, stamp: Stamp, measurement: &Measurement, court: &mut Court<'_>) {
-        let Some(word) = Word::of(measurement.source(), stamp, measurement) else {
-            self.fold_oldest();
-            return;
-        };
+    fn judge_oldest(&mut self, word: &Word, court: &mut Court<'_>) {
         let mut prior = self.base;
-        self.predict(&mut prior, stamp, court.settings);
+        self.predict(&mut prior, word.stamp, court.settings);
         self.fold_oldest();
         let (ruling, suspicions_changed) =
             court
                 .found
-                .hear(&word, prior.filter.belief(), court.settings);
+                .hear(word, prior.filter.belief(), court.settings);
         match &ruling {
             Ruling::Stands => {}
             Ruling::Dropped => self.base.filter.lose(),
