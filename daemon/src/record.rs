@@ -4,7 +4,7 @@
 //! that they read back exactly.
 //!
 //! ```text
-//! begin ( tick (odometry | sighting | neighbour | fix)* estimate )*
+//! begin ( tick (odometry | sighting | neighbour | fix | pose)* estimate )*
 //! ```
 //!
 //! The real-time thread only puts [`Record`]s into the ring. Where a full ring or a slow disk has lost lines there is a line
@@ -14,8 +14,8 @@ mod read;
 mod write;
 
 use coloc_estimator::{
-    Estimate, Measurement, Motion, NeighbourPose, OdometrySample, PositionFix, Sighting, Start,
-    TickInputs,
+    Estimate, Measurement, Motion, NeighbourPose, OdometrySample, PoseSaid, PositionFix, Sighting,
+    Start, TickInputs,
 };
 use serde::{Deserialize, Serialize};
 
@@ -137,6 +137,25 @@ pub enum Record {
         #[serde(default, skip_serializing_if = "is_no_time")]
         slow_memory_ns: i64,
     },
+    /// Pose from a person or a map.
+    Pose {
+        /// When.
+        stamp_ns: i64,
+        /// Which person or map.
+        #[serde(default)]
+        source: u16,
+        /// Which life of it.
+        #[serde(default)]
+        session: u64,
+        /// Its count.
+        sequence: u64,
+        /// In the common frame.
+        pose: [f64; 3],
+        /// Of it.
+        covariance: [f64; 9],
+        /// Whether it is believed, or one more source's word.
+        set: bool,
+    },
     /// What was published.
     Estimate {
         /// The tick's stamp.
@@ -241,6 +260,7 @@ impl From<&Measurement> for Record {
             Measurement::Sighting(sighting) => sighting.into(),
             Measurement::Neighbour(neighbour) => neighbour.into(),
             Measurement::Fix(fix) => fix.into(),
+            Measurement::Pose(said) => said.into(),
         }
     }
 }
@@ -307,6 +327,20 @@ impl From<&PositionFix> for Record {
                 0.0 => 0,
                 _ => fix.slow.memory.as_nanos(),
             },
+        }
+    }
+}
+
+impl From<&PoseSaid> for Record {
+    fn from(said: &PoseSaid) -> Self {
+        Self::Pose {
+            stamp_ns: said.stamp.as_nanos(),
+            source: said.origin.source,
+            session: said.origin.session,
+            sequence: said.origin.sequence,
+            pose: said.pose.to_vector().into(),
+            covariance: said.covariance.to_row_major(),
+            set: said.set,
         }
     }
 }

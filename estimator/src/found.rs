@@ -18,6 +18,9 @@
 //! and the belief refuses the word. Where the heading is too uncertain for a fix to be fused (its update is linear) the belief
 //! becomes a hypothesis. A source with which the belief is reconciled loses its hypothesis. Last it is asked whether a
 //! hypothesis becomes the belief.
+//!
+//! A pose that a person sets is followed at once. Nobody has confirmed it, the wheels neither: sources that disagree win by a
+//! majority, as against any other belief.
 
 mod cover;
 mod finding;
@@ -42,6 +45,7 @@ pub(crate) use word::Word;
 use crate::belief::Belief;
 use crate::covariance::Covariance2;
 use crate::factor::Factor;
+use crate::kind::{Kind, PoseSaid};
 use crate::list::FixedList;
 use crate::motion::Motion;
 use crate::output::Source;
@@ -183,7 +187,7 @@ impl Found {
             }
             Start::Known(_) | Start::Unknown => None,
         };
-        let filler = Source::new(crate::kind::Kind::Fix, 0);
+        let filler = Source::new(Kind::Fix, 0);
         Self {
             seats: [None; SEATS],
             seated: 0,
@@ -254,6 +258,23 @@ impl Found {
         }
         let ruling = self.take_over(word, prior, settings).unwrap_or(ruling);
         (ruling, self.list_suspended(word.stamp))
+    }
+
+    /// A pose that a person set has left the history; `prior` is the belief before it.
+    pub(crate) fn set(&mut self, said: &PoseSaid, prior: &Belief) -> Ruling {
+        let (source, now) = (Source::new(Kind::Pose, said.origin.source), said.stamp);
+        let distance_m = if self.knows {
+            libm::hypot(said.pose.x - prior.pose.x, said.pose.y - prior.pose.y)
+        } else {
+            f64::NAN
+        };
+        self.seats.iter_mut().for_each(|seat| *seat = None);
+        self.suspended.clear();
+        (self.knows, self.seed, self.confirmed) = (true, None, 0);
+        (self.last_taken, self.last_word) = (now, now);
+        let set = Decision::Set { source, distance_m };
+        self.finding.decide(now, set);
+        Ruling::Replaced(said.belief())
     }
 
     /// The seat of a word's source, taken where it has none; `None` if all are in use.
@@ -335,7 +356,7 @@ impl Found {
             let Some((source, lifted)) = self.hypothesis_of(other) else {
                 continue;
             };
-            let doubled = !(word.is_fix() && source.kind == crate::kind::Kind::Fix);
+            let doubled = !(word.is_fix() && source.kind == Kind::Fix);
             let test = word.test_hypothesis(&lifted, doubled);
             let weight = weigh(word, &test, news, 1.0);
             if let Some(seat) = &mut self.seats[at] {

@@ -3,7 +3,7 @@
 //! # Model
 //!
 //! Measurements lie in the order of their stamps; equal stamps form one event, ordered as Algorithm 4 handles it:
-//! odometry, own sightings, neighbours' poses, fixes, then by source, session and sequence. Each entry keeps the belief
+//! odometry, own sightings, neighbours' poses, fixes, poses that a person or a map says, then by source, session and sequence. Each entry keeps the belief
 //! after it. What lies before the oldest entry is the *base*: a stamp and the belief then.
 //!
 //! Between two entries the belief is propagated leg by leg. At each moment t the first sample in the order that

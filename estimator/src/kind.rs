@@ -6,11 +6,13 @@
 mod fix;
 mod neighbour;
 mod odometry;
+mod pose;
 mod sighting;
 
 pub use fix::{PositionFix, SlowError};
 pub use neighbour::NeighbourPose;
 pub use odometry::OdometrySample;
+pub use pose::PoseSaid;
 pub use sighting::Sighting;
 
 use crate::filter::Filter;
@@ -143,6 +145,8 @@ kinds! {
     Neighbour(NeighbourPose),
     /// Own position, from satellites or a beacon.
     Fix(PositionFix),
+    /// Own pose, as a person or a map says it.
+    Pose(PoseSaid),
 }
 
 /// Whether these are coordinates of something in this world.
@@ -265,6 +269,17 @@ mod tests {
         .key()
     }
 
+    fn pose(stamp: i64, sequence: u64) -> Key {
+        PoseSaid {
+            stamp: Stamp::from_nanos(stamp),
+            origin: Origin::counted(sequence),
+            pose: Pose::default(),
+            covariance: Covariance3::ZERO,
+            set: sequence == 0,
+        }
+        .key()
+    }
+
     fn of(source: u16, session: u64, sequence: u64) -> Origin {
         Origin {
             source,
@@ -287,6 +302,8 @@ mod tests {
             neighbour(2, 4, 1),
             fix(2, Origin::counted(0)),
             fix(2, Origin::counted(1)),
+            pose(2, 0),
+            pose(2, 1),
             odometry(0, 0, 3),
         ];
         assert!(ordered.is_sorted_by(|a, b| a < b));

@@ -68,8 +68,8 @@ pub use history::{MOST_SLOTS, Slot};
 pub use honest::{Bend, Increments};
 pub use input::TickInputs;
 pub use kind::{
-    Kind, Measurement, NeighbourPose, OdometrySample, Origin, PositionFix, RobotId, Sighting,
-    SlowError,
+    Kind, Measurement, NeighbourPose, OdometrySample, Origin, PoseSaid, PositionFix, RobotId,
+    Sighting, SlowError,
 };
 pub use motion::{Motion, propagate};
 pub use noise::OdometryNoise;

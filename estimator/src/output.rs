@@ -126,7 +126,7 @@ pub struct TickOutputs<'a> {
     pub finding: &'a Finding,
     /// Poses to send, each once; in the order of their stamps, ties by robot.
     pub outgoing: &'a [OutgoingPose],
-    /// One report for each measurement that got its verdict in this tick: neighbours' poses and fixes always,
+    /// One report for each measurement that got its verdict in this tick: poses and fixes always,
     /// odometry and sightings only when refused (a sighting's outcome is its outgoing pose).
     pub reports: &'a [Report],
     /// Messages and reports that did not fit into the fixed lists: never silently lost.

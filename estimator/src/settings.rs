@@ -80,7 +80,7 @@ pub struct OdometrySettings {
 pub struct Floors {
     /// Own sightings `[x, y, φ]` \[m², m², rad²\].
     pub sighting: [f64; 3],
-    /// Neighbours' poses `[x, y, φ]` \[m², m², rad²\].
+    /// Neighbours' poses, and those that a person or a map says, `[x, y, φ]` \[m², m², rad²\].
     pub neighbour: [f64; 3],
     /// Position fixes `[x, y]` \[m²\].
     pub fix: [f64; 2],

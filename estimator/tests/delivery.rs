@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Measurement, Motion, NeighbourPose,
-    OdometrySample, Origin, Parts, Pose, PositionFix, RobotId, Settings, Sighting, Slot, SlowError,
-    Span, Stamp, TickInputs, Verdict, step,
+    OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Settings, Sighting, Slot,
+    SlowError, Span, Stamp, TickInputs, Verdict, step,
 };
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -24,6 +24,10 @@ fn begins(measurement: &Measurement) -> Stamp {
         Measurement::Odometry(sample) => sample.start,
         other => other.stamp(),
     }
+}
+
+fn is_set(measurement: &Measurement) -> bool {
+    matches!(measurement, Measurement::Pose(said) if said.set)
 }
 
 type Batch = Vec<Measurement>;
@@ -197,7 +201,18 @@ fn measurement() -> impl Strategy<Value = Measurement> {
             slow: SlowError::default(),
         })
     });
-    prop_oneof![1 => sighting, 3 => neighbour, 2 => fix]
+    let said = (stamps(), poses(), covariances(), any::<bool>()).prop_map(
+        |(stamp, pose, covariance, set)| {
+            Measurement::Pose(PoseSaid {
+                stamp,
+                origin: Origin::default(),
+                pose,
+                covariance,
+                set,
+            })
+        },
+    );
+    prop_oneof![2 => sighting, 6 => neighbour, 4 => fix, 1 => said]
 }
 
 fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
@@ -206,6 +221,7 @@ fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
         Measurement::Sighting(sighting) => sighting.origin.sequence = sequence,
         Measurement::Neighbour(neighbour) => neighbour.origin.sequence = sequence,
         Measurement::Fix(fix) => fix.origin.sequence = sequence,
+        Measurement::Pose(said) => said.origin.sequence = sequence,
     }
     input
 }
@@ -364,12 +380,15 @@ fn any_order_of_delivery_gives_the_same_bits() {
             .map(|delivery| delivery.arrivals.len() - 1)
             .sum();
         assert_eq!(count(|verdict| *verdict == Verdict::Duplicate), repeated);
+        let set = deliveries.iter().filter(|it| is_set(&it.input)).count();
+        let heard = count(|verdict| *verdict == Verdict::Heard);
+        assert!(heard >= set, "{heard} of {set}");
         let (fused, refused) = (
             count(|verdict| matches!(verdict, Verdict::Accepted { .. })),
             count(|verdict| matches!(verdict, Verdict::Gated { .. })),
         );
         assert_eq!(
-            fused + refused + repeated,
+            fused + refused + repeated + heard,
             account.verdicts.len(),
             "{:?}",
             account.verdicts
@@ -463,7 +482,7 @@ fn what_is_refused_changes_nothing() {
             refused(halfway, &settings, known.input).into_iter().unzip();
         for (nuisance, expected) in nuisances.into_iter().zip(expected) {
             let batch = vec![nuisance];
-            let before = pestered.belief_at(tick(halfway)).unwrap();
+            let before = pestered.extrapolated(tick(halfway)).belief;
             let outputs = step(&mut pestered, &inputs_at(tick(halfway), &batch));
             assert_eq!(
                 outputs

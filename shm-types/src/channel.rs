@@ -4,7 +4,7 @@ use core::fmt::Debug;
 
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::{Estimate, Header, Neighbour, Odometry, Position, RelativePose, Status, Timing};
+use crate::{Estimate, Header, Neighbour, Odometry, Pose, Position, RelativePose, Status, Timing};
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
@@ -17,6 +17,8 @@ pub enum Channel {
     Position,
     /// What neighbours say.
     Neighbour,
+    /// The pose, as a person or a map says it.
+    Pose,
     /// The belief.
     Estimate,
     /// Where the daemon's time goes.
@@ -143,7 +145,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 7] = [
+    pub const TABLE: [Told; 8] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
@@ -175,6 +177,17 @@ impl Channel {
             size: size_of::<Neighbour>(),
             // And the zombies of some.
             publishers: Self::TEAM + 16,
+            buffer: 16,
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::Pose,
+            name: "pose",
+            what: "this robot's pose, set by a person or said by a map",
+            size: size_of::<Pose>(),
+            // A localiser, a person or two, and the zombies of their restarts.
+            publishers: 8,
+            subscribers: 8,
             buffer: 16,
             ..DRIVERS
         },
@@ -299,6 +312,7 @@ travels! {
     RelativePose "v2",
     Position "v2",
     Neighbour "v2",
+    Pose "v1",
     Estimate "v3",
     Timing "v2",
     Status "v2",
@@ -335,6 +349,7 @@ mod tests {
         assert_named::<RelativePose>();
         assert_named::<Position>();
         assert_named::<Neighbour>();
+        assert_named::<Pose>();
         assert_named::<Estimate>();
         assert_named::<Timing>();
         assert_named::<Status>();

@@ -14,11 +14,13 @@ pub enum Input {
     Position = 2,
     /// What neighbours say.
     Neighbour = 3,
+    /// Poses that a person or a map says.
+    Pose = 4,
 }
 
 impl Input {
     /// How many there are.
-    pub const COUNT: usize = 4;
+    pub const COUNT: usize = 5;
     /// So many have a place in the payloads; those without a name are spare.
     pub const PLACES: usize = 16;
     /// All of them, in the order of their numbers.
@@ -27,6 +29,7 @@ impl Input {
         Self::RelativePose,
         Self::Position,
         Self::Neighbour,
+        Self::Pose,
     ];
 
     /// As it is printed.
@@ -37,6 +40,7 @@ impl Input {
             Self::RelativePose => "relative_pose",
             Self::Position => "position",
             Self::Neighbour => "neighbour",
+            Self::Pose => "pose",
         }
     }
 }
@@ -57,7 +61,7 @@ mod tests {
         let names = Input::ALL.map(|input| input.to_string());
         assert_eq!(
             names,
-            ["odometry", "relative_pose", "position", "neighbour"]
+            ["odometry", "relative_pose", "position", "neighbour", "pose"]
         );
     }
 

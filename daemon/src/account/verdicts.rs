@@ -12,6 +12,7 @@ pub(super) fn input(kind: Kind) -> Input {
         Kind::Sighting => Input::RelativePose,
         Kind::Neighbour => Input::Neighbour,
         Kind::Fix => Input::Position,
+        Kind::Pose => Input::Pose,
     }
 }
 

@@ -1,11 +1,12 @@
-//! The three subscribers: drained, validated, and turned into what the estimator computes on.
+//! The four subscribers: drained, validated, and turned into what the estimator computes on.
 
 use coloc_estimator::{
     Covariance2, Covariance3, Measurement, NeighbourPose, NotACovariance, Origin, Parts, Pose,
-    PositionFix, RobotId, Sighting, SlowError, Span, Stamp,
+    PoseSaid, PositionFix, RobotId, Sighting, SlowError, Span, Stamp,
 };
 use coloc_shm_types::{
-    Input, Limits, Message, Neighbour, PortError, Position, Reject, RelativePose, Sessions, Space,
+    Input, Limits, Message, Neighbour, PortError, Pose as PoseMessage, Position, Reject,
+    RelativePose, Sessions, Space,
 };
 
 use super::list::List;
@@ -22,8 +23,9 @@ const SLOW_TIME_S: f64 = 60.0;
 const SIGHTINGS: usize = 128;
 const FIXES: usize = 32;
 const NEIGHBOURS: usize = 256;
+const POSES: usize = 32;
 /// So many of all kinds.
-pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS;
+pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS + POSES;
 
 /// The subscribers and what they have received before.
 #[derive(Debug)]
@@ -31,6 +33,7 @@ pub struct Messages {
     sightings: Port<RelativePose>,
     fixes: Port<Position>,
     neighbours: Port<Neighbour>,
+    poses: Port<PoseMessage>,
     team: Team,
 }
 
@@ -47,6 +50,7 @@ impl Messages {
             sightings: Port::open(space, name, (Input::RelativePose, sensors, SIGHTINGS))?,
             fixes: Port::open(space, name, (Input::Position, sensors, FIXES))?,
             neighbours: Port::open(space, name, (Input::Neighbour, robots, NEIGHBOURS))?,
+            poses: Port::open(space, name, (Input::Pose, sensors, POSES))?,
             team,
         })
     }
@@ -57,6 +61,7 @@ impl Messages {
             self.sightings.deaf(),
             self.fixes.deaf(),
             self.neighbours.deaf(),
+            self.poses.deaf(),
         ];
         inputs.into_iter().flatten()
     }
@@ -66,6 +71,7 @@ impl Messages {
         self.sightings.tell_sessions(now, account);
         self.fixes.tell_sessions(now, account);
         self.neighbours.tell_sessions(now, account);
+        self.poses.tell_sessions(now, account);
     }
 
     /// Takes in what has arrived until `moment`, as far as there is room.
@@ -82,6 +88,8 @@ impl Messages {
             .drain(moment, into, account, |it| fix(it, &limits));
         self.neighbours
             .drain(moment, into, account, |it| neighbour(it, &limits));
+        self.poses
+            .drain(moment, into, account, |it| said(it, &limits));
     }
 
     /// The tick is over: the next one takes in as many again.
@@ -89,6 +97,7 @@ impl Messages {
         self.sightings.clear();
         self.fixes.clear();
         self.neighbours.clear();
+        self.poses.clear();
     }
 }
 
@@ -180,6 +189,23 @@ pub fn neighbour(message: &Neighbour, limits: &Limits<'_>) -> Result<Measurement
         origin: origin(message),
         pose: pose(message.pose),
         parts,
+    }))
+}
+
+/// A person's or a map's pose as the estimator takes it, whatever the message holds.
+///
+/// # Errors
+/// Why it is none.
+pub fn said(message: &PoseMessage, limits: &Limits<'_>) -> Result<Measurement, Reject> {
+    let covariance = Covariance3::from_row_major(message.covariance);
+    let beside = message.validate_beside_covariance(limits);
+    let covariance = first(beside, covariance, || message.validate(limits))?;
+    Ok(Measurement::Pose(PoseSaid {
+        stamp: stamp(message),
+        origin: origin(message),
+        pose: pose(message.pose),
+        covariance,
+        set: message.set == PoseMessage::SET,
     }))
 }
 

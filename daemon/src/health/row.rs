@@ -131,7 +131,7 @@ impl Row {
 fn gate(input: Input, fusion: &Fusion) -> f64 {
     match input {
         Input::Position => fusion.position_gate,
-        Input::Neighbour => fusion.neighbour_gate,
+        Input::Neighbour | Input::Pose => fusion.neighbour_gate,
         Input::Odometry | Input::RelativePose => 0.0,
     }
 }

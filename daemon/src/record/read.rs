@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use coloc_estimator::{
     Belief, Bend, Covariance2, Covariance3, Measurement, Motion, NeighbourPose, NotACovariance,
-    OdometrySample, Origin, Parts, Pose, PositionFix, RobotId, Sighting, SlowError, Span, Stamp,
-    Start, TickInputs,
+    OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Sighting, SlowError, Span,
+    Stamp, Start, TickInputs,
 };
 
 use super::{Known, Record, Step};
@@ -151,6 +151,21 @@ impl RecordedTick {
                     variance: slow_variance,
                     memory: Span::from_nanos(slow_memory_ns),
                 },
+            }),
+            Record::Pose {
+                stamp_ns,
+                source,
+                session,
+                sequence,
+                pose: said,
+                covariance,
+                set,
+            } => Measurement::Pose(PoseSaid {
+                stamp: Stamp::from_nanos(stamp_ns),
+                origin: origin(source, session, sequence),
+                pose: pose(said),
+                covariance: Covariance3::from_row_major(covariance)?,
+                set,
             }),
             _ => return Err(Broken),
         });
@@ -409,6 +424,13 @@ mod tests {
                         variance: 1.0 / 3.0,
                         memory: Span::from_nanos(59_999_999_999),
                     },
+                }),
+                Measurement::Pose(PoseSaid {
+                    stamp,
+                    origin: origin(7, 9, 3),
+                    pose: third,
+                    covariance: cov(2.0),
+                    set: true,
                 }),
             ],
             belief: Belief {

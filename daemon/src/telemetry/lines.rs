@@ -6,7 +6,7 @@ use super::throttle::Sum;
 use crate::clock::ClockStep;
 use crate::event::{Against, Event};
 use coloc_estimator::Decision;
-use coloc_shm_types::{BeliefState, Health};
+use coloc_shm_types::{BeliefState, Health, Input};
 
 /// One line for one event, or for several that were added up.
 pub(super) fn write((count, event): Sum) {
@@ -25,6 +25,13 @@ pub(super) fn write((count, event): Sum) {
             input,
             from,
             to: to @ Health::Ok,
+            tick,
+        }
+        // Said once, and then no more.
+        | Event::Health {
+            input: input @ Input::Pose,
+            from,
+            to: to @ Health::Stale,
             tick,
         } => info!(count, tick, "{input}: {from} -> {to}"),
         Event::Health {
@@ -152,6 +159,13 @@ fn decided(count: Option<u64>, who: &str, decision: &Decision) {
             count,
             "the fixes of {who} after a gap agree with one another and are just outside of the gate: the robot looks for itself \
              by them"
+        ),
+        Decision::Set { distance_m, .. } if distance_m.is_nan() => {
+            info!(count, "the pose was set by {who}");
+        }
+        Decision::Set { distance_m, .. } => info!(
+            count,
+            "the pose was set by {who}, {distance_m:.1} m from where the robot was believed to be"
         ),
         Decision::Anew { .. } => warn!(count, "what {who} says does not move as the wheels do"),
     }

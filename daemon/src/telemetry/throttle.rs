@@ -120,6 +120,7 @@ fn decision_number(decision: &Decision) -> u8 {
         Decision::Widened { .. } => 2,
         Decision::SecondChance { .. } => 3,
         Decision::Anew { .. } => 4,
+        Decision::Set { .. } => 5,
     }
 }
 

@@ -61,6 +61,13 @@ pub enum Decision {
         /// Whose.
         source: Source,
     },
+    /// A person set the pose: it is believed, and all that was held against the belief before is forgotten.
+    Set {
+        /// Who.
+        source: Source,
+        /// How far it was from the belief before \[m\]; NaN if there was none.
+        distance_m: f64,
+    },
     /// What a source says does not move as the wheels do; its hypothesis begins anew.
     Anew {
         /// Whose.

@@ -230,6 +230,7 @@ impl Decision {
             | Self::Dropped { source, .. }
             | Self::Widened { source }
             | Self::SecondChance { source }
+            | Self::Set { source, .. }
             | Self::Anew { source } => *source,
         }
     }

@@ -1,4 +1,4 @@
-//! What a source says of where the robot is: a fix or a neighbour's pose, in one form.
+//! What a source says of where the robot is: a fix, a neighbour's pose or a map's, in one form.
 
 use nalgebra::Matrix2;
 
@@ -7,7 +7,7 @@ use crate::angle::wrap;
 use crate::belief::Belief;
 use crate::factor::Factor;
 use crate::gate::{CHI2_2_99, CHI2_3_99};
-use crate::kind::{Measurement, NeighbourPose, PositionFix};
+use crate::kind::{Measurement, NeighbourPose, PoseSaid, PositionFix};
 use crate::output::Source;
 use crate::parts::Parts;
 use crate::pose::Pose;
@@ -69,7 +69,15 @@ impl Word {
                 pose: *pose,
                 parts: *parts,
             },
-            Measurement::Odometry(_) | Measurement::Sighting(_) => return None,
+            Measurement::Pose(said) if !said.set => Said::Pose {
+                pose: said.pose,
+                parts: said.parts(),
+            },
+            Measurement::Odometry(_)
+            | Measurement::Sighting(_)
+            | Measurement::Pose(PoseSaid { .. }) => {
+                return None;
+            }
         };
         Some(Self {
             source,

@@ -1,11 +1,12 @@
 //! What leaves the history is judged ([`crate::found`]), and the base is what comes of it.
 
+use super::entry::Checkpoint;
 use super::{History, Slot};
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::found::{Found, Ruling, Word};
 use crate::honest::Increments;
-use crate::kind::Measured;
+use crate::kind::{Measured, Measurement, PoseSaid};
 use crate::motion::propagate;
 use crate::outbox::Outbox;
 use crate::pose::Pose;
@@ -31,6 +32,13 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             return;
         };
         let (stamp, measurement) = (entry.stamp(), &entry.measurement);
+        if let Measurement::Pose(said) = measurement
+            && said.set
+        {
+            let said = *said;
+            self.set_pose(&said, court);
+            return;
+        }
         if !court.settings.found.enabled {
             self.fold_oldest();
             return;
@@ -59,14 +67,20 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             court
                 .found
                 .hear(word, prior.filter.belief(), court.settings);
-        match &ruling {
-            Ruling::Stands => {}
-            Ruling::Dropped => self.base.filter.lose(),
-            Ruling::Replaced(belief) => self.base.filter.find(belief),
-        }
+        self.base.rule(&ruling);
         if suspicions_changed || ruling != Ruling::Stands {
             self.mark_from(0);
         }
+    }
+
+    /// It is believed, whether the belief may be doubted or not.
+    fn set_pose(&mut self, said: &PoseSaid, court: &mut Court<'_>) {
+        let mut prior = self.base;
+        self.predict(&mut prior, said.stamp, court.settings);
+        self.fold_oldest();
+        let ruling = court.found.set(said, prior.filter.belief());
+        self.base.rule(&ruling);
+        self.mark_from(0);
     }
 
     /// The way from the base to `to`, as it was measured.
@@ -85,5 +99,16 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// The belief where the history begins.
     pub(crate) fn base_belief(&self) -> &Belief {
         self.base.filter.belief()
+    }
+}
+
+impl Checkpoint {
+    /// What a ruling makes of it.
+    fn rule(&mut self, ruling: &Ruling) {
+        match ruling {
+            Ruling::Stands => {}
+            Ruling::Dropped => self.filter.lose(),
+            Ruling::Replaced(belief) => self.filter.find(belief),
+        }
     }
 }

@@ -1,12 +1,13 @@
 //! Messages of shared memory, whatever they hold: refused, or through the estimator to a belief that can be.
 
-use coloc_daemon::collect::messages::{fix, neighbour, sighting};
+use coloc_daemon::collect::messages::{fix, neighbour, said, sighting};
 use coloc_estimator::{
     Belief, Bend, Covariance3, Estimator, Measurement, Motion, OdometrySample, Parts, Pose,
     Settings, Slot, Stamp, TickInputs, TickOutputs, step,
 };
 use coloc_shm_types::{
-    Clock, Estimate, Header, Limits, Neighbour, Odometry, Position, Present, RelativePose, Status,
+    Clock, Estimate, Header, Limits, Neighbour, Odometry, Pose as SaidPose, Position, Present,
+    RelativePose, Status,
 };
 
 use super::Target;
@@ -101,12 +102,13 @@ fn measurement(bytes: &mut Bytes<'_>, now_ns: i64) -> Option<Measurement> {
     };
     let kind = bytes.byte();
     let header = header(bytes, now_ns);
-    match kind % 6 {
+    match kind % 7 {
         0 => sighting(&seen(header, bytes), &limits).ok(),
         1 => fix(&placed(header, bytes), &limits).ok(),
         2 => neighbour(&told(header, bytes), &limits).ok(),
         3 => moved(header, bytes, &limits),
-        4 => {
+        4 => said(&set(header, bytes), &limits).ok(),
+        5 => {
             let _ = published(header, bytes).validate(&limits);
             None
         }
@@ -168,6 +170,16 @@ fn told(header: Header, bytes: &mut Bytes<'_>) -> Neighbour {
         pose: bytes.numbers(),
         independent: bytes.covariance(),
         dependent: bytes.covariance(),
+    }
+}
+
+fn set(header: Header, bytes: &mut Bytes<'_>) -> SaidPose {
+    SaidPose {
+        header,
+        set: bytes.byte() % 3,
+        pose: bytes.numbers(),
+        covariance: bytes.covariance(),
+        ..SaidPose::default()
     }
 }
 
@@ -237,7 +249,8 @@ fn samples() -> Vec<Vec<u8>> {
         unit(3),
     ]
     .concat();
-    let tick = [vec![4], fix.clone(), sighting, told, moved].concat();
+    let set = [head(4, 0), vec![1], numbers(&[1000, 2100, 400]), unit(3)].concat();
+    let tick = [vec![5], fix.clone(), sighting, told, moved, set].concat();
     vec![
         tick.clone(),
         [vec![1], fix].concat(),
@@ -265,7 +278,7 @@ mod tests {
     fn inputs_come_through_to_the_estimator() {
         assert_eq!(
             samples().iter().map(|it| valid(it)).collect::<Vec<_>>(),
-            [4, 1, 8]
+            [5, 1, 10]
         );
         let inputs = TARGET.inputs(1, 1000);
         let come_through = inputs.filter(|input| valid(input) > 0).count();
