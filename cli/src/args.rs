@@ -12,6 +12,7 @@ use crate::latency::{LatencyArgs, ReaderArgs};
 use crate::list::ListArgs;
 use crate::listen::ListenArgs;
 use crate::output::note;
+use crate::pose::PoseArgs;
 use crate::status::Status;
 
 /// Cooperative localization: robots that tell one another where they are.
@@ -26,6 +27,7 @@ use crate::status::Status;
   coloc latency                         how soon is a new estimate in your hands?
   coloc list                            who runs here, and where is it?
   coloc listen robot1                   where is it from moment to moment?
+  coloc pose robot1 12.5 -3 1.57        tell it where it is
   coloc check robot.toml                what does this configuration mean?
   coloc colocd run robot.toml           run the daemon of one robot"
 )]
@@ -42,6 +44,8 @@ pub(crate) enum Command {
     List(ListArgs),
     /// Print the estimates of a robot that runs on this computer: as a table, JSON, CSV or a trajectory
     Listen(ListenArgs),
+    /// Tell a robot that runs on this computer where it is
+    Pose(PoseArgs),
     /// Find out how accurate and how honest the estimators are, over many runs
     Eval(Box<EvalArgs>),
     /// Find out how soon a new estimate is in other programs' hands, and where the time goes

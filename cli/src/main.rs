@@ -27,6 +27,7 @@ mod listen;
 mod output;
 mod pictures;
 mod place;
+mod pose;
 mod result_file;
 mod robot_file;
 mod status;
@@ -47,6 +48,7 @@ fn main() -> ExitCode {
         Ok(Command::LatencyReader(args)) => latency::reader(&args),
         Ok(Command::List(args)) => list::command(&args),
         Ok(Command::Listen(args)) => listen::command(&args),
+        Ok(Command::Pose(args)) => pose::command(&args),
         Ok(Command::Check { config, strict }) => return daemon::check(&config, strict),
         Ok(Command::Colocd { args }) => return daemon::run_with(args),
         Err(answer) => answer,

@@ -68,6 +68,19 @@ pub(crate) fn look(args: &PlaceArgs) -> Looked {
     }
 }
 
+/// Who runs instead: it may have been misspelt.
+pub(crate) fn who_else(here: &Found, elsewhere: &[Found]) -> String {
+    let here = (!here.robots.is_empty()).then(|| here.names());
+    let there = elsewhere
+        .iter()
+        .map(|found| format!("{} in {}", found.names(), found.place));
+    let all: Vec<String> = here.into_iter().chain(there).collect();
+    if all.is_empty() {
+        return "nobody else runs".into();
+    }
+    format!("who runs: {}", all.join("; "))
+}
+
 fn known() -> Vec<Place> {
     let place = |(root, prefix)| Place { root, prefix };
     Space::places().into_iter().map(place).collect()

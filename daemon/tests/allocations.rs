@@ -11,7 +11,9 @@ use coloc_counting::{Calls, calls_during};
 use coloc_daemon::event::{Event, Link};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::{Header, Input, Neighbour, Odometry, OdometryKind, Position, RelativePose};
+use coloc_shm_types::{
+    Header, Input, Neighbour, Odometry, OdometryKind, Pose, Position, RelativePose,
+};
 
 const TICKS: u64 = 10_000;
 
@@ -26,6 +28,17 @@ fn drain(link: &Link, done: &AtomicBool) {
     }
 }
 
+/// By a map; now and then somebody sets it.
+fn said(header: Header, pose: [f64; 3]) -> Pose {
+    Pose {
+        header,
+        set: u8::from(header.sequence % 1000 == 500),
+        pose,
+        covariance: diagonal([0.01; 3]),
+        ..Pose::default()
+    }
+}
+
 #[test]
 fn ticks_allocate_nothing() {
     let world = World::new();
@@ -37,6 +50,7 @@ fn ticks_allocate_nothing() {
     let settings = format!("{}[odometry.base]\ntrack_m = 0.3\n", world.wheels());
     let mut robot = world.robot("a", 1, &settings);
     let base = world.publisher::<Odometry>("a");
+    let map = world.publisher::<Pose>("a");
     let (laser, dgps, neighbour) = (
         world.publisher::<RelativePose>("a"),
         world.publisher::<Position>("a"),
@@ -85,6 +99,7 @@ fn ticks_allocate_nothing() {
         })
         .unwrap();
         let pose = [way_m, 0.0, 0.0];
+        map.send(said(header, pose)).unwrap();
         neighbour
             .send(Neighbour {
                 header: Header {

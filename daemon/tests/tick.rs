@@ -10,14 +10,14 @@ use std::time::Duration;
 use by_hand::{METRES_PER_TICK, PERIOD, SECOND, TestTime, World, diagonal};
 use coloc_daemon::clock::{KernelTime, Reading, TimeSource};
 use coloc_daemon::config::Config;
-use coloc_daemon::event::Link;
+use coloc_daemon::event::{Event, Link};
 use coloc_daemon::record::Step;
 use coloc_daemon::tick::Outcome;
 use coloc_daemon::wait::Wake;
 use coloc_drivers::can::{Frame, Sender};
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{
-    Header, Health, Input, Message, Neighbour, Position, Publisher, Reject, RelativePose,
+    Header, Health, Input, Message, Neighbour, Pose, Position, Publisher, Reject, RelativePose,
 };
 
 #[test]
@@ -106,8 +106,48 @@ fn a_sighting_helps_the_robot_that_was_seen() {
     );
 }
 
+fn set(header: Header, pose: [f64; 3]) -> Pose {
+    Pose {
+        header,
+        set: Pose::SET,
+        pose,
+        covariance: diagonal([0.01, 0.01, 0.001]),
+        ..Pose::default()
+    }
+}
+
+#[test]
+fn a_robot_is_where_it_was_told_within_two_seconds() {
+    let world = World::new();
+    let mut robot = world.robot("a", 1, "");
+    let persons = world.publisher::<Pose>("a");
+    robot.tick();
+    persons
+        .send(set(world.header(0), [5.0, -2.0, 1.0]))
+        .unwrap();
+    assert_eq!(robot.tick().health_of(Input::Pose), Health::Ok);
+    let estimates: Vec<_> = (0..99).map(|_| robot.tick()).collect();
+    let last = estimates.last().unwrap();
+    let apart = last.pose.iter().zip([5.0, -2.0, 1.0]);
+    assert!(
+        apart.map(|(a, b)| (a - b).abs()).all(|it| it < 1e-9),
+        "{:?}",
+        last.pose
+    );
+    assert!(last.dependent[0] >= 0.01, "others may know it from there");
+    assert_eq!(last.health_of(Input::Pose), Health::Stale, "said once");
+    let status = robot.robot.account().status();
+    assert_eq!(status.accepted_of(Input::Pose), 1);
+    let events = std::iter::from_fn(|| robot.link.next_event());
+    let decided = events.filter(|event| {
+        let of = (Input::Pose, 0);
+        matches!(event, Event::Decided { input, source, .. } if (*input, *source) == of)
+    });
+    assert_eq!(decided.count(), 1);
+}
+
 /// One message of every kind that must change nothing. What a publisher sent is gone with it, so they come back too.
-fn send_garbage(world: &World) -> (impl Sized, [u64; 3]) {
+fn send_garbage(world: &World) -> (impl Sized, [u64; 4]) {
     let fixes = world.publisher::<Position>("a");
     let good = Position {
         header: world.header(0),
@@ -178,9 +218,25 @@ fn send_garbage(world: &World) -> (impl Sized, [u64; 3]) {
             ..neighbour
         })
         .unwrap();
+    let poses = world.publisher::<Pose>("a");
+    let good = set(world.header(0), [9.0; 3]);
+    let mut reserved = good;
+    reserved.reserved[6] = 1;
+    let bad_poses = [
+        set(good.header, [0.0, f64::NAN, 0.0]),
+        Pose {
+            covariance: diagonal([1.0, 1.0, 0.0]),
+            ..good
+        },
+        Pose { set: 2, ..good },
+        reserved,
+    ];
+    for pose in bad_poses {
+        poses.send(pose).unwrap();
+    }
     (
-        (fixes, sightings, neighbours),
-        [bad_fixes.len() as u64, 1, 2],
+        (fixes, sightings, neighbours, poses),
+        [bad_fixes.len() as u64, 1, 2, bad_poses.len() as u64],
     )
 }
 
@@ -202,8 +258,13 @@ fn what_is_rejected_changes_no_bit() {
             })
             .collect();
         let status = robot.robot.account().status();
-        let rejected = [Input::Position, Input::RelativePose, Input::Neighbour]
-            .map(|input| status.rejected_total(input));
+        let inputs = [
+            Input::Position,
+            Input::RelativePose,
+            Input::Neighbour,
+            Input::Pose,
+        ];
+        let rejected = inputs.map(|input| status.rejected_total(input));
         assert_eq!(rejected, expected.unwrap_or_default());
         estimates
     };
@@ -306,8 +367,12 @@ fn a_tick_has_room_for_all_that_it_takes_in() {
         independent: diagonal([0.01, 0.01, 0.001]),
         ..Neighbour::default()
     });
+    let (_maps, said) = crowd(&world, (0..1, 16), |header| Pose {
+        set: Pose::SAID,
+        ..set(header, [0.0; 3])
+    });
     robot.tick();
-    let all = sightings + fixes + words + 1;
+    let all = sightings + fixes + words + said + 1;
     assert_eq!(robot.recorded_ticks(), [(Step::Own, all)]);
 }
 

@@ -87,8 +87,8 @@ impl Robot {
     }
 
     fn verdict(&self) -> Verdict {
-        let own = self.verdicts.iter().filter(|(it, _)| *it == source());
-        own.last().unwrap().1
+        let mut own = self.verdicts.iter().filter(|(it, _)| *it == source());
+        own.next_back().unwrap().1
     }
 }
 
@@ -151,7 +151,7 @@ fn a_set_pose_is_believed_after_a_history_whatever_was_believed() {
         found: FoundSettings::OFF,
         ..Settings::default()
     };
-    let robots = [
+    let robots = vec![
         (Robot::knowing(Pose::default()), true),
         (nowhere(Settings::default()), false),
         (nowhere(paper), false),

@@ -1,7 +1,7 @@
 //! Every reason, every boundary, every scale.
 use coloc_shm_types::{
-    BeliefState, Clock, Estimate, Header, Limits, Neighbour, Odometry, OdometryKind, Position,
-    Present, Reject, RelativePose, Status,
+    BeliefState, Clock, Estimate, Header, Limits, Neighbour, Odometry, OdometryKind, Pose,
+    Position, Present, Reject, RelativePose, Status,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -68,6 +68,15 @@ fn neighbour() -> Neighbour {
     }
 }
 
+fn pose() -> Pose {
+    Pose {
+        header: at(NOW_NS),
+        set: Pose::SET,
+        covariance: IDENTITY,
+        ..Pose::default()
+    }
+}
+
 fn estimate() -> Estimate {
     Estimate {
         header: from(1),
@@ -97,6 +106,7 @@ fn what_is_in_order_passes() {
     assert_eq!(sighting().validate(&LIMITS), Ok(()));
     assert_eq!(fix().validate(&LIMITS), Ok(()));
     assert_eq!(neighbour().validate(&LIMITS), Ok(()));
+    assert_eq!(pose().validate(&LIMITS), Ok(()));
     assert_eq!(odometry().validate(&LIMITS), Ok(()));
     assert_eq!(estimate().validate(&LIMITS), Ok(()));
     assert_eq!(status().validate(&LIMITS), Ok(()));
@@ -107,21 +117,26 @@ fn what_is_in_order_passes() {
 fn every_number_must_be_finite() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e61, -1e61] {
         for place in 0..3 {
-            let (mut sighting, mut neighbour) = (sighting(), neighbour());
+            let (mut sighting, mut neighbour, mut said) = (sighting(), neighbour(), pose());
             let [mut estimate, mut driven, mut moving] = [estimate(); 3];
             sighting.pose[place] = bad;
             neighbour.pose[place] = bad;
+            said.pose[place] = bad;
             estimate.pose[place] = bad;
             driven.odometry[place] = bad;
             moving.velocity[place] = bad;
             assert_eq!(sighting.validate(&LIMITS), Err(Reject::NotFinite));
             assert_eq!(neighbour.validate(&LIMITS), Err(Reject::NotFinite));
+            assert_eq!(said.validate(&LIMITS), Err(Reject::NotFinite));
             assert_eq!(estimate.validate(&LIMITS), Err(Reject::NotFinite));
             assert_eq!(driven.validate(&LIMITS), Err(Reject::NotFinite));
             assert_eq!(moving.validate(&LIMITS), Err(Reject::NotFinite));
         }
         for place in 0..9 {
             let (mut sighting, mut neighbour, mut estimate) = (sighting(), neighbour(), estimate());
+            let mut said = pose();
+            said.covariance[place] = bad;
+            assert_eq!(said.validate(&LIMITS), Err(Reject::NotFinite));
             sighting.covariance[place] = bad;
             neighbour.dependent[place] = bad;
             estimate.independent[place] = bad;
@@ -140,11 +155,13 @@ fn every_number_must_be_finite() {
 }
 
 /// What comes of a message for each of its covariances, all others being in order.
-fn reasons_for(covariance: [f64; 9]) -> [Reject; 8] {
+fn reasons_for(covariance: [f64; 9]) -> [Reject; 9] {
     let [xx, xy, _, yx, yy, ..] = covariance;
     let (mut seen, mut near) = (sighting(), [neighbour(); 2]);
+    let mut said = pose();
     let (mut own, mut place, mut wheels) = ([estimate(); 3], fix(), odometry());
     seen.covariance = covariance;
+    said.covariance = covariance;
     place.covariance = [xx, xy, yx, yy];
     wheels.covariance = covariance;
     near[0].independent = covariance;
@@ -154,6 +171,7 @@ fn reasons_for(covariance: [f64; 9]) -> [Reject; 8] {
     own[2].velocity_covariance = covariance;
     [
         seen.validate(&LIMITS),
+        said.validate(&LIMITS),
         place.validate(&LIMITS),
         wheels.validate(&LIMITS),
         near[0].validate(&LIMITS),
@@ -167,9 +185,9 @@ fn reasons_for(covariance: [f64; 9]) -> [Reject; 8] {
 
 #[test]
 fn covariances_must_be_covariances() {
-    assert_eq!(reasons_for(ASYMMETRIC), [Reject::Asymmetric; 8]);
+    assert_eq!(reasons_for(ASYMMETRIC), [Reject::Asymmetric; 9]);
     let [alone @ .., near, own] = reasons_for(INDEFINITE);
-    assert_eq!(alone, [Reject::NotPositiveSemidefinite; 6]);
+    assert_eq!(alone, [Reject::NotPositiveSemidefinite; 7]);
     assert_eq!([near, own], [Reject::DependentNotPositiveSemidefinite; 2]);
 }
 
@@ -194,7 +212,7 @@ fn a_negative_variance_is_not_positive_semidefinite() {
         let mut covariance = IDENTITY;
         covariance[place] = -1e-6;
         let [alone @ .., near, own] = reasons_for(covariance);
-        assert_eq!(alone, [Reject::NotPositiveSemidefinite; 6]);
+        assert_eq!(alone, [Reject::NotPositiveSemidefinite; 7]);
         assert_eq!([near, own], [Reject::DependentNotPositiveSemidefinite; 2]);
         covariance[place] = -1e-12;
         let mut seen = sighting();
@@ -220,6 +238,9 @@ fn a_measurement_without_a_variance_says_nothing() {
         let mut seen = sighting();
         seen.covariance = covariance;
         assert_eq!(seen.validate(&LIMITS), Err(Reject::NoCovariance));
+        let mut said = pose();
+        said.covariance = covariance;
+        assert_eq!(said.validate(&LIMITS), Err(Reject::NoCovariance));
         let mut near = neighbour();
         (near.independent, near.dependent) = ([0.0; 9], covariance);
         assert_eq!(near.validate(&LIMITS), Err(Reject::NoCovariance));
@@ -323,7 +344,9 @@ fn robots_must_be_known_and_others() {
 }
 
 /// What comes of a message of every kind whose header was changed.
-fn all_with(limits: &Limits, change: impl Fn(&mut Header)) -> [Result<(), Reject>; 6] {
+fn all_with(limits: &Limits, change: impl Fn(&mut Header)) -> [Result<(), Reject>; 7] {
+    let mut said = pose();
+    change(&mut said.header);
     let (mut seen, mut place, mut near) = (sighting(), fix(), neighbour());
     let (mut wheels, mut own, mut counted) = (odometry(), estimate(), status());
     change(&mut seen.header);
@@ -334,6 +357,7 @@ fn all_with(limits: &Limits, change: impl Fn(&mut Header)) -> [Result<(), Reject
     change(&mut counted.header);
     [
         seen.validate(limits),
+        said.validate(limits),
         place.validate(limits),
         near.validate(limits),
         wheels.validate(limits),
@@ -353,7 +377,7 @@ fn stamps_lie_between_the_history_and_the_future() {
         (i64::MIN, Err(Reject::TooOld)),
     ] {
         let found = all_with(&LIMITS, |header| header.stamp_ns = stamp_ns);
-        assert_eq!(found, [expected; 6], "{stamp_ns}");
+        assert_eq!(found, [expected; 7], "{stamp_ns}");
     }
 }
 
@@ -361,7 +385,7 @@ fn stamps_lie_between_the_history_and_the_future() {
 fn a_clock_of_no_meaning_is_refused() {
     for clock in 3..=u8::MAX {
         let found = all_with(&LIMITS, |header| header.clock = clock);
-        assert_eq!(found, [Err(Reject::UnknownClock); 6]);
+        assert_eq!(found, [Err(Reject::UnknownClock); 7]);
     }
 }
 
@@ -369,7 +393,7 @@ fn a_clock_of_no_meaning_is_refused() {
 fn a_clock_that_cannot_be_asked_is_foreign() {
     for clock in [Clock::Realtime, Clock::Tai] {
         let found = all_with(&LIMITS, |header| header.clock = clock as u8);
-        assert_eq!(found, [Err(Reject::ForeignClock); 6]);
+        assert_eq!(found, [Err(Reject::ForeignClock); 7]);
         let limits = Limits {
             now: Present::only(clock, NOW_NS),
             ..LIMITS
@@ -377,7 +401,7 @@ fn a_clock_that_cannot_be_asked_is_foreign() {
         let found = all_with(&limits, |header| {
             (header.clock, header.boot) = (clock as u8, 0);
         });
-        assert_eq!(found, [Ok(()); 6], "of any boot");
+        assert_eq!(found, [Ok(()); 7], "of any boot");
     }
 }
 
@@ -389,7 +413,7 @@ fn the_clock_of_another_boot_is_foreign_and_so_is_that_of_an_unknown_one() {
             ..LIMITS
         };
         let found = all_with(&limits, |header| header.boot = sent);
-        assert_eq!(found, [Err(Reject::ForeignClock); 6], "{sent} {own}");
+        assert_eq!(found, [Err(Reject::ForeignClock); 7], "{sent} {own}");
     }
 }
 
@@ -403,7 +427,7 @@ fn limits_at_the_ends_of_time_do_not_overflow() {
             ..LIMITS
         };
         let found = all_with(&limits, |header| header.stamp_ns = now_ns);
-        assert_eq!(found, [Ok(()); 6]);
+        assert_eq!(found, [Ok(()); 7]);
     }
 }
 
@@ -435,6 +459,17 @@ fn what_is_not_supported_yet_is_refused() {
             ..sighting()
         };
         assert_eq!(seen.validate(&LIMITS), Err(Reject::Unsupported));
+    }
+    for set in 2..=u8::MAX {
+        assert_eq!(
+            Pose { set, ..pose() }.validate(&LIMITS),
+            Err(Reject::Unsupported)
+        );
+    }
+    for place in 0..7 {
+        let mut said = pose();
+        said.reserved[place] = 1;
+        assert_eq!(said.validate(&LIMITS), Err(Reject::Unsupported));
     }
     for lever_m in [[0.1, 0.0], [0.0, -0.1]] {
         let place = Position { lever_m, ..fix() };

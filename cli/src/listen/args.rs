@@ -27,7 +27,7 @@ faulty, refused).
                    3×3, row by row, of x_m, y_m, heading_rad and of vx_mps, vy_mps, omega_radps (JSON alone)
   state            finding, ok, contradicted or lost
   fit              whether it is good enough to drive on
-  odometry, relative_pose, position, neighbour
+  odometry, relative_pose, position, neighbour, pose
                    how these inputs do: never_seen, ok, stale, faulty or refused
 What is not a number is null in JSON and NaN elsewhere.
 --tum, for evaluation tools: timestamp x y z qx qy qz qw, in seconds of `clock` and metres.

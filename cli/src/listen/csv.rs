@@ -5,7 +5,7 @@ use coloc_shm_types::Estimate;
 use super::reading::Reading;
 
 pub(super) const HEADING: &str = "session,sequence,tick,clock,stamp_ns,boot_ns,x_m,y_m,heading_rad,\
-    sigma_x_m,sigma_y_m,sigma_heading_rad,vx_mps,vy_mps,omega_radps,state,fit,odometry,relative_pose,position,neighbour";
+    sigma_x_m,sigma_y_m,sigma_heading_rad,vx_mps,vy_mps,omega_radps,state,fit,odometry,relative_pose,position,neighbour,pose";
 
 pub(super) fn line(estimate: &Estimate) -> String {
     let Reading {
@@ -30,11 +30,12 @@ pub(super) fn line(estimate: &Estimate) -> String {
         relative_pose,
         position,
         neighbour,
+        pose,
     } = Reading::of(estimate);
     format!(
         "{session},{sequence},{tick},{clock},{stamp_ns},{boot_ns},{x_m},{y_m},{heading_rad},\
          {sigma_x_m},{sigma_y_m},{sigma_heading_rad},{vx_mps},{vy_mps},{omega_radps},{state},{fit},\
-         {odometry},{relative_pose},{position},{neighbour}"
+         {odometry},{relative_pose},{position},{neighbour},{pose}"
     )
 }
 

@@ -28,6 +28,7 @@ pub(super) struct Reading {
     pub(super) relative_pose: &'static str,
     pub(super) position: &'static str,
     pub(super) neighbour: &'static str,
+    pub(super) pose: &'static str,
 }
 
 impl Reading {
@@ -58,6 +59,7 @@ impl Reading {
             relative_pose: health(Input::RelativePose),
             position: health(Input::Position),
             neighbour: health(Input::Neighbour),
+            pose: health(Input::Pose),
         }
     }
 }

@@ -9,7 +9,7 @@ use super::args::ListenArgs;
 use super::outlet;
 use crate::demo::interrupt::Interrupt;
 use crate::output::{complain, takes_no_more};
-use crate::place::{Found, Looked, Place, look};
+use crate::place::{Found, Looked, Place, look, who_else};
 
 /// Between two looks; a daemon takes longer from its claim to its first estimate.
 const PAUSE: Duration = Duration::from_millis(50);
@@ -46,19 +46,6 @@ fn several(robot: &RobotName, there: &[&Found]) -> ListenError {
         robot: robot.clone(),
         places: places.join(" and in "),
     }
-}
-
-/// Who runs instead: it may have been misspelt.
-fn who_else(here: &Found, elsewhere: &[Found]) -> String {
-    let here = (!here.robots.is_empty()).then(|| here.names());
-    let there = elsewhere
-        .iter()
-        .map(|found| format!("{} in {}", found.names(), found.place));
-    let all: Vec<String> = here.into_iter().chain(there).collect();
-    if all.is_empty() {
-        return "nobody else runs".into();
-    }
-    format!("who runs: {}", all.join("; "))
 }
 
 /// Until it runs at `place`; `false` if that is not waited for any more.

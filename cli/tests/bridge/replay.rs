@@ -107,7 +107,7 @@ fn received(tick: &RecordedTick, robot: usize, letters: &Letters) -> Option<Vec<
                 ..*sighting
             }),
             Measurement::Neighbour(neighbour) => sent(neighbour)?.into(),
-            Measurement::Odometry(_) | Measurement::Fix(_) => *measurement,
+            Measurement::Odometry(_) | Measurement::Fix(_) | Measurement::Pose(_) => *measurement,
         })
     };
     tick.measurements.iter().map(renumbered).collect()

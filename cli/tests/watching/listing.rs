@@ -1,12 +1,9 @@
 //! `coloc list`.
 
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
-
-use coloc_shm_types::{Channel, Estimate, Message, Space};
+use coloc_shm_types::{Channel, Estimate, Message};
 
 use crate::program::{Coloc, Ended};
-use crate::robot::{Ground, PREFIX, Robot, name};
+use crate::robot::{Daemon, Ground, Robot, name};
 
 fn list(ground: &Ground, something: impl FnMut()) -> Ended {
     Coloc::start("list", &ground.root()).end(something)
@@ -94,28 +91,9 @@ fn where_no_listener_has_a_place_it_is_said_and_listed() {
 #[test]
 fn a_daemon_is_listed_until_it_is_killed() {
     let ground = Ground::new();
-    let file = ground.file("robot.toml");
-    let text = format!(
-        "[robot]\nname = \"real\"\nid = 3\n[shm]\nroot = {:?}\nprefix = {PREFIX:?}\n\
-         [realtime]\nscheduler = \"other\"\nlock_memory = false\n[telemetry]\nlog = \"error\"\n",
-        ground.root()
-    );
-    std::fs::write(&file, text).unwrap();
-    let mut daemon = Command::new(env!("CARGO_BIN_EXE_coloc"))
-        .args(["colocd", "run"])
-        .arg(&file)
-        .stdin(Stdio::null())
-        .spawn()
-        .unwrap();
-    // Also in a place where nobody else takes part.
-    let deadline = Instant::now() + Duration::from_secs(60);
-    while Space::running(&ground.root()).unwrap().is_empty() {
-        assert!(daemon.try_wait().unwrap().is_none() && Instant::now() < deadline);
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    let mut daemon = Daemon::start(&ground, "real", 3);
     let listed = list(&ground, || {});
-    daemon.kill().unwrap();
-    daemon.wait().unwrap();
+    daemon.kill();
     let process = daemon.id().to_string();
     let words: Vec<&str> = listed.printed[1].split_whitespace().take(3).collect();
     assert_eq!(words, ["real", "3", &process], "{listed:?}");

@@ -8,3 +8,4 @@ mod listing;
 mod pipes;
 mod program;
 mod robot;
+mod telling;

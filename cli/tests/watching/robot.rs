@@ -1,6 +1,8 @@
 //! A robot without a daemon: it is claimed, and says estimates that follow from their number.
 
 use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use coloc_shm_types::{Claim, Clock, Estimate, Health, Input, Publisher, RobotName, Sender, Space};
 use tempfile::TempDir;
@@ -88,6 +90,52 @@ impl Robot {
         };
         estimate.health[Input::Odometry as usize] = Health::Ok as u8;
         let _ = self.estimates.send(estimate);
+    }
+}
+
+/// A real daemon, without wheels.
+pub(crate) struct Daemon(Child);
+
+impl Daemon {
+    /// Once it has claimed the robot.
+    pub(crate) fn start(ground: &Ground, robot: &str, id: u16) -> Self {
+        let file = ground.file("robot.toml");
+        let text = format!(
+            "[robot]\nname = {robot:?}\nid = {id}\n[shm]\nroot = \"{}\"\nprefix = {PREFIX:?}\n\
+             [realtime]\nscheduler = \"other\"\nlock_memory = false\n[telemetry]\nlog = \"error\"\n",
+            ground.root().display()
+        );
+        std::fs::write(&file, text).unwrap();
+        let child = Command::new(env!("CARGO_BIN_EXE_coloc"))
+            .args(["colocd", "run"])
+            .arg(&file)
+            .stdin(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut daemon = Self(child);
+        // Also in a place where nobody else takes part.
+        let deadline = Instant::now() + Duration::from_secs(60);
+        while Space::running(&ground.root()).unwrap().is_empty() {
+            assert!(daemon.0.try_wait().unwrap().is_none() && Instant::now() < deadline);
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        daemon
+    }
+
+    pub(crate) fn id(&self) -> u32 {
+        self.0.id()
+    }
+
+    pub(crate) fn kill(&mut self) {
+        let _ = self.0.kill();
+        self.0.wait().unwrap();
+    }
+}
+
+/// Of a failed test.
+impl Drop for Daemon {
+    fn drop(&mut self) {
+        self.kill();
     }
 }
 

@@ -23,7 +23,7 @@ const SLOW_TIME_S: f64 = 60.0;
 const SIGHTINGS: usize = 128;
 const FIXES: usize = 32;
 const NEIGHBOURS: usize = 256;
-const POSES: usize = 32;
+const POSES: usize = 16;
 /// So many of all kinds.
 pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS + POSES;
 

@@ -317,8 +317,8 @@ pub struct Fusion {
     pub memory_s: f64,
     /// What was sent is no longer independent.
     pub reset_on_transmit: bool,
-    /// Largest normalised innovation squared of a neighbour's pose (χ², 3 degrees of freedom: 99 %); `inf` accepts
-    /// everything.
+    /// Largest normalised innovation squared of a neighbour's pose, or one that a map says (χ², 3 degrees of freedom: 99 %);
+    /// `inf` accepts everything.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub neighbour_gate: f64,
     /// The weight at which that is evaluated.
@@ -330,7 +330,7 @@ pub struct Fusion {
     /// of x, y and heading \[m, m, rad\].
     #[schemars(inner(range(min = 0, max = 1e3)))]
     pub relative_pose_floor: [f64; 3],
-    /// The same for a neighbour's pose \[m, m, rad\].
+    /// The same for a neighbour's pose, and one that a person or a map says \[m, m, rad\].
     #[schemars(inner(range(min = 0, max = 1e3)))]
     pub neighbour_floor: [f64; 3],
     /// The same for a fix; where a receiver claims millimetres and its antenna sways by centimetres, write centimetres
@@ -400,7 +400,7 @@ pub struct Health {
     /// Own sightings of other robots \[s\].
     #[schemars(range(min = 1e-3, max = 3600))]
     pub relative_pose_stale_s: f64,
-    /// Satellite fixes \[s\].
+    /// Satellite fixes, and poses that a map says \[s\].
     #[schemars(range(min = 1e-3, max = 3600))]
     pub position_stale_s: f64,
     /// Poses from neighbours \[s\].
