@@ -21,8 +21,8 @@ use coloc_daemon::config::{Config, History, Member, Robot, Shm, Tick, Trigger};
 use coloc_drivers::can::{BusSpec, Sender};
 use coloc_drivers::encoder::{OdometryConfig, WheelFrames};
 use coloc_shm_types::{
-    Clock, Estimate, Header, Message, Neighbour, Position, Publisher, RelativePose, RobotName,
-    Space, Subscriber,
+    Clock, Estimate, Header, Message, Neighbour, Pose, Position, Publisher, RelativePose,
+    RobotName, Space, Subscriber,
 };
 use rustix::time::{ClockId, clock_gettime};
 
@@ -79,6 +79,7 @@ pub struct Surroundings {
     frames: WheelFrames,
     laser: Publisher<RelativePose>,
     receiver: Publisher<Position>,
+    map: Publisher<Pose>,
     neighbours: Vec<Publisher<Neighbour>>,
     told: Vec<Subscriber<Neighbour>>,
     /// What the robot believes.
@@ -119,6 +120,7 @@ impl Surroundings {
             frames: WheelFrames::new(METRES_PER_TICK),
             laser: space.publisher(&robot).unwrap(),
             receiver: space.publisher(&robot).unwrap(),
+            map: space.publisher(&robot).unwrap(),
             neighbours: publishers.collect::<Result<_, _>>().unwrap(),
             told: subscribers.collect::<Result<_, _>>().unwrap(),
             estimates: space.subscriber(&robot).unwrap(),
@@ -129,7 +131,9 @@ impl Surroundings {
     /// One message of everything, stamped now: what a robot gets that stands at the origin.
     pub fn send(&mut self) {
         self.send_frames([0.0; 2]);
-        self.send_messages(realtime_ns(), [0.0; 3]);
+        let stamp_ns = realtime_ns();
+        self.map.send(said(header(stamp_ns, self.sent))).unwrap();
+        self.send_messages(stamp_ns, [0.0; 3]);
     }
 
     /// Two frames, of wheels that have come this far, left and right \[m\].
@@ -217,6 +221,16 @@ fn word(header: Header, sender: u16, pose: [f64; 3]) -> Neighbour {
         pose,
         independent: diagonal([1e-2; 3]),
         dependent: diagonal([1e-2; 3]),
+    }
+}
+
+/// At the origin.
+fn said(header: Header) -> Pose {
+    Pose {
+        header,
+        set: Pose::SAID,
+        covariance: diagonal([1e-2; 3]),
+        ..Default::default()
     }
 }
 

@@ -23,13 +23,13 @@ understood, 130 it was interrupted (128 + the signal's number), 141 the reader o
 pub(crate) struct PoseArgs {
     /// Its name; `coloc list` shows who runs
     pub(crate) robot: RobotName,
-    /// In the frame that all robots share [m]
+    /// Metres, in the frame that all robots share
     #[arg(value_parser = number, allow_negative_numbers = true)]
     x: f64,
-    /// Likewise [m]
+    /// Likewise
     #[arg(value_parser = number, allow_negative_numbers = true)]
     y: f64,
-    /// Where it looks, counterclockwise from the x axis [rad]
+    /// Where it looks: radians, counterclockwise from the x axis
     #[arg(value_parser = number, allow_negative_numbers = true)]
     heading: f64,
     /// How far off each of the three may be, as one standard deviation [default: 0.5 m, 0.5 m, 0.2 rad]
