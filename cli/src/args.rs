@@ -79,6 +79,7 @@ pub(crate) enum Command {
 #[command(after_help = "Examples:
   coloc demo
   coloc demo --robots 3 --seconds 60 --seed 7 --out pictures
+  coloc demo --scene lost
   coloc demo --data ../shared/data/mrclam1 --seconds 120
   coloc demo --json > summary.json
 
@@ -86,6 +87,14 @@ In the scene meet robots whose wheels skid drive figures that turn and cross, an
 one another up to 4 m. Who is seen learns from who sees it. Two have a satellite receiver.
 The last one, of four or more, has none, is seen like the others, and is told nothing:
 beside it one sees what help is worth.
+
+In the scene lost nobody sees anybody. Robot 1 does not know where it starts. Robot 2 is
+carried 10 m away and turned after 10 s, and its wheels do not feel it: it waits 12 s before
+it follows its receiver. Of robot 3's two receivers one jumps by 10 m. Robot 4 has one, which
+jumps, and is told to doubt it (trust_jump). What is promised is judged as far as it is due
+by the end: within 15 s robot 1 is found; within 2.5 s robot 2 notices, within 20 s it is ok
+again; robot 3 stays ok and names the liar; robot 4 says contradicted, and its ellipse holds
+both places; and the truth is inside all ellipses, but for 2 s after it happens.
 
 What is expected of every robot, whatever the seed:
                     error, mean over time     inside its own 3σ
@@ -103,9 +112,9 @@ pub(crate) struct DemoArgs {
     /// How many robots [default: 5, or all that were recorded]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=32))]
     pub(crate) robots: Option<u16>,
-    /// How long, in seconds
-    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = seconds)]
-    pub(crate) seconds: f64,
+    /// How long, in seconds [default: 30, of the scene lost 40]
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub(crate) seconds: Option<f64>,
     /// Where all randomness comes from
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
@@ -121,6 +130,13 @@ pub(crate) struct DemoArgs {
     /// Print the summary as JSON on standard output, everything else on standard error
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl DemoArgs {
+    /// How long the robots drive \[s\].
+    pub(crate) fn length_s(&self) -> f64 {
+        self.seconds.unwrap_or_else(|| self.scene.length_s())
+    }
 }
 
 pub(crate) fn seconds(text: &str) -> Result<f64, String> {
@@ -189,7 +205,7 @@ mod tests {
     #[test]
     fn a_demo_needs_no_arguments_and_ends_within_a_minute() {
         let args = demo(&[]).unwrap();
-        assert!(args.seconds < 60.0 && args.robots.is_none() && args.data.is_none());
+        assert!(args.length_s() < 60.0 && args.robots.is_none() && args.data.is_none());
     }
 
     #[test]

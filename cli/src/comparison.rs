@@ -2,6 +2,7 @@
 
 use coloc_estimator::Pose;
 use coloc_estimator::angle::wrap;
+use coloc_shm_types::BeliefState;
 use serde::Serialize;
 
 /// One published estimate beside the truth at its stamp.
@@ -45,6 +46,10 @@ pub(crate) struct Moment {
     pub(crate) comparison: Comparison,
     /// Covariance of the estimated place, `[xx, xy, yy]` \[m²\].
     pub(crate) covariance: [f64; 3],
+    /// εᵀ P⁻¹ ε of the pose.
+    pub(crate) nees: f64,
+    /// Whether the robot says that it knows where it is.
+    pub(crate) state: BeliefState,
     /// Where the robot's wheels alone would put it.
     pub(crate) by_wheels: Pose,
 }
@@ -58,6 +63,20 @@ impl Moment {
             ..self.comparison
         }
     }
+}
+
+/// εᵀ P⁻¹ ε, P row-major; not a number where P is no covariance.
+pub(crate) fn nees([x, y, phi]: [f64; 3], p: &[f64; 9]) -> f64 {
+    // ε through the Cholesky factor of P, from the top down.
+    let a = p[0].sqrt();
+    let (b, d) = (p[3] / a, p[6] / a);
+    let c = (p[4] - b * b).sqrt();
+    let e = (p[7] - b * d) / c;
+    let f = (p[8] - d * d - e * e).sqrt();
+    let u = x / a;
+    let v = (y - b * u) / c;
+    let w = (phi - d * u - e * v) / f;
+    u * u + v * v + w * w
 }
 
 /// Averages over the ticks of a run, one value for each of x, y, φ.
@@ -132,6 +151,16 @@ mod tests {
         assert!((accuracy.mean_abs_error[0] - 0.15).abs() < 1e-12);
         assert!((accuracy.rms_error[0] - 0.035_f64.sqrt()).abs() < 1e-12);
         assert!((accuracy.inside_3_sigma[0] - 0.75).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_distance_of_an_error_is_by_the_inverse_of_its_covariance() {
+        let p = [4.0, 1.0, 0.5, 1.0, 2.0, 0.3, 0.5, 0.3, 1.0];
+        // P (1, 2, −1) = ε, so ε P⁻¹ ε = ε · (1, 2, −1).
+        let error = [5.5, 4.7, 0.1];
+        let expected = error[0] + 2.0 * error[1] - error[2];
+        assert!((nees(error, &p) - expected).abs() < 1e-12);
+        assert!(nees(error, &[-1.0; 9]).is_nan());
     }
 
     #[test]

@@ -3,12 +3,16 @@
 use serde::Serialize;
 
 use super::summary::RobotSummary;
+use super::tale::Trial;
 
 /// One promise.
 #[derive(Debug, Serialize)]
 pub(crate) struct Bar {
     /// What is promised of every robot.
     pub(crate) promise: String,
+    /// What was seen of it, where it is of one robot and was kept.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub(crate) seen: String,
     /// Who broke it, and with what.
     pub(crate) broken_by: Vec<String>,
 }
@@ -63,6 +67,7 @@ pub(crate) fn bars(robots: &[RobotSummary]) -> Vec<Bar> {
         .iter()
         .flat_map(|group| own_bars(group))
         .collect();
+    bars.extend(robots.iter().flat_map(of_tale));
     bars.push(hold(
         "no deadline missed by more than a period".into(),
         &everybody,
@@ -91,7 +96,7 @@ fn alike(robots: &[RobotSummary]) -> Vec<Vec<&RobotSummary>> {
 
 /// What is promised of robots that are alike.
 fn own_bars(group: &[&RobotSummary]) -> Vec<Bar> {
-    let Some(expected) = group.first().map(|robot| robot.expected) else {
+    let Some(expected) = group.first().and_then(|robot| robot.expected) else {
         return Vec::new();
     };
     let whose = expected.whose;
@@ -107,6 +112,20 @@ fn own_bars(group: &[&RobotSummary]) -> Vec<Bar> {
     near.into_iter().chain([honest]).collect()
 }
 
+/// What is promised of one robot to which something happens.
+fn of_tale(robot: &RobotSummary) -> impl Iterator<Item = Bar> {
+    let bar = |Trial {
+                   promise,
+                   seen,
+                   kept,
+               }: &Trial| Bar {
+        promise: format!("{}: {promise}", robot.name),
+        seen: if *kept { seen.clone() } else { String::new() },
+        broken_by: (!kept).then(|| seen.clone()).into_iter().collect(),
+    };
+    robot.trials.iter().map(bar)
+}
+
 fn hold(
     promise: String,
     robots: &[&RobotSummary],
@@ -117,6 +136,7 @@ fn hold(
         .filter_map(|robot| check(robot).map(|how| format!("{}: {how}", robot.name)));
     Bar {
         promise,
+        seen: String::new(),
         broken_by: broken.collect(),
     }
 }
@@ -126,7 +146,12 @@ impl Bar {
     pub(crate) fn line(&self, word: &str) -> String {
         let broken = self.broken_by.join("; ");
         let colon = if broken.is_empty() { "" } else { ": " };
-        format!("{word}  {}{colon}{broken}", self.promise)
+        let seen = if self.seen.is_empty() {
+            String::new()
+        } else {
+            format!(" ({})", self.seen)
+        };
+        format!("{word}  {}{seen}{colon}{broken}", self.promise)
     }
 }
 
@@ -139,11 +164,12 @@ mod tests {
 
     const PART: Part = Part {
         help: Help::Told,
-        expected: Expectation {
+        expected: Some(Expectation {
             whose: "told",
             error: Some([0.10; 3]),
             inside: 0.99,
-        },
+        }),
+        tale: None,
     };
 
     fn robot(mean: f64, inside: f64) -> RobotSummary {
@@ -181,7 +207,7 @@ mod tests {
             inside: 0.6,
         };
         let drifting = |inside| RobotSummary {
-            expected: lost,
+            expected: Some(lost),
             ..robot(5.0, inside)
         };
         assert!(broken(drifting(0.7)).is_empty());

@@ -15,7 +15,7 @@ use coloc_sim::{StepInputs, sensors};
 
 use super::clock::{now_ns, sleep_until};
 use super::robot_file::{METRES_PER_TICK, TRACK_M, name};
-use super::world::Stage;
+use super::world::{Received, Stage};
 use super::{DemoError, PREFIX};
 
 /// How the demo and its feed tell one another where they are.
@@ -35,6 +35,9 @@ pub(crate) struct Feed {
     robots: Vec<Robot>,
 }
 
+/// Of one robot, at most.
+const RECEIVERS: usize = 2;
+
 struct Robot {
     bus: Sender,
     wheels: WheelFrames,
@@ -44,7 +47,7 @@ struct Robot {
     fixes: Publisher<Position>,
     /// They stamp what goes out on these ports.
     sights: shm::Sender,
-    receiver: shm::Sender,
+    receivers: [shm::Sender; RECEIVERS],
 }
 
 impl Feed {
@@ -91,13 +94,16 @@ impl Feed {
     fn drive(&mut self, start_ns: i64, signals: &Signals) -> Result<(), DemoError> {
         let stage = Arc::clone(&self.stage);
         let (sensors, step_ns) = (stage.sensors(), stage.step_ns());
-        let mut inputs = StepInputs::default();
+        let (mut inputs, mut received) = (StepInputs::default(), Vec::new());
         let mut step = 0;
         while !signals.stop.load(Ordering::Acquire) {
             while due_ns(start_ns, step, step_ns) <= now_ns() {
                 sensors.fill(step, &mut inputs);
                 self.roll(&inputs);
-                self.send_measurements(&inputs, due_ns(start_ns, step, step_ns));
+                stage.received(&inputs, &mut received);
+                let due_ns = due_ns(start_ns, step, step_ns);
+                self.send_sightings(&inputs, due_ns);
+                self.send_fixes(&received, due_ns);
                 step += 1;
             }
             self.send_frames()?;
@@ -117,7 +123,7 @@ impl Feed {
         self.robots.iter_mut().try_for_each(Robot::send_frames)
     }
 
-    fn send_measurements(&mut self, inputs: &StepInputs, stamp_ns: i64) {
+    fn send_sightings(&mut self, inputs: &StepInputs, stamp_ns: i64) {
         let scenario = self.stage.scenario();
         let stage = &self.stage;
         for sighting in inputs.sightings.iter().filter(|it| stage.is_told_of(it)) {
@@ -127,10 +133,16 @@ impl Feed {
                 robot.send_sighting(message);
             }
         }
-        for fix in &inputs.fixes {
-            if let Some(robot) = self.robots.get_mut(fix.robot) {
-                let header = robot.receiver.header(stamp_ns);
-                let message = position(header, fix, scenario.fixes.sigma_m);
+    }
+
+    fn send_fixes(&mut self, received: &[Received], stamp_ns: i64) {
+        let sigma_m = self.stage.scenario().fixes.sigma_m;
+        for fix in received {
+            let Some(robot) = self.robots.get_mut(fix.robot) else {
+                continue;
+            };
+            if let Some(receiver) = robot.receivers.get_mut(usize::from(fix.receiver)) {
+                let message = position(receiver.header(stamp_ns), fix, sigma_m);
                 robot.send_fix(message);
             }
         }
@@ -141,6 +153,7 @@ impl Robot {
     fn open(space: &Space, index: usize, bus: &BusSpec) -> Result<Self, DemoError> {
         let robot = RobotName::new(&name(index + 1)).map_err(DemoError::shm)?;
         let sender = shm::Sender::start(0, Clock::Boottime).map_err(DemoError::shm)?;
+        let second = shm::Sender::start(1, Clock::Boottime).map_err(DemoError::shm)?;
         Ok(Self {
             bus: Sender::open(bus).map_err(|error| DemoError::Bus(error.to_string()))?,
             wheels: WheelFrames::new(METRES_PER_TICK),
@@ -148,7 +161,7 @@ impl Robot {
             sightings: space.publisher(&robot).map_err(DemoError::shm)?,
             fixes: space.publisher(&robot).map_err(DemoError::shm)?,
             sights: sender.beside(),
-            receiver: sender,
+            receivers: [sender, second],
         })
     }
 
@@ -197,7 +210,7 @@ fn relative_pose(header: Header, sighting: &sensors::Sighting, sigma: [f64; 3]) 
     }
 }
 
-fn position(header: Header, fix: &sensors::Fix, sigma_m: f64) -> Position {
+fn position(header: Header, fix: &Received, sigma_m: f64) -> Position {
     let variance = sigma_m * sigma_m;
     let differential = 2;
     Position {

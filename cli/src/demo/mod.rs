@@ -28,6 +28,7 @@ pub(crate) mod scene;
 mod show;
 mod summary;
 mod table;
+mod tale;
 mod watch;
 mod wheels;
 mod world;

@@ -2,12 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use coloc_shm_types::BeliefState;
+
 use super::record::Record;
 use super::robot_file::name;
 use super::summary::Summary;
+use super::tale::EVENT_S;
 use super::world::Stage;
-use crate::comparison::Comparison;
-use crate::pictures::{Drive, ErrorPoint, Words, draw_drives, draw_errors};
+use crate::comparison::Moment;
+use crate::pictures::{Drive, ErrorPoint, Happening, Words, draw_drives, draw_errors};
 use crate::result_file::{ResultFile, WriteError, prepare_folder};
 
 /// A folder that was tried before the robots started.
@@ -67,6 +70,7 @@ impl Out {
                 name,
                 note: note(stage, robot, record),
                 pieces: record.pieces(),
+                happening: happening(stage, robot, record),
             })
             .collect();
         let file = self.folder.join("paths.svg");
@@ -93,7 +97,7 @@ impl Out {
         let pieces: Vec<Vec<ErrorPoint>> = record
             .pieces()
             .into_iter()
-            .map(|piece| piece.iter().map(|m| error_point(&m.comparison)).collect())
+            .map(|piece| piece.iter().map(error_point).collect())
             .collect();
         let file = self.folder.join(format!("errors-{name}.svg"));
         let caption =
@@ -129,18 +133,31 @@ fn note(stage: &Stage, robot: usize, record: &Record) -> String {
     let metres = |error: Option<[f64; 3]>| {
         error.map_or("?".into(), |[x, y, _]| format!("{:.2} m", x.hypot(y)))
     };
+    let help = stage.parts()[robot].help.words();
     format!(
         "{}: error {} rms, wheels alone {}",
-        stage.parts()[robot].help.words(),
+        stage.tale(robot).map_or(help, |tale| tale.words()),
         metres(record.accuracy().map(|it| it.rms_error)),
         metres(record.rms_error_of_wheels())
     )
 }
 
-fn error_point(comparison: &Comparison) -> ErrorPoint {
+/// What the picture shows of what happens to the robot.
+fn happening(stage: &Stage, robot: usize, record: &Record) -> Option<Happening> {
+    let until_s = record.latest_comparison()?.time_s;
+    let tale = stage.tale(robot)?;
+    Some(Happening {
+        what: tale.event().map(|what| (EVENT_S, what)),
+        lies: stage.lies(robot, until_s),
+    })
+}
+
+fn error_point(moment: &Moment) -> ErrorPoint {
+    let comparison = &moment.comparison;
     ErrorPoint {
         time_s: comparison.time_s,
         error: comparison.error(),
         three_sigma: comparison.three_sigma(),
+        knows: moment.state == BeliefState::Ok,
     }
 }

@@ -18,6 +18,8 @@ pub(crate) struct Record {
     pub(crate) moments: Vec<Moment>,
     /// The newest one, whenever it was.
     pub(crate) latest: Option<(Estimate, Instant)>,
+    /// Who stood against the belief since the world started, and when that was first heard \[s\].
+    pub(crate) against: BTreeMap<(Input, u16), f64>,
     /// The newest counters of every start of the daemon, by its session.
     statuses: BTreeMap<u64, Status>,
     /// Deadlines that were missed, by session.
@@ -60,6 +62,7 @@ impl Record {
         Self {
             moments: Vec::new(),
             latest: None,
+            against: BTreeMap::new(),
             statuses: BTreeMap::new(),
             missed: BTreeMap::new(),
             late: Vec::new(),
@@ -100,6 +103,19 @@ impl Record {
             late.lateness_ns / late.period_ns - own_ns / late.period_ns
         };
         self.late.iter().map(of_the_machine).sum()
+    }
+
+    /// Notes that somebody stands against the belief.
+    pub(crate) fn hear_against(&mut self, who: (Input, u16), time_s: f64) {
+        self.against.entry(who).or_insert(time_s);
+    }
+
+    /// Who does so by the newest status.
+    pub(crate) fn now_against(&self) -> impl Iterator<Item = (Input, u16)> {
+        let newest = self.statuses.values().max_by_key(|it| it.header.stamp_ns);
+        let rows = newest.into_iter().flat_map(Status::sources);
+        rows.filter(|(_, row)| row.is_against())
+            .map(|(input, row)| (input, row.source))
     }
 
     /// Notes the counters.
@@ -202,7 +218,7 @@ impl Record {
 
 #[cfg(test)]
 mod tests {
-    use coloc_shm_types::Header;
+    use coloc_shm_types::{BeliefState, Header};
 
     use super::*;
 
@@ -228,6 +244,8 @@ mod tests {
             let moment = Moment {
                 comparison,
                 covariance: [0.01, 0.0, 0.01],
+                nees: 0.0,
+                state: BeliefState::Ok,
                 by_wheels: comparison.truth,
             };
             record.hear_estimate(&Estimate::default(), Some(moment));

@@ -1,8 +1,10 @@
 //! A scene without daemons: the same estimators in one process, with an ideal bus. What is promised is tried here in many worlds.
 
+mod alone;
+
 use coloc_daemon::estimate::{settings, start};
 use coloc_estimator::Pose;
-use coloc_shm_types::Estimate;
+use coloc_shm_types::{BeliefState, Estimate};
 use coloc_sim::StepInputs;
 use coloc_sim::dead_reckoning::euler_step;
 use coloc_sim::method::stepwise::Stepwise;
@@ -16,7 +18,7 @@ use super::summary::RobotSummary;
 use super::wheels::WheelsAlone;
 use super::world::Stage;
 use crate::args::DemoArgs;
-use crate::comparison::{Comparison, Moment};
+use crate::comparison::{Comparison, Moment, nees};
 
 /// What came of every robot.
 fn rehearse(stage: &Stage, seconds: f64) -> Vec<RobotSummary> {
@@ -89,6 +91,11 @@ impl Heard {
         let moment = Moment {
             comparison,
             covariance: [(0, 0), (0, 1), (1, 1)].map(|entry| covariance[entry]),
+            nees: nees(
+                comparison.error(),
+                &team.belief(robot).unwrap().total().to_row_major(),
+            ),
+            state: BeliefState::Ok,
             by_wheels: self.wheels.follow(&estimate, &truth),
         };
         self.record.hear_estimate(&estimate, Some(moment));
@@ -100,7 +107,7 @@ const SEEDS: u64 = 15;
 fn meet(robots: u16, seconds: f64, seed: u64) -> Vec<RobotSummary> {
     let args = DemoArgs {
         robots: Some(robots),
-        seconds,
+        seconds: Some(seconds),
         seed,
         scene: SceneName::Meet,
         data: None,
@@ -161,7 +168,7 @@ fn help_is_worth_much_to_whoever_gets_it_and_there_is_none_for_the_untold() {
 fn everybody_is_seen_early_and_often() {
     let args = DemoArgs {
         robots: None,
-        seconds: 30.0,
+        seconds: Some(30.0),
         seed: 1,
         scene: SceneName::Meet,
         data: None,

@@ -2,11 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use coloc_daemon::config::{Clock, ClockSource, Config, Initial, InitialPose, Shm, Telemetry};
+use coloc_daemon::config::{
+    Clock, ClockSource, Config, Initial, InitialPose, Position, Shm, Telemetry,
+};
 use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
 
 use super::PREFIX;
+use super::tale::Tale;
 use super::world::Stage;
 use crate::result_file::WriteError;
 use crate::robot_file::{robot, team, write};
@@ -68,15 +71,24 @@ fn describe(
 /// What the robot believes before it hears anything.
 pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
     let number = |count: usize| u16::try_from(count).map_err(|error| error.to_string());
-    let pose = stage.initial(index);
+    let (pose, tale) = (stage.initial(index), stage.tale(index));
+    let knows = tale.is_none_or(Tale::knows_its_start);
     Ok(Config {
         team: team(number(stage.robots())?)?,
         // The paper starts everybody at the true pose.
         initial: Initial {
-            pose: Some(InitialPose::Given([pose.x, pose.y, pose.phi])),
+            pose: Some(if knows {
+                InitialPose::Given([pose.x, pose.y, pose.phi])
+            } else {
+                InitialPose::Unknown
+            }),
             sigma: [0.1, 0.1, 0.05],
             resume: true,
             ..Initial::default()
+        },
+        position: Position {
+            receivers: tale.map_or(0, Tale::receivers),
+            trust_jump: tale.map(Tale::trust_jump).unwrap_or_default(),
         },
         // What the worlds' wheels are made with.
         motion: stage.motion(),

@@ -34,8 +34,8 @@ pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<Status, Demo
         buses.kind,
         buses.reason
     ));
-    console.say(&stage.story());
-    let mut show = Show::set_up(&stage, args.seconds, &home, &buses, &out.logs())?;
+    console.say(&stage.story_in_lines());
+    let mut show = Show::set_up(&stage, args.length_s(), &home, &buses, &out.logs())?;
     show.wait_for_everybody(console, &interrupt)?;
     let broke_down = show.drive(console, &interrupt).err();
     let ended = show.end(console);

@@ -19,7 +19,7 @@ use super::interrupt::Interrupt;
 use super::process::running;
 use super::record::Record;
 use super::robot_file::{name, write_all};
-use super::table::{Progress, State, line, lines};
+use super::table::{Progress, Shown, State, line, lines};
 use super::watch::Watch;
 use super::world::Stage;
 use crate::home::{Home, is_inhabited};
@@ -46,6 +46,7 @@ pub(crate) struct Show {
     files: Vec<PathBuf>,
     /// What a person types to start a daemon, up to its configuration.
     command: String,
+    shown: Shown,
     root: PathBuf,
 }
 
@@ -91,6 +92,7 @@ impl Show {
             watch,
             files,
             command,
+            shown: stage.shown(),
             root,
         })
     }
@@ -175,7 +177,13 @@ impl Show {
         let (progress, states) = (self.progress(), self.states());
         if console.is_terminal() {
             let rows = console.rows();
-            console.redraw(&lines(progress, self.watch.records(), &states, rows));
+            console.redraw(&lines(
+                progress,
+                self.watch.records(),
+                &states,
+                self.shown,
+                rows,
+            ));
         } else {
             console.say(&line(progress, self.watch.records(), &states));
         }

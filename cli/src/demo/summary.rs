@@ -11,6 +11,7 @@ use super::bystanders::Stall;
 use super::record::{Latency, Record};
 use super::robot_file::name;
 use super::scene::{Help, Part};
+use super::tale::Trial;
 use crate::comparison::Accuracy;
 
 /// Everything that the demo found out; `--json` prints it.
@@ -94,7 +95,9 @@ pub(crate) struct RobotSummary {
     /// What it had to go by, besides its wheels.
     pub(crate) help: Help,
     /// What it is held to.
-    pub(crate) expected: Expectation,
+    pub(crate) expected: Option<Expectation>,
+    /// What was promised of it, where something happens to it.
+    pub(crate) trials: Vec<Trial>,
     /// Against the truth; nothing if it was never heard.
     pub(crate) accuracy: Option<Accuracy>,
     /// Root of the time mean of the squared error of its wheels alone \[m, m, rad\].
@@ -136,6 +139,7 @@ impl RobotSummary {
             starts: record.starts(),
             help: part.help,
             expected: part.expected,
+            trials: part.tale.map_or_else(Vec::new, |tale| tale.trials(record)),
             accuracy: record.accuracy(),
             wheels_alone_rms_error: record.rms_error_of_wheels(),
             deadlines_missed: record.missed(),
@@ -295,11 +299,12 @@ mod tests {
 
     const PART: Part = Part {
         help: Help::Nobody,
-        expected: Expectation {
+        expected: Some(Expectation {
             whose: "told nothing",
             error: Some([0.5; 3]),
             inside: 0.9,
-        },
+        }),
+        tale: None,
     };
 
     fn facts(robots: usize) -> Facts {

@@ -2,11 +2,14 @@
 
 use std::time::Duration;
 
+use coloc_shm_types::BeliefState;
+
 use super::clock::world_time_s;
 use super::record::Record;
 use super::robot_file::name;
 use super::watch::sigma;
 use crate::comparison::{Comparison, Moment};
+use crate::fitted::fitted;
 
 /// A daemon that was silent for so long is not up.
 const SILENCE: Duration = Duration::from_millis(500);
@@ -95,6 +98,28 @@ fn headings() -> [String; 2] {
     ]
 }
 
+/// What the table sets beside the pose.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Shown {
+    /// What the wheels alone would make of it.
+    Wheels,
+    /// Whether the robot knows where it is.
+    States,
+}
+
+fn headings_of_states() -> [String; 2] {
+    [
+        format!(
+            "{:>42} {:>12} {:>11} {:>7} {:>4}",
+            "pose [m, m]", "place [m]", "head. [rad]", "inputs", "[µs]"
+        ),
+        format!(
+            "{:<7} {:>7} {:>12} {:>6} {:>6} {:>5} {:>6} {:>5} {:>5} {:>7} {:>4}",
+            "robot", "process", "state", "x", "y", "error", "3σ", "error", "3σ", "accept", "max"
+        ),
+    ]
+}
+
 /// Lines of the table that are not robots: the progress, the headings, what is left out, what is down; and the cursor's.
 const OTHER_LINES: usize = 6;
 
@@ -104,6 +129,7 @@ pub(crate) fn lines(
     progress: Progress,
     records: &[Record],
     states: &[State],
+    shown: Shown,
     rows: Option<usize>,
 ) -> Vec<String> {
     let mut lines = vec![format!(
@@ -112,12 +138,19 @@ pub(crate) fn lines(
         progress.time_s,
         progress.seconds
     )];
-    lines.extend(headings());
+    lines.extend(match shown {
+        Shown::Wheels => headings(),
+        Shown::States => headings_of_states(),
+    });
     let room = rows.map_or(usize::MAX, |rows| rows.saturating_sub(OTHER_LINES));
     let robots = records.iter().zip(states).enumerate().take(room);
-    lines.extend(robots.map(|(robot, (record, state))| row(robot, record, state)));
+    lines.extend(robots.map(|(robot, (record, state))| match shown {
+        Shown::Wheels => row(robot, record, state),
+        Shown::States => row_of_states(robot, record, state),
+    }));
     lines.extend(left_out(states, room));
-    lines.push(restart_hint(states));
+    let hint = Some(restart_hint(states)).filter(|hint| !hint.is_empty());
+    lines.push(hint.unwrap_or_else(|| dissents(records)));
     lines
 }
 
@@ -158,6 +191,59 @@ fn row(robot: usize, record: &Record, state: &State) -> String {
     )
 }
 
+fn row_of_states(robot: usize, record: &Record, state: &State) -> String {
+    let start = format!("{:<7} {:>7}", name(robot + 1), state.cell());
+    let Some((estimate, _)) = &record.latest else {
+        return start;
+    };
+    let [x, y, _] = estimate.pose;
+    let latest = record.latest_comparison();
+    let error = latest.map_or([f64::NAN; 3], |it| it.error());
+    let [sigma_x, sigma_y, sigma_phi] = sigma(estimate);
+    let latency_us = record.latency().map_or(f64::NAN, |latency| latency.max);
+    let cells = [
+        fitted(x, 6, 2),
+        fitted(y, 6, 2),
+        fitted(error[0].hypot(error[1]), 5, 3),
+        fitted(3.0 * sigma_x.hypot(sigma_y), 6, 3),
+        fitted(error[2].abs(), 5, 3),
+        fitted(3.0 * sigma_phi, 5, 3),
+        format!("{:>7}", record.totals()[0]),
+        fitted(latency_us, 4, 0),
+    ];
+    format!(
+        "{start} {:>12} {}",
+        estimate.state().name(),
+        cells.join(" ")
+    )
+}
+
+/// Who stands against what a robot believes.
+fn dissents(records: &[Record]) -> String {
+    let of = |(robot, record): (usize, &Record)| {
+        let who: Vec<_> = record
+            .now_against()
+            .map(|(input, source)| format!("{input} {source}"))
+            .collect();
+        (!who.is_empty()).then(|| format!("{}: {}", name(robot + 1), who.join(", ")))
+    };
+    let all: Vec<_> = records.iter().enumerate().filter_map(of).collect();
+    if all.is_empty() {
+        String::new()
+    } else {
+        format!("against the belief of {}", all.join("; "))
+    }
+}
+
+/// Who does not know where it is, for logs.
+fn not_ok(records: &[Record]) -> String {
+    let of = |(robot, record): (usize, &Record)| {
+        let state = record.latest.as_ref()?.0.state();
+        (state != BeliefState::Ok).then(|| format!("; {} {state}", name(robot + 1)))
+    };
+    records.iter().enumerate().filter_map(of).collect()
+}
+
 /// A line in any case, so that the table's height does not change.
 fn restart_hint(states: &[State]) -> String {
     let down = states
@@ -193,13 +279,14 @@ pub(crate) fn line(progress: Progress, records: &[Record], states: &[State]) -> 
         format!("; {hint}")
     };
     format!(
-        "{:5.1} of {:.1} s: {up} of {} up, worst error {:.3} m, {:.3} m, {:.3} rad{hint}",
+        "{:5.1} of {:.1} s: {up} of {} up, worst error {:.3} m, {:.3} m, {:.3} rad{}{hint}",
         progress.time_s,
         progress.seconds,
         states.len(),
         worst[0],
         worst[1],
         worst[2],
+        not_ok(records),
     )
 }
 
@@ -230,6 +317,12 @@ mod tests {
 
     #[test]
     fn the_table_keeps_its_height_and_columns_whatever_happens() {
+        for shown in [Shown::Wheels, Shown::States] {
+            assert_steady(shown);
+        }
+    }
+
+    fn assert_steady(shown: Shown) {
         let records = [heard(), Record::new()];
         let up = [State::Up(1234), State::Starting(1235)];
         let down = [State::Down("coloc colocd run a.toml".into()), State::Up(99)];
@@ -238,8 +331,8 @@ mod tests {
             seconds: 6.0,
         };
         let (before, after) = (
-            lines(progress, &records, &up, None),
-            lines(progress, &records, &down, None),
+            lines(progress, &records, &up, shown, None),
+            lines(progress, &records, &down, shown, None),
         );
         assert_eq!(before.len(), after.len());
         assert!(after.last().unwrap().contains("coloc colocd run a.toml"));
@@ -256,7 +349,7 @@ mod tests {
             time_s: 3.0,
             seconds: 6.0,
         };
-        let shown = |rows| lines(progress, &records, &states, rows);
+        let shown = |rows| lines(progress, &records, &states, Shown::Wheels, rows);
         let text = shown(Some(24)).join("\n");
         assert!(text.lines().count() < 24, "{text}");
         assert!(text.contains("and 14 more, 13 of them up") && text.contains("robot32 is down"));

@@ -12,7 +12,7 @@ use super::robot_file::name;
 use super::wheels::WheelsAlone;
 use super::world::Stage;
 use super::{DemoError, PREFIX};
-use crate::comparison::{Comparison, Moment};
+use crate::comparison::{Comparison, Moment, nees};
 
 /// Everybody's estimates and counters.
 pub(crate) struct Watch {
@@ -59,6 +59,8 @@ impl Watch {
                 let moment = comparison.map(|comparison| Moment {
                     comparison,
                     covariance: of_place(&estimate),
+                    nees: nees(comparison.error(), &estimate.total()),
+                    state: estimate.state(),
                     by_wheels: ears.wheels.follow(&estimate, &comparison.truth),
                 });
                 record.hear_estimate(&estimate, moment);
@@ -67,6 +69,11 @@ impl Watch {
                 record.hear_timing(&timing, period_ns);
             }
             while let Some(status) = ears.statuses.receive().map_err(DemoError::shm)? {
+                if let Some(start_ns) = start_ns {
+                    let time_s = world_time_s(status.header.stamp_ns, start_ns);
+                    let rows = status.sources().filter(|(_, row)| row.is_against());
+                    rows.for_each(|(input, row)| record.hear_against((input, row.source), time_s));
+                }
                 record.hear_status(&status);
             }
         }

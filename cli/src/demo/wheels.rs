@@ -46,7 +46,7 @@ impl WheelsAlone {
 }
 
 /// `step`, in the body frame of `from`, after it.
-fn moved(from: &Pose, step: &Pose) -> Pose {
+pub(super) fn moved(from: &Pose, step: &Pose) -> Pose {
     let (sin, cos) = from.phi.sin_cos();
     Pose::new(
         from.x + cos * step.x - sin * step.y,

@@ -3,14 +3,33 @@
 use coloc_daemon::config::Motion;
 use coloc_estimator::Pose;
 use coloc_estimator::angle::wrap;
-use coloc_sim::sensors::Sighting;
+use coloc_sim::sensors::{Fix, Sighting};
 use coloc_sim::{Scenario, Sensors, StepInputs, World};
 
 use super::DemoError;
 use super::robot_file::name;
 use super::scene::{Help, Part, Scene};
+use super::table::Shown;
+use super::tale::Tale;
 use crate::args::DemoArgs;
 use crate::pictures::{GLIMPSES, Glimpse};
+
+/// Of what a receiver that jumped says the picture shows a part \[s\].
+const LIES_PERIOD_S: f64 = 0.4;
+
+/// Nobody drives so far in a step: there is no way between the two places.
+const CARRIED_M: f64 = 1.0;
+
+/// A fix, as a receiver gives it.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Received {
+    pub(crate) robot: usize,
+    /// Which one of the robot's.
+    pub(crate) receiver: u16,
+    pub(crate) position: [f64; 2],
+    /// It has jumped.
+    pub(crate) is_lie: bool,
+}
 
 /// The truth, and the sensors that look at it.
 pub(crate) struct Stage {
@@ -25,7 +44,7 @@ impl Stage {
             scene: Scene::new(args)?,
             seed: args.seed,
         };
-        stage.check(args.seconds)?;
+        stage.check(args.length_s())?;
         Ok(stage)
     }
 
@@ -107,8 +126,36 @@ impl Stage {
         sighting.observer < self.robots() && self.is_told(sighting.observed)
     }
 
-    /// Who is seen and who is not told, in a line.
+    /// What it is about, in a line.
     pub(crate) fn story(&self) -> String {
+        let tales = self.tales();
+        if tales.is_empty() {
+            self.story_of_help()
+        } else {
+            format!("{}.", tales.join("; "))
+        }
+    }
+
+    /// The same for a terminal, a line for each robot to which something happens.
+    pub(crate) fn story_in_lines(&self) -> String {
+        let tales = self.tales();
+        if tales.is_empty() {
+            self.story_of_help()
+        } else {
+            tales.join("\n")
+        }
+    }
+
+    fn tales(&self) -> Vec<String> {
+        let parts = self.parts().iter().enumerate();
+        let tale = |(robot, part): (usize, &Part)| {
+            let words = part.tale?.words();
+            Some(format!("{} {words}", name(robot + 1)))
+        };
+        parts.filter_map(tale).collect()
+    }
+
+    fn story_of_help(&self) -> String {
         let untold = self.parts().iter().position(|it| it.help == Help::Nobody);
         let but =
             untold.map(|robot| format!("; {} is seen too, and told nothing", name(robot + 1)));
@@ -159,6 +206,69 @@ impl Stage {
         })
     }
 
+    /// What is told of a robot beside how it is helped.
+    pub(crate) fn tale(&self, robot: usize) -> Option<Tale> {
+        self.parts().get(robot)?.tale
+    }
+
+    /// What the live table sets beside the poses.
+    pub(crate) fn shown(&self) -> Shown {
+        if self.parts().iter().any(|it| it.tale.is_some()) {
+            Shown::States
+        } else {
+            Shown::Wheels
+        }
+    }
+
+    /// What the receivers say of what the sensors make of the truth.
+    pub(crate) fn received(&self, inputs: &StepInputs, received: &mut Vec<Received>) {
+        received.clear();
+        for fix in &inputs.fixes {
+            received.push(self.as_told(fix, 0, inputs.step));
+            let tale = self.tale(fix.robot);
+            if tale.is_some_and(|tale| tale.receivers() > 1) {
+                let others = Sensors::new(self.world(), &self.scene.sensors, self.seed, 1);
+                let fixes = others.at(inputs.step).fixes;
+                let own = fixes.iter().find(|it| it.robot == fix.robot);
+                received.extend(own.map(|fix| self.as_told(fix, 1, inputs.step)));
+            }
+        }
+    }
+
+    #[allow(clippy::cast_precision_loss)] // Steps of a run.
+    fn as_told(&self, fix: &Fix, receiver: u16, step: usize) -> Received {
+        let time_s = step as f64 * self.step_s();
+        let lie = self
+            .tale(fix.robot)
+            .and_then(|tale| tale.lie_m(receiver, time_s));
+        let [x, y] = lie.unwrap_or_default();
+        Received {
+            robot: fix.robot,
+            receiver,
+            position: [fix.position[0] + x, fix.position[1] + y],
+            is_lie: lie.is_some(),
+        }
+    }
+
+    /// Where receivers that jumped have the robot, now and then until `until_s`.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A minute or two.
+    pub(crate) fn lies(&self, robot: usize, until_s: f64) -> Vec<(f64, f64)> {
+        let (sensors, mut inputs) = (self.sensors(), StepInputs::default());
+        let (mut received, mut lies) = (Vec::new(), Vec::new());
+        if self.tale(robot).is_none() {
+            return lies;
+        }
+        let period = (LIES_PERIOD_S / self.step_s()).round() as usize;
+        let steps = (until_s / self.step_s()) as usize;
+        for step in (period..=steps).step_by(period.max(1)) {
+            sensors.fill(step, &mut inputs);
+            self.received(&inputs, &mut received);
+            let own = received.iter().filter(|it| it.robot == robot && it.is_lie);
+            lies.extend(own.map(|it| (it.position[0], it.position[1])));
+        }
+        lies
+    }
+
     /// The sensors of the team.
     pub(crate) fn sensors(&self) -> Sensors<'_, dyn World + Send> {
         Sensors::new(self.world(), &self.scene.sensors, self.seed, 0)
@@ -169,7 +279,7 @@ impl Stage {
         self.world().initial(robot).unwrap_or_default()
     }
 
-    /// Where the robot is `time_s` after the start, between steps on a straight line; before the start where it begins.
+    /// Where the robot is `time_s` after the start, between steps on a straight line, if it drives; before the start where it begins.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Not negative, and saturates.
     pub(crate) fn truth_at(&self, robot: usize, time_s: f64) -> Option<Pose> {
         let steps = (time_s / self.world().dt_s()).max(0.0);
@@ -179,7 +289,12 @@ impl Stage {
             return Some(here);
         }
         let there = self.world().truth(step + 1, robot)?;
-        Some(between(&here, &there, part))
+        let is_driven = (there.x - here.x).hypot(there.y - here.y) < CARRIED_M;
+        Some(if is_driven {
+            between(&here, &there, part)
+        } else {
+            here
+        })
     }
 }
 
@@ -200,7 +315,7 @@ mod tests {
     fn args() -> DemoArgs {
         DemoArgs {
             robots: Some(2),
-            seconds: 5.0,
+            seconds: Some(5.0),
             seed: 3,
             scene: SceneName::Meet,
             data: None,

@@ -260,6 +260,7 @@ fn mean_errors(robot: &RobotReport) -> Vec<Vec<ErrorPoint>> {
             time_s,
             error: (*error)?,
             three_sigma: (*bound)?,
+            knows: true,
         })
     }))
 }

@@ -4,11 +4,13 @@
 use std::path::Path;
 
 use coloc_estimator::Pose;
+use coloc_shm_types::BeliefState;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::ellipses::outline;
-use super::legend::{Legend, Look, dashed};
-use super::style::{GRID, INK, TRUTH, line, robot_color, thinned, tick_label};
+use super::legend::{CROSS_PX, Legend, Look, dashed};
+use super::style::{GRID, INK, TRUTH, line, robot_color, state_color, thinned, tick_label};
 use super::window::{Chart, LABELS_PX, MARGIN_PX, Window};
 use super::{Area, Failure, write_svg};
 use crate::comparison::Moment;
@@ -21,6 +23,16 @@ pub(crate) struct Drive<'a> {
     pub(crate) note: String,
     /// In the order of their stamps; between the pieces there is a gap.
     pub(crate) pieces: Vec<&'a [Moment]>,
+    /// If it is a robot to which something happens.
+    pub(crate) happening: Option<Happening>,
+}
+
+/// Something that happens to a robot.
+pub(crate) struct Happening {
+    /// When \[s\], and what; nothing if it is so from the start.
+    pub(crate) what: Option<(f64, &'static str)>,
+    /// Where a receiver that jumped had it \[m\].
+    pub(crate) lies: Vec<(f64, f64)>,
 }
 
 /// One robot sees another.
@@ -48,13 +60,18 @@ const WIDTH_PX: u32 = 1200;
 const CAPTION_PX: u32 = 66;
 const BESIDE_PX: u32 = 2 * MARGIN_PX + LABELS_PX;
 const PANELS_BESIDE_ONE_ANOTHER: usize = 3;
-const PANEL_PX: u32 = WIDTH_PX / 3;
+/// Where something happens to the robots.
+const LARGE_PANELS_BESIDE_ONE_ANOTHER: usize = 2;
+/// Between two ticks nobody drives as far \[m\].
+const JUMP_M: f64 = 0.5;
 const PANEL_CAPTION_PX: u32 = 44;
 const PANEL_MARGIN_PX: u32 = 10;
 const PANEL_LABELS_PX: u32 = 28;
 const PANEL_BESIDE_PX: u32 = 2 * PANEL_MARGIN_PX + PANEL_LABELS_PX;
 /// Of a drive; more of them would show how the wheels shake.
 const MOST_POINTS: usize = 300;
+/// A robot that is carried is elsewhere so soon \[s\].
+const AFTER_S: f64 = 0.03;
 const ELLIPSE_STEPS: u32 = 48;
 /// So many ellipses along a path.
 const ELLIPSES: f64 = 15.0;
@@ -85,9 +102,9 @@ pub(crate) fn draw_drives(
         layout.legend.draw(&keys)?;
         let (plot, panels) = rest.split_vertically(layout.whole_px());
         draw_whole(&plot, drives, glimpses, &layout.whole)?;
-        let places = panels.split_evenly((layout.rows, PANELS_BESIDE_ONE_ANOTHER));
+        let places = panels.split_evenly((layout.rows, layout.columns));
         for (index, (place, drive)) in places.iter().zip(drives).enumerate() {
-            draw_panel(place, index, drive, glimpses, &layout.panel)?;
+            draw_panel(place, index, drive, glimpses, &layout.panels[index])?;
         }
         Ok(())
     })
@@ -97,9 +114,11 @@ pub(crate) fn draw_drives(
 struct Layout {
     legend: Legend,
     whole: Window,
-    panel: Window,
+    /// All of one size.
+    panels: Vec<Window>,
     /// Of panels.
     rows: usize,
+    columns: usize,
 }
 
 impl Layout {
@@ -118,11 +137,20 @@ impl Layout {
         ]
         .map(places);
         let driven = Window::around(truth.clone());
+        let lies = drives.iter().flat_map(Drive::lies);
+        let shared = || Window::around(truth.clone().chain(wheels.clone()));
+        let (panels, columns) = if drives.iter().any(|drive| drive.happening.is_some()) {
+            (own_windows(drives), LARGE_PANELS_BESIDE_ONE_ANOTHER)
+        } else {
+            let each = |_: &Drive<'_>| shared().within(&driven.scaled(2.0));
+            (drives.iter().map(each).collect(), PANELS_BESIDE_ONE_ANOTHER)
+        };
         Self {
-            legend: legend(glimpses),
-            whole: Window::around(truth.clone().chain(estimate)),
-            panel: Window::around(truth.chain(wheels)).within(&driven.scaled(2.0)),
-            rows: drives.len().div_ceil(PANELS_BESIDE_ONE_ANOTHER).max(1),
+            legend: legend(drives, glimpses),
+            whole: Window::around(truth.clone().chain(estimate).chain(lies)),
+            panels,
+            rows: drives.len().div_ceil(columns).max(1),
+            columns,
         }
     }
 
@@ -135,13 +163,53 @@ impl Layout {
     }
 
     fn panel_px(&self) -> u32 {
-        PANEL_CAPTION_PX + self.panel.height_px(PANEL_PX, PANEL_BESIDE_PX)
+        let panel_px = WIDTH_PX / u32::try_from(self.columns).unwrap_or(1);
+        let heights = self.panels.iter();
+        let heights = heights.map(|window| window.height_px(panel_px, PANEL_BESIDE_PX));
+        PANEL_CAPTION_PX + heights.max().unwrap_or(0)
     }
 
     #[allow(clippy::cast_possible_truncation)] // A few rows.
     fn height_px(&self) -> u32 {
         CAPTION_PX + self.legend_px() + self.whole_px() + self.rows as u32 * self.panel_px()
     }
+}
+
+impl Drive<'_> {
+    fn moments(&self) -> impl Iterator<Item = &Moment> + Clone {
+        self.pieces.iter().copied().flatten()
+    }
+
+    fn lies(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
+        let lies = self.happening.iter().flat_map(|it| &it.lies);
+        lies.copied()
+    }
+}
+
+fn truth(m: &Moment) -> (f64, f64) {
+    (m.comparison.truth.x, m.comparison.truth.y)
+}
+
+fn estimate(m: &Moment) -> (f64, f64) {
+    (m.comparison.estimate.x, m.comparison.estimate.y)
+}
+
+/// Each around what happens to one robot, all as large as the largest.
+fn own_windows(drives: &[Drive<'_>]) -> Vec<Window> {
+    let around = |drive: &Drive<'_>| {
+        let known = drive
+            .moments()
+            .filter(|m| m.state != BeliefState::Finding)
+            .map(estimate);
+        let truth = drive.moments().map(truth);
+        Window::around(truth.chain(known).chain(drive.lies()))
+    };
+    let windows: Vec<_> = drives.iter().map(around).collect();
+    let size = windows
+        .iter()
+        .map(Window::size)
+        .fold([0.0_f64; 2], |[w, h], [x, y]| [w.max(x), h.max(y)]);
+    windows.iter().map(|window| window.of_size(size)).collect()
 }
 
 fn draw_title(area: &Area<'_>, words: &Words<'_>) -> Result<(), Failure> {
@@ -151,7 +219,7 @@ fn draw_title(area: &Area<'_>, words: &Words<'_>) -> Result<(), Failure> {
     Ok(())
 }
 
-fn legend(glimpses: &[Glimpse]) -> Legend {
+fn legend(drives: &[Drive<'_>], glimpses: &[Glimpse]) -> Legend {
     let solid = |name: &str, style| (name.to_owned(), Look::Solid(style));
     let dashed = |name: &str, style| (name.to_owned(), Look::Dashed(style));
     let mut looks = vec![
@@ -159,8 +227,26 @@ fn legend(glimpses: &[Glimpse]) -> Legend {
         solid("estimate", line(INK, 2)),
         solid("95 % ellipse", INK.mix(0.2).stroke_width(12)),
         dashed("its wheels alone", wheels_style()),
-        solid("seen and told", glimpse_style()),
     ];
+    let happenings = || drives.iter().filter_map(|it| it.happening.as_ref());
+    for state in [
+        BeliefState::Finding,
+        BeliefState::Contradicted,
+        BeliefState::Lost,
+    ] {
+        if drives
+            .iter()
+            .any(|it| it.moments().any(|m| m.state == state))
+        {
+            looks.push(solid(state.name(), line(state_color(0, state), 4)));
+        }
+    }
+    if happenings().any(|it| !it.lies.is_empty()) {
+        looks.push(("receiver that jumped".into(), Look::Cross(lie_style())));
+    }
+    if happenings().next().is_none() {
+        looks.push(solid("seen and told", glimpse_style()));
+    }
     if glimpses.iter().any(|it| !it.told) {
         looks.push(dashed("seen, not told", glimpse_style()));
     }
@@ -169,6 +255,10 @@ fn legend(glimpses: &[Glimpse]) -> Legend {
 
 fn wheels_style() -> ShapeStyle {
     INK.mix(0.75).stroke_width(1)
+}
+
+fn lie_style() -> ShapeStyle {
+    INK.mix(0.55).stroke_width(1)
 }
 
 fn glimpse_style() -> ShapeStyle {
@@ -205,8 +295,10 @@ fn draw_whole(
         draw_truth(&mut chart, drive, 5)?;
     }
     for (index, drive) in drives.iter().enumerate() {
+        draw_lies(&mut chart, drive)?;
         draw_estimate(&mut chart, index, drive, false)?;
         draw_start(&mut chart, index, drive, drive.name)?;
+        draw_event(&mut chart, drive)?;
     }
     Ok(())
 }
@@ -240,9 +332,11 @@ fn draw_panel(
         .draw()?;
     draw_glimpses(&mut chart, glimpses.iter().filter(|it| it.seen == index))?;
     draw_truth(&mut chart, drive, 4)?;
+    draw_lies(&mut chart, drive)?;
     draw_estimate(&mut chart, index, drive, true)?;
     draw_wheels(&mut chart, drive)?;
-    draw_start(&mut chart, index, drive, "")
+    draw_start(&mut chart, index, drive, "")?;
+    draw_event(&mut chart, drive)
 }
 
 fn draw_glimpses<'a>(
@@ -258,38 +352,101 @@ fn draw_glimpses<'a>(
 }
 
 fn draw_truth(chart: &mut Chart<'_>, drive: &Drive<'_>, width: u32) -> Result<(), Failure> {
-    let truth = |m: &Moment| (m.comparison.truth.x, m.comparison.truth.y);
-    chart.draw_series(lines(drive, truth).map(|at| PathElement::new(at, line(TRUTH, width))))?;
+    let strokes = strokes(drive, |a, b| !jumps(truth(a), truth(b)));
+    let lines = lines(&strokes, truth);
+    chart.draw_series(lines.map(|(_, at)| PathElement::new(at, line(TRUTH, width))))?;
+    Ok(())
+}
+
+fn draw_lies(chart: &mut Chart<'_>, drive: &Drive<'_>) -> Result<(), Failure> {
+    let cross = |at| Cross::new(at, CROSS_PX, lie_style());
+    chart.draw_series(drive.lies().map(cross))?;
+    Ok(())
+}
+
+/// What happens, where the robot is then; a dashed line to where it is put down.
+fn draw_event(chart: &mut Chart<'_>, drive: &Drive<'_>) -> Result<(), Failure> {
+    let Some((at_s, what)) = drive.happening.as_ref().and_then(|it| it.what) else {
+        return Ok(());
+    };
+    let before = drive
+        .moments()
+        .filter(|m| m.comparison.time_s < at_s)
+        .last();
+    let after = drive
+        .moments()
+        .find(|m| m.comparison.time_s > at_s + AFTER_S);
+    let Some((from, to)) = before.map(truth).zip(after.map(truth)) else {
+        return Ok(());
+    };
+    if jumps(from, to) {
+        chart.draw_series([dashed([from, to], line(INK, 2))])?;
+    }
+    chart.draw_series([Circle::new(from, 6, line(INK, 2))])?;
+    let font = ("sans-serif", 14).into_font().color(&INK);
+    let (left, right) = Window::of(chart).x;
+    let (aside_px, anchor) = if from.0 > f64::midpoint(left, right) {
+        (-10, HPos::Right)
+    } else {
+        (10, HPos::Left)
+    };
+    let font = font.pos(Pos::new(anchor, VPos::Top));
+    let text = Text::new(format!("{at_s:.0} s: {what}"), (aside_px, 8), font);
+    chart.draw_series([EmptyElement::at(from) + text])?;
     Ok(())
 }
 
 fn draw_wheels(chart: &mut Chart<'_>, drive: &Drive<'_>) -> Result<(), Failure> {
     let wheels = |m: &Moment| (m.by_wheels.x, m.by_wheels.y);
     let window = Window::of(chart);
-    let shown = lines(drive, wheels).flat_map(|at| window.inside(&at));
+    let shown = lines(&drive.pieces, wheels).flat_map(|(_, at)| window.inside(&at));
     chart.draw_series(shown.map(|at| dashed(at, wheels_style())))?;
     Ok(())
 }
 
-/// Ellipses that are `filled` show better, and cover what is below them.
+/// Ellipses that are `filled` show better, and cover what is below them. Without that only those of robots that know where they are
+/// are drawn: the others are as large as the whole picture.
 fn draw_estimate(
     chart: &mut Chart<'_>,
     index: usize,
     drive: &Drive<'_>,
     filled: bool,
 ) -> Result<(), Failure> {
-    let color = robot_color(index);
-    let ellipses: Vec<_> = at_intervals(drive).map(ellipse).collect();
-    if filled {
-        let filled = ellipses.iter().cloned();
-        chart.draw_series(filled.map(|at| Polygon::new(at, color.mix(0.15))))?;
-    }
-    let edge = color.mix(0.6).stroke_width(1);
+    let color = |m: &Moment| state_color(index, m.state);
+    let ellipses: Vec<_> = at_intervals(drive)
+        .filter(|m| filled || m.state == BeliefState::Ok)
+        .map(|m| (m, ellipse(m)))
+        .collect();
     let window = Window::of(chart);
-    let edges = ellipses.iter().flat_map(|outline| window.inside(outline));
-    chart.draw_series(edges.map(|at| PathElement::new(at, edge)))?;
-    let estimate = |m: &Moment| (m.comparison.estimate.x, m.comparison.estimate.y);
-    chart.draw_series(lines(drive, estimate).map(|at| PathElement::new(at, line(color, 2))))?;
+    if filled {
+        // One that holds the whole window would only tint it.
+        let shown = ellipses
+            .iter()
+            .filter(|(_, at)| !window.inside(at).is_empty());
+        let polygon = |(m, at): &(&Moment, Vec<_>)| {
+            let strength = if m.state == BeliefState::Ok {
+                0.15
+            } else {
+                0.07
+            };
+            Polygon::new(window.clamped(at), color(m).mix(strength))
+        };
+        chart.draw_series(shown.map(polygon))?;
+    }
+    let edges = ellipses.iter().flat_map(|(m, at)| {
+        let edge = color(m).mix(0.6).stroke_width(1);
+        window
+            .inside(at)
+            .into_iter()
+            .map(move |at| PathElement::new(at, edge))
+    });
+    chart.draw_series(edges)?;
+    let goes_on = |a: &Moment, b: &Moment| a.state == b.state && !jumps(estimate(a), estimate(b));
+    let strokes = strokes(drive, goes_on);
+    let width = |m: &Moment| if m.state == BeliefState::Ok { 2 } else { 4 };
+    let stroke =
+        |(first, at): (&Moment, Vec<_>)| PathElement::new(at, line(color(first), width(first)));
+    chart.draw_series(lines(&strokes, estimate).map(stroke))?;
     Ok(())
 }
 
@@ -331,11 +488,26 @@ fn at_intervals<'a>(drive: &'a Drive<'_>) -> impl Iterator<Item = &'a Moment> {
     })
 }
 
-fn lines(
-    drive: &Drive<'_>,
+/// The pieces of a drive, cut once more where a line does not go on.
+fn strokes<'a>(drive: &Drive<'a>, goes_on: impl Fn(&Moment, &Moment) -> bool) -> Vec<&'a [Moment]> {
+    let pieces = drive.pieces.iter().copied();
+    pieces.flat_map(|piece| piece.chunk_by(&goes_on)).collect()
+}
+
+fn jumps(a: (f64, f64), b: (f64, f64)) -> bool {
+    (a.0 - b.0).hypot(a.1 - b.1) > JUMP_M
+}
+
+/// Every stroke as a line of not too many points, and its first moment.
+fn lines<'a>(
+    strokes: &'a [&'a [Moment]],
     place: impl Fn(&Moment) -> (f64, f64),
-) -> impl Iterator<Item = Vec<(f64, f64)>> {
-    thinned(&drive.pieces, MOST_POINTS).map(move |piece| piece.map(&place).collect())
+) -> impl Iterator<Item = (&'a Moment, Vec<(f64, f64)>)> {
+    thinned(strokes, MOST_POINTS).filter_map(move |stroke| {
+        let mut stroke = stroke.peekable();
+        let first = *stroke.peek()?;
+        Some((first, stroke.map(&place).collect()))
+    })
 }
 
 #[cfg(test)]
@@ -358,6 +530,8 @@ mod tests {
                 Moment {
                     comparison,
                     covariance: [0.01, 0.0, 0.01],
+                    nees: 0.0,
+                    state: BeliefState::Ok,
                     by_wheels: Pose::new(1.0 + way_m, 0.0, 0.0),
                 }
             })
@@ -369,6 +543,7 @@ mod tests {
             name,
             note: format!("a note on {name}"),
             pieces,
+            happening: None,
         }
     }
 
@@ -447,11 +622,41 @@ mod tests {
     }
 
     #[test]
+    fn what_happens_is_named_and_a_robot_that_does_not_know_has_another_colour() {
+        let mut moments = moments(0, 100);
+        for moment in &mut moments[50..] {
+            moment.comparison.truth.x += 10.0;
+            moment.state = BeliefState::Contradicted;
+            moment.covariance = [1e6, 0.0, 1e6];
+        }
+        let lies = vec![(2.0, 2.0), (2.0, 3.0)];
+        let carried = Drive {
+            happening: Some(Happening {
+                what: Some((5.0, "carried")),
+                lies,
+            }),
+            ..drive("one", vec![&moments])
+        };
+        let svg = drawn(&[carried], &[]);
+        for text in ["5 s: carried", "contradicted", "receiver that jumped"] {
+            assert!(svg.contains(text), "{text} is missing");
+        }
+        let RGBColor(r, g, b) = state_color(0, BeliefState::Contradicted);
+        let color = format!("#{r:02X}{g:02X}{b:02X}");
+        assert!(svg.matches(&color).count() >= 3, "key, plot and panel");
+        assert!(!svg.contains(">finding<") && !svg.contains("seen and told"));
+        let whole_way = strokes(&drive("one", vec![&moments]), |_, _| true).len();
+        let driven = |a: &Moment, b: &Moment| !jumps(truth(a), truth(b));
+        let cut = strokes(&drive("one", vec![&moments]), driven).len();
+        assert_eq!((whole_way, cut), (1, 2));
+    }
+
+    #[test]
     fn wheels_that_lead_far_away_do_not_make_the_panel_useless() {
         let mut moments = moments(0, 100);
         moments[99].by_wheels.x = 1000.0;
         let layout = Layout::of(&[drive("one", vec![&moments])], &[]);
-        let (low, high) = layout.panel.x;
+        let (low, high) = layout.panels[0].x;
         assert!(high - low < 30.0, "{low} {high}");
     }
 }

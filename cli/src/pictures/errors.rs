@@ -24,6 +24,8 @@ pub(crate) struct ErrorPoint {
     pub(crate) error: [f64; 3],
     /// 3σ \[m, m, rad\].
     pub(crate) three_sigma: [f64; 3],
+    /// Whether the robot says that it knows where it is: the panel has room for that.
+    pub(crate) knows: bool,
 }
 
 /// Draws estimate minus truth of one robot over world time, with the ±3σ that it claimed. Between `pieces` there is a gap.
@@ -76,7 +78,7 @@ fn draw_panel(
     draw_axes(&mut chart, AXES[coordinate])?;
     let curve = |value: fn(&ErrorPoint, usize) -> f64, style: ShapeStyle| {
         thinned(pieces, MOST_POINTS).map(move |piece| {
-            let points = piece.map(|c| (c.time_s, value(c, coordinate)));
+            let points = piece.map(|c| (c.time_s, value(c, coordinate).clamp(-half, half)));
             PathElement::new(points.collect::<Vec<_>>(), style)
         })
     };
@@ -125,9 +127,10 @@ fn draw_legend(chart: &mut Panel<'_>) -> Result<(), Failure> {
 }
 
 /// Half the panel's height: the bounds with some air, but not the first second's, which would dwarf the rest;
-/// the errors always fit.
+/// the errors always fit. Where the robot does not know where it is the bounds may leave the panel.
 fn half_height(coordinate: usize, pieces: &[Vec<ErrorPoint>]) -> f64 {
-    let points = || pieces.iter().flatten();
+    let knows = pieces.iter().flatten().any(|it| it.knows);
+    let points = || pieces.iter().flatten().filter(move |it| it.knows || !knows);
     let largest = |values: &mut dyn Iterator<Item = f64>| {
         values.filter(|value| value.is_finite()).fold(0.0, f64::max)
     };
@@ -150,6 +153,7 @@ mod tests {
                     time_s: t,
                     error: [0.05 * t.sin(), 0.03 * t.cos(), 0.02 * (2.0 * t).sin()],
                     three_sigma: [0.12, 0.15, 0.06],
+                    knows: true,
                 }
             })
             .collect()

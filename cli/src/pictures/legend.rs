@@ -18,6 +18,9 @@ const LETTER_PX: usize = 8;
 /// Of a dashed line, the dashes and the gaps between them.
 pub(super) const DASH_PX: [u32; 2] = [6, 4];
 
+/// Half the size of a cross.
+pub(super) const CROSS_PX: u32 = 4;
+
 /// Names with the look of what they name.
 pub(super) struct Legend {
     keys: Vec<(String, Look)>,
@@ -28,6 +31,8 @@ pub(super) struct Legend {
 pub(super) enum Look {
     Solid(ShapeStyle),
     Dashed(ShapeStyle),
+    /// Places, not a line.
+    Cross(ShapeStyle),
 }
 
 impl Legend {
@@ -73,6 +78,10 @@ impl Legend {
             match *look {
                 Look::Solid(style) => area.draw(&PathElement::new(line, style))?,
                 Look::Dashed(style) => area.draw(&dashed(line, style))?,
+                Look::Cross(style) => {
+                    let middle = x + pixels(KEY_PX) / 2;
+                    area.draw(&Cross::new((middle, y), CROSS_PX, style))?;
+                }
             }
             let font = ("sans-serif", 14).into_font().color(&INK);
             area.draw(&Text::new(

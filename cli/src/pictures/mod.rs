@@ -20,7 +20,7 @@ use plotters::coord::Shift;
 use plotters::prelude::{DrawingArea, IntoDrawingArea, SVGBackend};
 
 pub(crate) use bars::{BarPanel, draw_bars};
-pub(crate) use drives::{Drive, GLIMPSES, Glimpse, Words, draw_drives};
+pub(crate) use drives::{Drive, GLIMPSES, Glimpse, Happening, Words, draw_drives};
 pub(crate) use ellipses::{Ellipse, EllipsePanel, draw_ellipses};
 pub(crate) use errors::{ErrorPoint, draw_errors};
 pub(crate) use lines::{Line, Panel, Scale, draw_lines};

@@ -1,5 +1,6 @@
 //! Colours, sizes and axis arithmetic that the pictures share.
 
+use coloc_shm_types::BeliefState;
 use coloc_sim::method::Kind;
 use plotters::style::{Color, RGBColor, ShapeStyle};
 
@@ -37,6 +38,16 @@ pub(crate) fn method_color(kind: Kind) -> RGBColor {
         Kind::SplitCi => blue,
         Kind::Damped | Kind::Coloc | Kind::ColocStep => vermilion,
         Kind::Ccl => green,
+    }
+}
+
+/// Of a robot that knows where it is, or does not; none of the first robots' colours.
+pub(super) fn state_color(index: usize, state: BeliefState) -> RGBColor {
+    match state {
+        BeliefState::Ok => robot_color(index),
+        BeliefState::Finding => RGBColor(230, 159, 0),
+        BeliefState::Contradicted => RGBColor(110, 60, 160),
+        BeliefState::Lost => RGBColor(20, 20, 20),
     }
 }
 

@@ -57,6 +57,22 @@ impl Window {
         window
     }
 
+    /// The same middle, of another width and height.
+    pub(super) fn of_size(&self, [width, height]: [f64; 2]) -> Self {
+        let around = |(low, high): (f64, f64), size: f64| {
+            let middle = f64::midpoint(low, high);
+            (middle - size / 2.0, middle + size / 2.0)
+        };
+        Self {
+            x: around(self.x, width),
+            y: around(self.y, height),
+        }
+    }
+
+    pub(super) fn size(&self) -> [f64; 2] {
+        [self.x, self.y].map(|(low, high)| high - low)
+    }
+
     /// What a chart shows.
     pub(super) fn of(chart: &Chart<'_>) -> Self {
         let bounds = |range: std::ops::Range<f64>| (range.start, range.end);
@@ -75,6 +91,13 @@ impl Window {
             .filter(|piece| piece.first().is_some_and(shows))
             .map(<[_]>::to_vec)
             .collect()
+    }
+
+    /// An outline, as much of it as shows.
+    pub(super) fn clamped(&self, outline: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let clamped =
+            |&(x, y): &(f64, f64)| (x.clamp(self.x.0, self.x.1), y.clamp(self.y.0, self.y.1));
+        outline.iter().map(clamped).collect()
     }
 
     /// A window much taller than wide would make a picture of several screens.

@@ -24,23 +24,23 @@ const RECEIVERS: usize = 2;
 const SMALLEST_WITH_UNTOLD: usize = 4;
 
 /// A closed way that is driven again and again.
-struct Figure {
-    shape: fn(f64) -> [f64; 2],
+pub(super) struct Figure {
+    pub(super) shape: fn(f64) -> [f64; 2],
     /// Half its length and width \[m\].
-    size_m: [f64; 2],
+    pub(super) size_m: [f64; 2],
     /// \[m\]
-    centre_m: [f64; 2],
-    turned_deg: f64,
+    pub(super) centre_m: [f64; 2],
+    pub(super) turned_deg: f64,
     /// Where on it a robot begins, and which way round: of a round.
-    start: f64,
-    round: f64,
+    pub(super) start: f64,
+    pub(super) round: f64,
 }
 
 fn eight(angle: f64) -> [f64; 2] {
     [angle.sin(), (2.0 * angle).sin()]
 }
 
-fn oval(angle: f64) -> [f64; 2] {
+pub(super) fn oval(angle: f64) -> [f64; 2] {
     [angle.cos(), angle.sin()]
 }
 
@@ -101,7 +101,7 @@ impl Figure {
     }
 
     /// The whole figure, from where a robot begins that comes `later`.
-    fn way(&self, later: f64) -> Vec<[f64; 2]> {
+    pub(super) fn way(&self, later: f64) -> Vec<[f64; 2]> {
         let part = |corner: u16| f64::from(corner) / f64::from(CORNERS);
         (0..CORNERS)
             .map(|corner| self.corner(self.start + later + self.round * part(corner)))
@@ -144,7 +144,8 @@ fn part(robot: usize, robots: usize) -> Part {
     let help = help(robot, robots);
     Part {
         help,
-        expected: expected(help),
+        expected: Some(expected(help)),
+        tale: None,
     }
 }
 
@@ -175,7 +176,7 @@ pub(super) fn scene(args: &DemoArgs) -> Scene {
     };
     let config = SyntheticConfig {
         robots,
-        seconds: args.seconds + 1.0,
+        seconds: args.length_s() + 1.0,
         seed: args.seed,
         top_speed_mps: TOP_SPEED_MPS,
         top_turn_radps: TOP_TURN_RADPS,

@@ -3,6 +3,7 @@
 //! A new scene is a function that fills a [`Scene`], and its name in [`SceneName`]. Something that can happen to a robot and that no
 //! scene had before is a field here, and a line where the robots are fed or started.
 
+mod lost;
 mod meet;
 mod recorded;
 
@@ -13,6 +14,7 @@ use serde::Serialize;
 
 use super::DemoError;
 use super::bars::Expectation;
+use super::tale::Tale;
 use crate::args::DemoArgs;
 
 /// The scenes that are made up, as the command line calls them.
@@ -20,6 +22,8 @@ use crate::args::DemoArgs;
 pub(crate) enum SceneName {
     /// Skidding robots turn and cross; who is seen is told where it is, but for one
     Meet,
+    /// Robots start from nowhere, are carried away, have receivers that jump: who notices, and when
+    Lost,
 }
 
 /// What a robot has to go by, besides its wheels.
@@ -58,7 +62,9 @@ impl Help {
 #[derive(Copy, Clone, Debug)]
 pub(crate) struct Part {
     pub(crate) help: Help,
-    pub(crate) expected: Expectation,
+    /// Nothing where it is the tale that is judged.
+    pub(crate) expected: Option<Expectation>,
+    pub(crate) tale: Option<Tale>,
 }
 
 /// A world, and all that is decided about it before it begins.
@@ -75,12 +81,23 @@ pub(crate) struct Scene {
     pub(crate) wheels: Preset,
 }
 
+impl SceneName {
+    /// As long as it takes to tell \[s\].
+    pub(crate) fn length_s(self) -> f64 {
+        match self {
+            Self::Meet => 30.0,
+            Self::Lost => 40.0,
+        }
+    }
+}
+
 impl Scene {
     /// The one that `args` ask for.
     pub(crate) fn new(args: &DemoArgs) -> Result<Self, DemoError> {
         match (&args.data, args.scene) {
             (Some(folder), _) => recorded::scene(folder, args.robots),
             (None, SceneName::Meet) => Ok(meet::scene(args)),
+            (None, SceneName::Lost) => lost::scene(args),
         }
     }
 }

@@ -38,7 +38,8 @@ pub(super) fn scene(folder: &Path, robots: Option<u16>) -> Result<Scene, DemoErr
         } else {
             Help::Told
         },
-        expected: expected(robots),
+        expected: Some(expected(robots)),
+        tale: None,
     };
     Ok(Scene {
         description: format!("recorded in {}", folder.display()),
