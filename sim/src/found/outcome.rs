@@ -57,7 +57,7 @@ pub struct Outcome {
     pub right_at_20: bool,
     /// Whether it was `ok` and wrong at the end.
     pub ends_wrong: bool,
-    /// NEES at [`MOMENTS_S`] after it was found, while `ok`.
+    /// NEES at `MOMENTS_S` after it was found, while `ok`.
     pub nees: [Option<f64>; MOMENTS_S.len()],
     /// Followed, dropped, widened, second chances, anew.
     pub decided: [u32; DECISIONS],
@@ -180,6 +180,7 @@ impl Watch {
                 Decision::Widened { .. } => 2,
                 Decision::SecondChance { .. } => 3,
                 Decision::Anew { .. } => 4,
+                Decision::Set { .. } => continue, // Nobody sets a pose here.
             };
             self.outcome.decided[kind] += 1;
             if kind == 0 {
