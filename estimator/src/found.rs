@@ -28,11 +28,15 @@ mod hypothesis;
 mod lifted;
 mod mean;
 mod seat;
+mod settings;
+mod start;
 mod takeover;
 mod vote;
 mod word;
 
 pub use finding::{Decided, Decision, Dissent, Finding, FindingState};
+pub use settings::{FoundSettings, TrustJump};
+pub use start::Start;
 
 use hypothesis::{Fed, Hypothesis};
 use lifted::Lifted;
@@ -43,13 +47,11 @@ use word::Test;
 pub(crate) use word::Word;
 
 use crate::belief::Belief;
-use crate::covariance::Covariance2;
 use crate::factor::Factor;
 use crate::kind::{Kind, PoseSaid};
 use crate::list::FixedList;
 use crate::motion::Motion;
 use crate::output::Source;
-use crate::pose::Pose;
 use crate::settings::Settings;
 use crate::stamp::{Span, Stamp};
 
@@ -82,53 +84,6 @@ const TOLD: u32 = 20;
 /// Three of them are as good as four refusals: a robot that was carried is noticed that much sooner.
 const FLAGRANT: f64 = 4.0 / 3.0 + 1e-9;
 
-/// How a lone source against the wheels is decided.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
-pub enum TrustJump {
-    /// A constant offset from some moment on means that the robot was carried: the source is followed.
-    #[default]
-    Robot,
-    /// It means that the receiver is wrong: the belief stays, contradicted, and the covariance holds both.
-    Receiver,
-}
-
-/// How a robot that does not know where it is, or no longer, is found.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub struct FoundSettings {
-    /// False: the belief is never doubted, as in the paper; a start without one stays so.
-    pub enabled: bool,
-    /// How a lone source against the wheels is decided.
-    pub trust_jump: TrustJump,
-}
-
-impl FoundSettings {
-    /// The belief is never doubted.
-    pub const OFF: Self = Self {
-        enabled: false,
-        trust_jump: TrustJump::Robot,
-    };
-}
-
-impl Default for FoundSettings {
-    fn default() -> Self {
-        Self {
-            enabled: true,
-            trust_jump: TrustJump::default(),
-        }
-    }
-}
-
-/// What is known at the start.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub enum Start {
-    /// A belief.
-    Known(Belief),
-    /// A position and its covariance \[m, m²\], and nothing of the heading.
-    Position([f64; 2], Covariance2),
-    /// Nothing.
-    Unknown,
-}
-
 /// What the judge makes of a word.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) enum Ruling {
@@ -158,24 +113,6 @@ pub(crate) struct Found {
     /// Who is not fused.
     suspended: FixedList<Source, SEATS>,
     finding: Finding,
-}
-
-impl Start {
-    /// The belief to begin with; of no meaning where there is none.
-    #[must_use]
-    pub fn belief(&self) -> Belief {
-        match self {
-            Self::Known(belief) => *belief,
-            Self::Position(position, covariance) => {
-                cover::nowhere(Some((*position, *covariance.matrix())))
-            }
-            Self::Unknown => cover::nowhere(None),
-        }
-    }
-
-    pub(crate) fn is_known(&self) -> bool {
-        matches!(self, Self::Known(_))
-    }
 }
 
 impl Found {
@@ -618,10 +555,3 @@ fn normalised(word: &Word, prior: &Belief) -> [f64; 2] {
 fn planar_trace(a: &crate::symmetric::Symmetric3) -> f64 {
     a.xx + a.yy
 }
-
-/// Where a robot is that knows nothing.
-pub(crate) const NOWHERE: Pose = Pose {
-    x: 0.0,
-    y: 0.0,
-    phi: 0.0,
-};

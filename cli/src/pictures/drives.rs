@@ -271,22 +271,7 @@ fn draw_whole(
     glimpses: &[Glimpse],
     window: &Window,
 ) -> Result<(), Failure> {
-    let mut chart = ChartBuilder::on(plot)
-        .margin(MARGIN_PX)
-        .x_label_area_size(LABELS_PX)
-        .y_label_area_size(LABELS_PX)
-        .build_cartesian_2d(window.x.0..window.x.1, window.y.0..window.y.1)?;
-    chart
-        .configure_mesh()
-        .x_desc("x [m]")
-        .y_desc("y [m]")
-        .label_style(("sans-serif", 14).into_font().color(&INK))
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(INK)
-        .x_label_formatter(&tick_label)
-        .y_label_formatter(&tick_label)
-        .draw()?;
+    let mut chart = window.chart(plot)?;
     draw_glimpses(
         &mut chart,
         glimpses.iter().filter(|it| it.is_of_the_whole()),

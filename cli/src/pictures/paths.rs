@@ -5,7 +5,7 @@ use std::path::Path;
 use plotters::prelude::*;
 
 use super::legend::Legend;
-use super::style::{GRID, INK, TRUTH, line, robot_color, thinned, tick_label};
+use super::style::{INK, TRUTH, line, robot_color, thinned};
 use super::window::{LABELS_PX, MARGIN_PX, Window};
 use super::{Area, Failure, write_svg};
 use crate::comparison::Comparison;
@@ -72,22 +72,7 @@ fn draw_title(area: &Area<'_>, caption: &str) -> Result<(), Failure> {
 }
 
 fn draw_plot(plot: &Area<'_>, robots: &[RobotPath<'_>], window: &Window) -> Result<(), Failure> {
-    let mut chart = ChartBuilder::on(plot)
-        .margin(MARGIN_PX)
-        .x_label_area_size(LABELS_PX)
-        .y_label_area_size(LABELS_PX)
-        .build_cartesian_2d(window.x.0..window.x.1, window.y.0..window.y.1)?;
-    chart
-        .configure_mesh()
-        .x_desc("x [m]")
-        .y_desc("y [m]")
-        .label_style(("sans-serif", 14).into_font().color(&INK))
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(INK)
-        .x_label_formatter(&tick_label)
-        .y_label_formatter(&tick_label)
-        .draw()?;
+    let mut chart = window.chart(plot)?;
     for robot in robots {
         chart.draw_series(lines(robot, |c| (c.truth.x, c.truth.y), line(TRUTH, 5)))?;
     }

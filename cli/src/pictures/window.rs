@@ -1,9 +1,12 @@
 //! The part of the plane that a picture shows, a metre as long on both axes.
 
 use plotters::coord::types::RangedCoordf64;
-use plotters::prelude::{Cartesian2d, ChartContext, SVGBackend};
+use plotters::prelude::{
+    Cartesian2d, ChartBuilder, ChartContext, IntoFont, SVGBackend, TRANSPARENT,
+};
 
-use super::style::extent;
+use super::style::{GRID, INK, extent, tick_label};
+use super::{Area, Failure};
 
 /// A plot with such a window.
 pub(super) type Chart<'a> =
@@ -32,6 +35,27 @@ impl Window {
         };
         window.widen_to_half_as_high();
         window
+    }
+
+    /// An empty plot of it, with its axes in metres.
+    pub(super) fn chart<'a>(&self, plot: &Area<'a>) -> Result<Chart<'a>, Failure> {
+        let mut chart = ChartBuilder::on(plot)
+            .margin(MARGIN_PX)
+            .x_label_area_size(LABELS_PX)
+            .y_label_area_size(LABELS_PX)
+            .build_cartesian_2d(self.x.0..self.x.1, self.y.0..self.y.1)?;
+        chart
+            .configure_mesh()
+            .x_desc("x [m]")
+            .y_desc("y [m]")
+            .label_style(("sans-serif", 14).into_font().color(&INK))
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(GRID)
+            .axis_style(INK)
+            .x_label_formatter(&tick_label)
+            .y_label_formatter(&tick_label)
+            .draw()?;
+        Ok(chart)
     }
 
     /// The same middle, so many times as wide and high.

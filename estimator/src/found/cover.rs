@@ -8,13 +8,11 @@ use nalgebra::Matrix2;
 
 use super::hypothesis::Hypothesis;
 use super::lifted::{Lifted, UNKNOWN_HEADING, Wandering};
-use super::{Dissent, Finding, FindingState, Found, NOWHERE, SILENT};
+use super::{Dissent, FindingState, Found, SILENT};
 use crate::angle::wrap;
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::honest::{Increments, Swept};
-use crate::list::FixedList;
-use crate::output::Source;
 use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::settings::Settings;
@@ -27,7 +25,7 @@ const ANYWHERE: f64 = 2e7;
 /// A pose of which nothing is known, or only a position and its covariance.
 pub(super) fn nowhere(position: Option<([f64; 2], Matrix2<f64>)>) -> Belief {
     let anywhere = Matrix2::identity() * (ANYWHERE * ANYWHERE);
-    let ([x, y], at) = position.unwrap_or(([NOWHERE.x, NOWHERE.y], anywhere));
+    let ([x, y], at) = position.unwrap_or(([0.0; 2], anywhere));
     let covariance = Symmetric3 {
         xx: at.m11,
         xy: at.m21,
@@ -101,7 +99,7 @@ impl Found {
                 source: seat.source,
                 since,
                 d2: seat.d2,
-                distance_m: hypothesis.map_or(f64::NAN, |it| apart(&it.lifted, belief)),
+                distance_m: hypothesis.map_or(f64::NAN, |it| it.lifted.distance_from(&belief.pose)),
             }); // There are as many places as seats.
         }
     }
@@ -127,37 +125,6 @@ impl Found {
     }
 }
 
-impl Default for Finding {
-    /// Nobody stands against the belief.
-    fn default() -> Self {
-        Self::beginning(Stamp::default(), true)
-    }
-}
-
-impl Finding {
-    pub(super) fn beginning(stamp: Stamp, knows: bool) -> Self {
-        let nobody = Source::new(crate::kind::Kind::Fix, 0);
-        let dissent = Dissent {
-            source: nobody,
-            since: stamp,
-            d2: 0.0,
-            distance_m: 0.0,
-        };
-        let decision = super::Decision::Anew { source: nobody };
-        Self {
-            state: if knows {
-                FindingState::Ok
-            } else {
-                FindingState::Finding
-            },
-            since: stamp,
-            dissents: FixedList::new(dissent),
-            decisions: FixedList::new((stamp, decision)),
-            unseated: 0,
-        }
-    }
-}
-
 fn moved(mut lifted: Lifted, swept: &Swept) -> Lifted {
     lifted.step(swept, Wandering::NONE);
     lifted
@@ -178,9 +145,4 @@ fn spread(lifted: &Lifted, mean: &Pose) -> Symmetric3 {
         yp: 0.0,
         ..own + Symmetric3::outer(1.0, apart)
     }
-}
-
-fn apart(lifted: &Lifted, belief: &Belief) -> f64 {
-    let [x, y] = lifted.position();
-    libm::hypot(x - belief.pose.x, y - belief.pose.y)
 }

@@ -1,5 +1,6 @@
 //! What is known of whether the robot knows where it is.
 
+use crate::kind::Kind;
 use crate::list::FixedList;
 use crate::output::Source;
 use crate::stamp::Stamp;
@@ -110,5 +111,51 @@ impl Finding {
     pub(crate) fn decide(&mut self, stamp: Stamp, decision: Decision) {
         let fitted = self.decisions.push((stamp, decision));
         self.unseated = self.unseated.saturating_add(u32::from(!fitted));
+    }
+}
+
+impl Default for Finding {
+    /// Nobody stands against the belief.
+    fn default() -> Self {
+        Self::beginning(Stamp::default(), true)
+    }
+}
+
+impl Finding {
+    pub(super) fn beginning(stamp: Stamp, knows: bool) -> Self {
+        let nobody = Source::new(Kind::Fix, 0);
+        let dissent = Dissent {
+            source: nobody,
+            since: stamp,
+            d2: 0.0,
+            distance_m: 0.0,
+        };
+        let decision = Decision::Anew { source: nobody };
+        Self {
+            state: if knows {
+                FindingState::Ok
+            } else {
+                FindingState::Finding
+            },
+            since: stamp,
+            dissents: FixedList::new(dissent),
+            decisions: FixedList::new((stamp, decision)),
+            unseated: 0,
+        }
+    }
+}
+
+impl Decision {
+    /// The source that it is about.
+    #[must_use]
+    pub fn source(&self) -> Source {
+        match self {
+            Self::Followed { source, .. }
+            | Self::Dropped { source, .. }
+            | Self::Widened { source }
+            | Self::SecondChance { source }
+            | Self::Set { source, .. }
+            | Self::Anew { source } => *source,
+        }
     }
 }

@@ -205,6 +205,12 @@ impl Lifted {
         self.mean_of(P).into()
     }
 
+    /// How far it is from a pose \[m\].
+    pub(crate) fn distance_from(&self, pose: &Pose) -> f64 {
+        let [x, y] = self.position();
+        libm::hypot(x - pose.x, y - pose.y)
+    }
+
     /// `C_pp`
     pub(crate) fn position_covariance(&self) -> Matrix2<f64> {
         self.get(P, P)

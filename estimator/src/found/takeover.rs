@@ -9,7 +9,6 @@ use super::lifted::Lifted;
 use super::seat::Seat;
 use super::{CONFIRMED, Decision, Found, Ruling, SEATS, TrustJump, Word};
 use crate::belief::Belief;
-use crate::output::Source;
 use crate::settings::Settings;
 use crate::stamp::{Span, Stamp};
 
@@ -178,8 +177,7 @@ impl Found {
         if !self.knows {
             return f64::NAN;
         }
-        let [x, y] = lifted.position();
-        libm::hypot(x - prior.pose.x, y - prior.pose.y)
+        lifted.distance_from(&prior.pose)
     }
 
     fn taken_by(&self, at: usize) -> u32 {
@@ -217,21 +215,5 @@ impl Count {
         let alone = self.for_it == 1 && self.for_belief == 1;
         let undisputed = self.against_it == 0 && self.by_belief == 0;
         (alone && undisputed && trust == TrustJump::Robot).then_some(LONE_WAITS)
-    }
-}
-
-/// Whose decision it was, for whoever tells of it.
-impl Decision {
-    /// The source that it is about.
-    #[must_use]
-    pub fn source(&self) -> Source {
-        match self {
-            Self::Followed { source, .. }
-            | Self::Dropped { source, .. }
-            | Self::Widened { source }
-            | Self::SecondChance { source }
-            | Self::Set { source, .. }
-            | Self::Anew { source } => *source,
-        }
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix2;
 
+use super::COMPARABLE;
 use super::lifted::Lifted;
 use crate::angle::wrap;
 use crate::belief::Belief;
@@ -23,9 +24,6 @@ const GROSS_POSE: f64 = 36.0;
 
 /// Not even a receiver with heavy tails is off by so much three times in a row.
 const FLAGRANT: f64 = 100.0;
-
-/// A heading of a hypothesis that a neighbour's can be compared with \[rad\].
-const COMPARABLE: f64 = 0.5;
 
 /// How long what a neighbour says depends on what it said before \[s\].
 const NEIGHBOUR_MEMORY_S: f64 = 1.0;

@@ -3,13 +3,13 @@
 use std::error::Error;
 use std::fmt::Write as _;
 use std::io::{Write as _, stdout};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
 use coloc_sim::found::{Form, Found, Honesty, PARTS, Part};
-use coloc_sim::honest::splice::splice;
+use coloc_sim::honest::splice::{self, spliced};
 
 /// Is a robot found that does not know where it is? Does it notice that it was carried, and does a liar never win?
 #[derive(Parser)]
@@ -42,7 +42,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     let parts = chosen(&args.only)?;
     let form = form(&args);
     if let Some(path) = &args.markdown {
-        spliced(path, "")?;
+        spliced(path, "found", "")?;
     }
     let (mut text, mut missed, mut honesty) = (String::new(), 0, Honesty::default());
     for part in parts {
@@ -58,7 +58,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     stdout().write_all(all.as_bytes())?;
     text.push_str(&all);
     if let Some(path) = &args.markdown {
-        write(path, &text)?;
+        splice::write(path, "found", &text)?;
     }
     writeln!(stdout(), "{missed} bars missed")?;
     Ok(ExitCode::from(u8::from(missed > 0)))
@@ -109,17 +109,4 @@ fn told(found: &Found, took_s: u64) -> String {
         verdict.push_str("All bars held.\n");
     }
     format!("### {title}\n\n{text}\n{verdict}\nIt took {took_s} s.\n\n")
-}
-
-fn write(path: &Path, text: &str) -> Result<(), String> {
-    // What people wrote meanwhile stays.
-    let new = spliced(path, text)?;
-    std::fs::write(path, new).map_err(|error| format!("{}: {error}", path.display()))
-}
-
-/// The document with the tables in their place.
-fn spliced(path: &Path, text: &str) -> Result<String, String> {
-    let trouble = |reason: String| format!("{}: {reason}", path.display());
-    let document = std::fs::read_to_string(path).map_err(|error| trouble(error.to_string()))?;
-    splice(&document, "found", text).map_err(trouble)
 }

@@ -3,12 +3,12 @@
 use std::error::Error;
 use std::fmt::Write as _;
 use std::io::{Write as _, stdout};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
-use coloc_sim::honest::splice::splice;
+use coloc_sim::honest::splice::{self, spliced};
 use coloc_sim::honest::{Finding, Form, drive, parked, signs, trio, weak};
 
 /// Is the position as uncertain as the estimator says? Half an hour without fixes, fixes that say little, teams; and does no
@@ -49,7 +49,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         Form::long(args.seed)
     };
     if let Some(path) = &args.markdown {
-        spliced(path, "")?;
+        spliced(path, "honest", "")?;
     }
     let mut text = String::new();
     let mut missed = 0;
@@ -60,7 +60,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         missed += misses;
     }
     if let Some(path) = &args.markdown {
-        write(path, &text)?;
+        splice::write(path, "honest", &text)?;
     }
     writeln!(stdout(), "{missed} bars missed")?;
     Ok(ExitCode::from(u8::from(missed > 0)))
@@ -101,17 +101,4 @@ fn told((_, find): Part, form: &Form) -> (String, usize) {
         format!("### {title}\n\n{text}\n{verdict}\nIt took {took} s.\n\n"),
         missed.len(),
     )
-}
-
-fn write(path: &Path, text: &str) -> Result<(), String> {
-    // What people wrote meanwhile stays.
-    let new = spliced(path, text)?;
-    std::fs::write(path, new).map_err(|error| format!("{}: {error}", path.display()))
-}
-
-/// The document with the tables in their place.
-fn spliced(path: &Path, text: &str) -> Result<String, String> {
-    let trouble = |reason: String| format!("{}: {reason}", path.display());
-    let document = std::fs::read_to_string(path).map_err(|error| trouble(error.to_string()))?;
-    splice(&document, "honest", text).map_err(trouble)
 }

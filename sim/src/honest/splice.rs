@@ -1,5 +1,7 @@
 //! Tables in a document that people have written the rest of.
 
+use std::path::Path;
+
 const END: &str = "<!-- end -->";
 
 /// `document` with `body` between its marks, of which the first bears `name`.
@@ -14,6 +16,25 @@ pub fn splice(document: &str, name: &str, body: &str) -> Result<String, String> 
     let (head, tail) =
         parts.ok_or_else(|| format!("it has no lines `{begin}` and `{END}` to write between"))?;
     Ok(format!("{head}{begin}\n{}\n{END}{tail}", body.trim_end()))
+}
+
+/// The document at `path` as [`splice`] makes it; what people wrote meanwhile stays.
+///
+/// # Errors
+/// That it cannot be read, or which marks it lacks.
+pub fn spliced(path: &Path, name: &str, body: &str) -> Result<String, String> {
+    let trouble = |reason: String| format!("{}: {reason}", path.display());
+    let document = std::fs::read_to_string(path).map_err(|error| trouble(error.to_string()))?;
+    splice(&document, name, body).map_err(trouble)
+}
+
+/// Writes it back.
+///
+/// # Errors
+/// As [`spliced`], or that it cannot be written.
+pub fn write(path: &Path, name: &str, body: &str) -> Result<(), String> {
+    let new = spliced(path, name, body)?;
+    std::fs::write(path, new).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 #[cfg(test)]
