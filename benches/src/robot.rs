@@ -5,8 +5,9 @@ use std::hint::black_box;
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::history::Slot;
 use coloc_estimator::{
-    Covariance2, Estimator, Measurement, NeighbourPose, NotACovariance, OdometrySample, Origin,
-    Pose, PositionFix, Settings, SlowError, Span, Stamp, Start, TickInputs, step,
+    Covariance2, Estimator, FoundSettings, Measurement, NeighbourPose, NotACovariance,
+    OdometrySample, Origin, Pose, PositionFix, Settings, SlowError, Span, Stamp, Start, TickInputs,
+    step,
 };
 
 use crate::case;
@@ -40,10 +41,28 @@ impl Robot {
     /// None, unless a number of [`case`] is changed for the worse.
     pub fn warm(neighbours: usize) -> Result<Self, NotACovariance> {
         let mut robot = Self::with_slots(SLOTS)?;
-        for _ in 0..60 {
-            robot.tick_hearing(neighbours);
-        }
+        robot.warmed(neighbours);
         Ok(robot)
+    }
+
+    /// The same, of a belief that is never doubted.
+    ///
+    /// # Errors
+    /// As [`Self::warm`].
+    pub fn unjudged(neighbours: usize) -> Result<Self, NotACovariance> {
+        let mut robot = Self::with_slots(SLOTS)?;
+        let mut settings = *robot.estimator.settings();
+        settings.found = FoundSettings::OFF;
+        let storage = vec![Slot::default(); SLOTS];
+        robot.estimator = Estimator::new(settings, robot.now, case::belief()?, storage);
+        robot.warmed(neighbours);
+        Ok(robot)
+    }
+
+    fn warmed(&mut self, neighbours: usize) {
+        for _ in 0..60 {
+            self.tick_hearing(neighbours);
+        }
     }
 
     /// A robot that does not know where it is: each of so many receivers, far from each other, has a hypothesis.

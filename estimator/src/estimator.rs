@@ -158,6 +158,9 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         self.found.conclude(horizon, self.history.base_belief());
         let terms = Terms::new(&self.settings, self.found.suspended(), self.found.is_ok());
         self.history.replay(self.now, &terms, &mut self.outbox);
+        if !self.found.is_ok() {
+            self.history.keep_ways(self.now, &self.settings.odometry);
+        }
     }
 }
 

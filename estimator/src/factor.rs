@@ -63,6 +63,22 @@ impl Factor {
         }
     }
 
+    /// `D^(−½) L⁻¹ v` of a v in the plane: its covariance is one where that of v is A.
+    #[inline]
+    pub(crate) fn normalised(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let ([l21, ..], [r1, r2, _]) = (self.lower, self.reciprocals);
+        [libm::sqrt(r1) * x, libm::sqrt(r2) * (y - l21 * x)]
+    }
+
+    /// `vᵀ A⁻¹ v`
+    #[inline]
+    pub(crate) fn distance(&self, [x, y, p]: [f64; 3]) -> f64 {
+        let ([l21, l31, l32], [r1, r2, r3]) = (self.lower, self.reciprocals);
+        let second = y - l21 * x;
+        let third = p - l31 * x - l32 * second;
+        r1 * (x * x) + r2 * (second * second) + r3 * (third * third)
+    }
+
     /// `[y_1, y_2, y_3]` of `v = L y`, for a v whose square is no more than A holds: of each coordinate what is left of it when its
     /// pivot has lost to rounding what it may have lost.
     #[inline]

@@ -8,7 +8,7 @@ use crate::belief::Belief;
 use crate::convert::{GlobalPose, tell};
 use crate::covariance::Covariance3;
 use crate::fix::FixUpdate;
-use crate::found::{Start, WIDE};
+use crate::found::{Gauge, Start, WIDE};
 use crate::fusion::fuse;
 use crate::kind::{Measured, PositionFix};
 use crate::motion::{Motion, drive, propagate};
@@ -104,10 +104,15 @@ impl Filter {
         received: &GlobalPose,
         trusted: bool,
         settings: &Settings,
-    ) -> Verdict {
+    ) -> (Verdict, Gauge) {
         if self.nowhere {
-            return Verdict::Heard;
+            return (Verdict::Heard, Gauge::default());
         }
+        let gauge = if settings.found.enabled {
+            Gauge::of_pose(&self.belief, received)
+        } else {
+            Gauge::default()
+        };
         self.pace = self.pace.heard(stamp);
         let fusion = fuse(&self.belief, received, &self.pace.damped(&settings.fusion));
         self.exchanged = true;
@@ -115,25 +120,31 @@ impl Filter {
         if accepted {
             self.belief = fusion.belief;
         }
-        verdict(accepted, fusion.d2)
+        (verdict(accepted, fusion.d2), gauge)
     }
 
     /// A position fix, and what the gate said.
-    pub(crate) fn correct(&mut self, fix: &PositionFix, terms: &Terms<'_>) -> Verdict {
+    pub(crate) fn correct(&mut self, fix: &PositionFix, terms: &Terms<'_>) -> (Verdict, Gauge) {
         self.close();
         if self.nowhere {
-            return Verdict::Heard;
+            return (Verdict::Heard, Gauge::default());
         }
         let settings = terms.settings;
-        let update = self.corrected(fix, settings.position_gate, settings);
+        let (update, normalised) = self.corrected(fix, settings.position_gate, settings);
+        let wide = self.belief.heading_variance() > WIDE;
+        let gauge = Gauge {
+            d2: update.d2,
+            normalised,
+            wide,
+        };
         if !(update.accepted && terms.trusts(fix.source())) {
-            return verdict(false, update.d2);
+            return (verdict(false, update.d2), gauge);
         }
-        if settings.found.enabled && self.belief.heading_variance() > WIDE {
-            return Verdict::Heard;
+        if settings.found.enabled && wide {
+            return (Verdict::Heard, gauge);
         }
         self.take(fix, &update);
-        verdict(true, update.d2)
+        (verdict(true, update.d2), gauge)
     }
 
     fn take(&mut self, fix: &PositionFix, update: &FixUpdate) {
@@ -143,21 +154,24 @@ impl Filter {
         }
     }
 
-    fn corrected(&self, fix: &PositionFix, gate: f64, settings: &Settings) -> FixUpdate {
+    fn corrected(
+        &self,
+        fix: &PositionFix,
+        gate: f64,
+        settings: &Settings,
+    ) -> (FixUpdate, [f64; 2]) {
         let own = &self.belief;
         if !fix.slow.is_there() {
-            return fix::update(own, fix.position, &fix.covariance, gate);
+            return fix::judged(own, fix.position, &fix.covariance, gate);
         }
         let all = fix.covariance.plus(fix.slow.variance);
-        let update = fix::update(own, fix.position, &all, gate);
+        let (update, normalised) = fix::judged(own, fix.position, &all, gate);
         if !update.accepted {
-            return update;
+            return (update, normalised);
         }
         let since = fix.stamp - self.slow_heard;
-        FixUpdate {
-            belief: slow::update(own, fix, since, &settings.fusion),
-            ..update
-        }
+        let belief = slow::update(own, fix, since, &settings.fusion);
+        (FixUpdate { belief, ..update }, normalised)
     }
 
     /// It is not known where the robot is.
@@ -253,7 +267,7 @@ mod tests {
         };
         for settings in [Settings::default(), Settings::paper()] {
             let mut heard = predicted();
-            let gate = heard.hear(Stamp::default(), &improbable, true, &settings);
+            let (gate, _) = heard.hear(Stamp::default(), &improbable, true, &settings);
             assert!(matches!(gate, Verdict::Gated { d2 } if d2 > 1e4));
             assert_eq!(heard.belief, predicted().belief);
             let settled = heard.settle(settings.propagation);
@@ -283,7 +297,7 @@ mod tests {
         other = wanders(other);
         let half = Stamp::default() + crate::stamp::Span::from_millis(500);
         let heading = |filter: &mut Filter, stamp| {
-            let gate = filter.hear(stamp, &word, true, &settings);
+            let (gate, _) = filter.hear(stamp, &word, true, &settings);
             assert!(matches!(gate, Verdict::Accepted { .. }));
             filter.belief.total().variances()[2]
         };

@@ -27,9 +27,22 @@ pub struct FixUpdate {
 /// ([`crate::honest`]).
 #[must_use]
 pub fn update(own: &Belief, position: [f64; 2], covariance: &Covariance2, gate: f64) -> FixUpdate {
+    judged(own, position, covariance, gate).0
+}
+
+/// [`update`], and the innovation with a covariance of one where all is as it is said to be.
+#[inline]
+pub(crate) fn judged(
+    own: &Belief,
+    position: [f64; 2],
+    covariance: &Covariance2,
+    gate: f64,
+) -> (FixUpdate, [f64; 2]) {
     let total = own.total().symmetric();
-    let inverse = Factor::new(&innovation_covariance(&total, covariance)).inverse();
+    let factor = Factor::new(&innovation_covariance(&total, covariance));
+    let inverse = factor.inverse();
     let innovation = [position[0] - own.pose.x, position[1] - own.pose.y];
+    let normalised = factor.normalised(innovation);
     let d2 = inverse.quadratic([innovation[0], innovation[1], 0.0]);
     let refused = FixUpdate {
         belief: *own,
@@ -37,17 +50,18 @@ pub fn update(own: &Belief, position: [f64; 2], covariance: &Covariance2, gate: 
         d2,
     };
     if !accepts(d2, gate) {
-        return refused;
+        return (refused, normalised);
     }
     let belief = Gain::new(&total, &inverse).update(own, innovation, covariance);
     if !belief.is_finite() {
-        return refused;
+        return (refused, normalised);
     }
-    FixUpdate {
+    let accepted = FixUpdate {
         belief,
         accepted: true,
         d2,
-    }
+    };
+    (accepted, normalised)
 }
 
 /// `S = H P Hᵀ + R_A`. With zeros for the heading, its generalised inverse is that of the 2×2 matrix.

@@ -27,9 +27,11 @@ mod finding;
 mod hypothesis;
 mod lifted;
 mod mean;
+mod moments;
 mod seat;
 mod settings;
 mod start;
+mod stride;
 mod takeover;
 mod vote;
 mod word;
@@ -42,12 +44,12 @@ use hypothesis::{Fed, Hypothesis};
 use lifted::Lifted;
 use nalgebra::{Matrix2, Vector2};
 use seat::Seat;
+pub(crate) use stride::Stride;
 use vote::{Vote, Weight};
 use word::Test;
-pub(crate) use word::Word;
+pub(crate) use word::{Gauge, Word};
 
 use crate::belief::Belief;
-use crate::factor::Factor;
 use crate::kind::{Kind, PoseSaid};
 use crate::list::FixedList;
 use crate::motion::Motion;
@@ -112,6 +114,8 @@ pub(crate) struct Found {
     last_word: Stamp,
     /// Who is not fused.
     suspended: FixedList<Source, SEATS>,
+    /// Whether there is a seed or a hypothesis, which the wheels drive.
+    driven: bool,
     finding: Finding,
 }
 
@@ -134,6 +138,7 @@ impl Found {
             last_taken: stamp,
             last_word: stamp,
             suspended: FixedList::new(filler),
+            driven: seed.is_some(),
             finding: Finding::beginning(stamp, start.is_known()),
         }
     }
@@ -157,20 +162,44 @@ impl Found {
     /// Whether a motion has to be passed on.
     #[inline]
     pub(crate) fn is_driven(&self) -> bool {
-        self.seed.is_some() || self.hypotheses().next().is_some()
+        self.driven
     }
 
     /// `dt_s` of `motion` pass.
     pub(crate) fn drive(&mut self, motion: &Motion, dt_s: f64) {
-        let swept = motion.swept(0.0, dt_s);
+        let stride = Stride::of(motion, dt_s);
         if let Some(seed) = &mut self.seed {
-            seed.step(&swept, lifted::Wandering::NONE);
+            seed.step(&stride, lifted::Wandering::NONE);
         }
         for seat in self.seats[..self.seated].iter_mut().flatten() {
             if let Some(hypothesis) = &mut seat.hypothesis {
-                hypothesis.step(&swept, dt_s);
+                hypothesis.step(&stride, dt_s);
             }
         }
+    }
+
+    /// A word has left the history with which the belief agrees, and nobody is in doubt of anything: whether that has changed.
+    /// `None` where it takes more ([`Self::hear`]).
+    #[inline]
+    pub(crate) fn hear_plain(&mut self, word: &Word) -> Option<bool> {
+        let all_agree = self.knows && !self.driven && self.suspended.as_slice().is_empty();
+        let test = word.test_belief();
+        if !all_agree || word.gauge.wide || word.is_watched() || !test.passes() {
+            return None;
+        }
+        let mut seats = self.seats[..self.seated].iter_mut().flatten();
+        let seat = seats.find(|seat| seat.source == word.source)?;
+        let news = seat.news(word);
+        let accepted = if word.is_fix() { 1.0 } else { news };
+        seat.on_belief.accept(word.stamp, news, accepted, true);
+        seat.d2 = test.d2;
+        if word.is_fix() {
+            seat.mean.take(word.gauge.normalised);
+        }
+        let in_doubt = seat.mean.disagrees();
+        self.last_word = word.stamp;
+        self.took(word.stamp);
+        Some(in_doubt && self.list_suspended(word.stamp))
     }
 
     /// A word has left the history; `prior` is the belief before it.
@@ -180,12 +209,18 @@ impl Found {
         prior: &Belief,
         settings: &Settings,
     ) -> (Ruling, bool) {
+        let ruling = self.judge(word, prior, settings);
+        self.driven = self.seed.is_some() || self.hypotheses().next().is_some();
+        (ruling, self.list_suspended(word.stamp))
+    }
+
+    fn judge(&mut self, word: &Word, prior: &Belief, settings: &Settings) -> Ruling {
         self.last_word = word.stamp;
         let Some(at) = self.seat_for(word) else {
             self.finding.unseated = self.finding.unseated.saturating_add(1);
-            return (Ruling::Stands, false);
+            return Ruling::Stands;
         };
-        let news = self.news(at, word);
+        let news = self.seats[at].as_mut().map_or(0.0, |seat| seat.news(word));
         let refused = self.knows && !self.vote_on_belief(at, word, prior, news);
         self.vote_on_others(at, word, news);
         self.feed_own(at, word, prior, refused, settings);
@@ -193,8 +228,7 @@ impl Found {
         if !refused {
             self.reconcile(at, prior);
         }
-        let ruling = self.take_over(word, prior, settings).unwrap_or(ruling);
-        (ruling, self.list_suspended(word.stamp))
+        self.take_over(word, prior, settings).unwrap_or(ruling)
     }
 
     /// A pose that a person set has left the history; `prior` is the belief before it.
@@ -207,7 +241,7 @@ impl Found {
         };
         self.seats.iter_mut().for_each(|seat| *seat = None);
         self.suspended.clear();
-        (self.knows, self.seed, self.confirmed) = (true, None, 0);
+        (self.knows, self.seed, self.driven, self.confirmed) = (true, None, false, 0);
         (self.last_taken, self.last_word) = (now, now);
         let set = Decision::Set { source, distance_m };
         self.finding.decide(now, set);
@@ -240,26 +274,9 @@ impl Found {
         free.or_else(idle)
     }
 
-    /// How much of a word is new, as a part of one.
-    fn news(&mut self, at: usize, word: &Word) -> f64 {
-        let Some(seat) = &mut self.seats[at] else {
-            return 0.0;
-        };
-        let since_s = (word.stamp - seat.last).as_seconds();
-        let is_first = seat.last == word.stamp && seat.hypothesis.is_none();
-        seat.last = word.stamp;
-        seat.watched = word.is_watched();
-        let memory_s = word.memory_s();
-        if is_first || since_s >= memory_s {
-            1.0
-        } else {
-            since_s / memory_s
-        }
-    }
-
     /// Whether the belief takes it.
     fn vote_on_belief(&mut self, at: usize, word: &Word, prior: &Belief, news: f64) -> bool {
-        let test = word.test_belief(prior);
+        let test = word.test_belief();
         let Some(seat) = &mut self.seats[at] else {
             return true;
         };
@@ -273,7 +290,7 @@ impl Found {
         let fused = test.passes() && !seat.disagrees(word.stamp);
         if fused {
             if word.is_white() {
-                seat.mean.take(normalised(word, prior));
+                seat.mean.take(word.gauge.normalised);
             }
             self.took(word.stamp);
         }
@@ -317,7 +334,7 @@ impl Found {
         settings: &Settings,
     ) {
         let lever = settings.fusion.heading_lever_m;
-        let wide = self.knows && !refused && is_wide(word, prior);
+        let wide = self.knows && !refused && word.gauge.wide;
         let gap = word.stamp - self.last_taken;
         let knows = self.knows;
         let Some(seat) = &mut self.seats[at] else {
@@ -393,7 +410,7 @@ impl Found {
         settings: &Settings,
     ) -> Ruling {
         let source = word.source;
-        if self.knows && !refused && is_wide(word, prior) {
+        if self.knows && !refused && word.gauge.wide {
             self.drop_belief();
             self.finding
                 .decide(word.stamp, Decision::Widened { source });
@@ -429,7 +446,7 @@ impl Found {
             && hypothesis.gap >= CHANCE_GAP
             && hypothesis.age(word.stamp) <= CHANCE_AGE
             && own > planar_trace(&word.noise())
-            && !word.test_belief(prior).is_gross()
+            && !word.test_belief().is_gross()
     }
 
     fn drop_belief(&mut self) {
@@ -506,11 +523,6 @@ fn weigh(word: &Word, test: &Test, news: f64, own: f64) -> Weight {
     }
 }
 
-/// A fix that would turn a heading which is too uncertain for that.
-fn is_wide(word: &Word, prior: &Belief) -> bool {
-    word.is_fix() && prior.heading_variance() > WIDE
-}
-
 /// A robot that was turned and crosses its old path is not found by that.
 fn is_same_heading(hypothesis: Option<&Hypothesis>, belief: &Belief) -> bool {
     let Some(hypothesis) = hypothesis else {
@@ -531,25 +543,6 @@ fn is_near(lifted: &Lifted, belief: &Belief) -> bool {
     let sum = lifted.position_covariance() + Matrix2::new(p.xx, p.xy, p.xy, p.yy);
     let apart = Vector2::from(lifted.position()) - Vector2::new(belief.pose.x, belief.pose.y);
     lifted::quadratic(&sum, apart) <= crate::gate::CHI2_2_99
-}
-
-/// The innovation, of covariance one where all is as it is said to be.
-fn normalised(word: &Word, prior: &Belief) -> [f64; 2] {
-    let sum = word::planar(&prior.total().symmetric()) + word.noise();
-    let Factor {
-        lower: [l21, ..],
-        pivots: [d1, d2, _],
-        ..
-    } = Factor::new(&sum);
-    let [x, y, _] = word.innovation(&prior.pose);
-    let scaled = |v: f64, pivot: f64| {
-        if pivot > 0.0 {
-            v / libm::sqrt(pivot)
-        } else {
-            0.0
-        }
-    };
-    [scaled(x, d1), scaled(y - l21 * x, d2)]
 }
 
 fn planar_trace(a: &crate::symmetric::Symmetric3) -> f64 {

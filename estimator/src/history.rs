@@ -42,6 +42,7 @@ mod places;
 mod replay;
 mod ring;
 mod settle;
+mod ways;
 
 use crate::filter::Filter;
 use crate::kind::{Key, Measured, Measurement, OdometrySample};
@@ -51,6 +52,7 @@ use entry::{Checkpoint, Entry};
 pub use places::MOST_SLOTS;
 use ring::Ring;
 pub(crate) use settle::Court;
+use ways::Ways;
 
 /// One place in the history's storage; `Slot::default()` is an empty one.
 #[derive(Copy, Clone, Debug, Default)]
@@ -65,6 +67,7 @@ pub(crate) struct History<S> {
     entries: Ring<S>,
     /// So many entries, from the oldest on, are up to date.
     evaluated: usize,
+    ways: Ways,
 }
 
 impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
@@ -79,6 +82,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             base_odometry: None,
             entries: Ring::new(storage),
             evaluated: 0,
+            ways: Ways::new(),
         }
     }
 
@@ -102,6 +106,9 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         let inserted = self.entries.insert(place, key, measurement);
         if inserted {
             self.mark_from(self.first_affected(measurement, key, place));
+            if measurement.as_odometry().is_some() {
+                self.ways.forget_after(measurement.begins());
+            }
         }
         inserted
     }

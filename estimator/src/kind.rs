@@ -16,6 +16,7 @@ pub use pose::PoseSaid;
 pub use sighting::Sighting;
 
 use crate::filter::Filter;
+use crate::found::Gauge;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
 use crate::settings::Floors;
@@ -74,8 +75,8 @@ pub(crate) trait Measured {
     fn with_floor(&self, floors: &Floors) -> Self;
 
     /// Makes of the filter before it, at the same stamp, the one after it. What the world is to hear goes to `world`, if
-    /// given.
-    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>);
+    /// given. How far it was from the filter's belief, if it says where the robot is.
+    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) -> Gauge;
 }
 
 /// The list: [`Kind`], [`Measurement`] and what is the same for all of them.
@@ -129,7 +130,12 @@ macro_rules! kinds {
             }
 
             #[inline]
-            fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) {
+            fn apply(
+                &self,
+                filter: &mut Filter,
+                terms: &Terms<'_>,
+                world: Option<&mut Outbox>,
+            ) -> Gauge {
                 match self { $(Self::$kind(measured) => measured.apply(filter, terms, world),)* }
             }
         }

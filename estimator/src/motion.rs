@@ -104,6 +104,15 @@ impl Motion {
         Swept::arc(phi, held, &(self.noise() * (dt_s * dt_s)))
     }
 
+    /// [`Self::swept`] from the heading zero, and sine and cosine of half the turn.
+    #[inline]
+    pub(crate) fn swept_with_half(&self, dt_s: f64) -> (Swept, [f64; 2]) {
+        let held = self.velocity().map(|u| dt_s * u);
+        let (sin, cos) = libm::sincos(0.5 * held[2]);
+        let noise = self.noise() * (dt_s * dt_s);
+        (Swept::arc_along([sin, cos], held, &noise), [sin, cos])
+    }
+
     /// `δt ū` with the covariance `δt² Q` of its noise.
     #[inline]
     fn over(&self, dt_s: f64) -> Displacement {

@@ -6,13 +6,12 @@
 
 use nalgebra::Matrix2;
 
-use super::hypothesis::Hypothesis;
-use super::lifted::{Lifted, UNKNOWN_HEADING, Wandering};
+use super::lifted::{Lifted, UNKNOWN_VARIANCE};
+use super::stride::Stride;
 use super::{Dissent, FindingState, Found, SILENT};
 use crate::angle::wrap;
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
-use crate::honest::{Increments, Swept};
 use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::settings::Settings;
@@ -30,7 +29,7 @@ pub(super) fn nowhere(position: Option<([f64; 2], Matrix2<f64>)>) -> Belief {
         xx: at.m11,
         xy: at.m21,
         yy: at.m22,
-        pp: UNKNOWN_HEADING * UNKNOWN_HEADING,
+        pp: UNKNOWN_VARIANCE,
         ..Symmetric3::ZERO
     };
     Belief::gaussian(
@@ -41,17 +40,16 @@ pub(super) fn nowhere(position: Option<([f64; 2], Matrix2<f64>)>) -> Belief {
 
 impl Found {
     /// What to publish instead of the belief, `way` from what has left the history to now.
-    pub(crate) fn cover(&self, belief: &Belief, way: &Increments, settings: &Settings) -> Belief {
-        let swept = way.swept(0.0);
-        let lever = settings.fusion.heading_lever_m;
+    pub(crate) fn cover(&self, belief: &Belief, way: &Stride, settings: &Settings) -> Belief {
+        let best = self.best(settings.fusion.heading_lever_m);
         let mean = if self.knows {
             *belief
         } else {
-            self.best_guess(&swept, lever)
+            self.guess(best, way)
         };
         let mut covariance = mean.total().symmetric();
-        for lifted in self.others(lever) {
-            covariance = covariance + spread(&moved(lifted, &swept), &mean.pose);
+        for lifted in self.others(best) {
+            covariance = covariance + spread(&lifted.moved(way), &mean.pose);
         }
         Belief::gaussian(
             mean.pose,
@@ -59,30 +57,53 @@ impl Found {
         )
     }
 
-    fn best_guess(&self, swept: &Swept, lever: f64) -> Belief {
-        let tightest = self.tightest(lever).map(|hypothesis| hypothesis.lifted);
-        let guess = tightest.or(self.seed);
-        guess.map_or_else(|| nowhere(None), |lifted| moved(lifted, swept).as_belief())
+    fn guess(&self, best: Option<usize>, way: &Stride) -> Belief {
+        let tightest = best.and_then(|at| self.lifted(at)).or(self.seed.as_ref());
+        tightest.map_or_else(|| nowhere(None), |lifted| lifted.moved(way).as_belief())
     }
 
-    fn tightest(&self, lever: f64) -> Option<&Hypothesis> {
-        let hypotheses = self.hypotheses().map(|(_, hypothesis)| hypothesis);
-        hypotheses.min_by(|a, b| a.lifted.size(lever).total_cmp(&b.lifted.size(lever)))
+    /// The seat of the tightest hypothesis, where there is no belief.
+    fn best(&self, lever: f64) -> Option<usize> {
+        if self.knows {
+            return None;
+        }
+        let mut best: Option<(f64, usize)> = None;
+        for at in 0..self.seated {
+            let Some(size) = self.lifted(at).map(|lifted| lifted.size(lever)) else {
+                continue;
+            };
+            if best.is_none_or(|(least, _)| size.total_cmp(&least).is_lt()) {
+                best = Some((size, at));
+            }
+        }
+        best.map(|(_, at)| at)
+    }
+
+    fn lifted(&self, at: usize) -> Option<&Lifted> {
+        let hypothesis = self.seats.get(at)?.as_ref()?.hypothesis.as_ref()?;
+        Some(&hypothesis.lifted)
     }
 
     /// All that the mean is not.
-    fn others(&self, lever: f64) -> impl Iterator<Item = Lifted> {
-        let best = self.tightest(lever).filter(|_| !self.knows);
-        let hypotheses = self.hypotheses().filter(move |(seat, hypothesis)| {
-            let is_mean = best.is_some_and(|best| core::ptr::eq(best, *hypothesis));
-            !is_mean && (!self.knows || seat.disagrees(self.last_word))
-        });
-        hypotheses.map(|(_, hypothesis)| hypothesis.lifted)
+    fn others(&self, best: Option<usize>) -> impl Iterator<Item = &Lifted> {
+        let seats = self.seats[..self.seated].iter().enumerate();
+        let others = seats.filter(move |(at, _)| Some(*at) != best);
+        others.filter_map(|(_, seat)| {
+            let seat = seat.as_ref()?;
+            let hypothesis = seat.hypothesis.as_ref()?;
+            let counts = !self.knows || seat.disagrees(self.last_word);
+            counts.then_some(&hypothesis.lifted)
+        })
     }
 
     /// The state once everything up to `now` has left the history; `belief` is the one then.
     pub(crate) fn conclude(&mut self, now: Stamp, belief: &Belief) {
-        let state = self.state(now);
+        let agreed = self.knows && self.suspended.as_slice().is_empty();
+        let state = if agreed {
+            FindingState::Ok
+        } else {
+            self.state(now)
+        };
         if state != self.finding.state {
             (self.finding.state, self.finding.since) = (state, now);
         }
@@ -125,24 +146,20 @@ impl Found {
     }
 }
 
-fn moved(mut lifted: Lifted, swept: &Swept) -> Lifted {
-    lifted.step(swept, Wandering::NONE);
-    lifted
-}
-
 /// `e eᵀ + C_pp`, `e_φ² + σ_φ²`
+#[inline]
 fn spread(lifted: &Lifted, mean: &Pose) -> Symmetric3 {
-    let pose = lifted.pose();
-    let own = lifted.as_belief().total().symmetric();
-    let turned = if lifted.direction().is_resolved() {
-        wrap(pose.phi - mean.phi)
+    let direction = lifted.direction();
+    let (turned, heading) = if direction.is_resolved() {
+        (wrap(direction.heading() - mean.phi), direction.variance())
     } else {
-        0.0 // Its variance is that of all headings.
+        (0.0, UNKNOWN_VARIANCE) // Its variance is that of all headings.
     };
-    let apart = [pose.x - mean.x, pose.y - mean.y, turned];
+    let [x, y] = lifted.position();
+    let apart = [x - mean.x, y - mean.y, turned];
     Symmetric3 {
         xp: 0.0,
         yp: 0.0,
-        ..own + Symmetric3::outer(1.0, apart)
+        ..lifted.unturned_covariance(heading) + Symmetric3::outer(1.0, apart)
     }
 }

@@ -1,9 +1,9 @@
 //! "Where I am if this source is right and the wheels are": fed by that source alone.
 
 use super::lifted::{Lifted, Wandering};
+use super::stride::Stride;
 use super::word::{Said, Test, Word};
 use crate::belief::Belief;
-use crate::honest::Swept;
 use crate::stamp::{Span, Stamp};
 
 /// So many refusals, net of those that were accepted, and its source does not move as the wheels do.
@@ -84,10 +84,10 @@ impl Hypothesis {
     }
 
     /// A motion of `dt_s` passes.
-    pub(crate) fn step(&mut self, swept: &Swept, dt_s: f64) {
+    pub(crate) fn step(&mut self, stride: &Stride, dt_s: f64) {
         let wandering = Wandering::over(dt_s, self.slow, self.memory_s);
-        self.lifted.step(swept, wandering);
-        self.way_m += libm::hypot(swept.way.x, swept.way.y);
+        self.lifted.step(stride, wandering);
+        self.way_m += libm::sqrt(stride.way.norm_sqr());
     }
 
     /// The source's next word, and how the hypothesis took it.

@@ -11,23 +11,24 @@
 //! N_uu = R(Δ) [½ tr U (1 − e^(−2q)) I + (e^(−2q) − e^(−q)) U] R(Δ)ᵀ
 //! N_pu = e^(−q/2) T_d U (J R(Δ))ᵀ                     N_bb = σ_s² (1 − a²) I
 //! ```
+//!
+//! The blocks of C are kept as moments of complex numbers ([`super::moments`]), in which T and R are products.
 
 use nalgebra::{Matrix2, Matrix2x6, Matrix6, Vector2, Vector6};
 
+use super::moments::{Crossed, Point, Squared, left};
+use super::stride::Stride;
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
-use crate::honest::{Circle, Swept};
+use crate::honest::Circle;
 use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::symmetric::Symmetric3;
 
-/// Where p, u and b begin in X.
-const P: usize = 0;
-const U: usize = 2;
-const B: usize = 4;
-
 /// A heading of which nothing is known: σ of the uniform distribution on the circle, π/√3 \[rad\].
 pub(crate) const UNKNOWN_HEADING: f64 = 1.813_799_364_234_217_8;
+
+pub(crate) const UNKNOWN_VARIANCE: f64 = UNKNOWN_HEADING * UNKNOWN_HEADING;
 
 /// What the length of u may miss of one because the wheels' scale is not exact.
 const SCALE: f64 = 0.05;
@@ -38,14 +39,18 @@ const TELLING: f64 = 0.25;
 /// A heading known as well as this is a heading \[rad\].
 const RESOLVED: f64 = 0.25;
 
-/// J: a quarter of a turn to the left.
-const LEFT: Matrix2<f64> = Matrix2::new(0.0, -1.0, 1.0, 0.0);
-
 /// A mean and a covariance of `(p, u, b)`.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) struct Lifted {
-    mean: Vector6<f64>,
-    covariance: Matrix6<f64>,
+    p: Point,
+    u: Point,
+    b: Point,
+    pp: Squared,
+    uu: Squared,
+    bb: Squared,
+    pu: Crossed,
+    pb: Crossed,
+    ub: Crossed,
 }
 
 /// The slow error of a source over a stretch of time: what is left of it, and what comes.
@@ -61,7 +66,7 @@ pub(crate) struct Wandering {
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) struct Direction {
     /// Of unit length.
-    along: Vector2<f64>,
+    along: Point,
     /// r
     length: f64,
     /// Variance along it.
@@ -73,24 +78,28 @@ pub(crate) struct Direction {
 impl Lifted {
     /// At a position with its covariance \[m, m²\], looking anywhere; nothing is known of the source that will feed it but the
     /// variance of its slow error \[m²\].
-    pub(crate) fn placed(position: [f64; 2], covariance: &Matrix2<f64>) -> Self {
-        let mut lifted = Self {
-            mean: Vector6::zeros(),
-            covariance: Matrix6::zeros(),
-        };
-        lifted.set_mean(P, Vector2::from(position));
-        lifted.set(P, P, covariance);
-        lifted.set(U, U, &(0.5 * Matrix2::identity()));
-        lifted
+    pub(crate) fn placed([x, y]: [f64; 2], covariance: &Matrix2<f64>) -> Self {
+        Self {
+            p: Point::new(x, y),
+            u: Point::new(0.0, 0.0),
+            b: Point::new(0.0, 0.0),
+            pp: Squared::of(covariance),
+            uu: Squared::round(0.5),
+            bb: Squared::ZERO,
+            pu: Crossed::ZERO,
+            pb: Crossed::ZERO,
+            ub: Crossed::ZERO,
+        }
     }
 
     /// At a fix with white noise `white` and a slow error of variance `slow`, looking anywhere.
     pub(crate) fn at_fix(position: [f64; 2], white: &Matrix2<f64>, slow: f64) -> Self {
         let error = slow * Matrix2::identity();
-        let mut lifted = Self::placed(position, &(white + error));
-        lifted.set(B, B, &error);
-        lifted.set_both(P, B, &-error);
-        lifted
+        Self {
+            bb: Squared::of(&error),
+            pb: Crossed::of(&-error),
+            ..Self::placed(position, &(white + error))
+        }
     }
 
     /// Exact moments of a belief.
@@ -98,67 +107,101 @@ impl Lifted {
         let total = belief.total().symmetric();
         let circle = Circle::of(total.pp, 0.0);
         let (sin, cos) = libm::sincos(belief.pose.phi);
-        let frame = Matrix2::new(cos, -sin, sin, cos);
-        let squares = Matrix2::new(circle.along, 0.0, 0.0, circle.sine);
-        let position = Matrix2::new(total.xx, total.xy, total.xy, total.yy);
-        let mut lifted = Self::placed([belief.pose.x, belief.pose.y], &position);
-        lifted.set_mean(U, circle.mean * frame.column(0));
-        lifted.set(U, U, &(frame * squares * frame.transpose()));
+        let ahead = Point::new(cos, sin);
         let [[ax, ay, _], [bx, by, _]] = [belief.bend.along, belief.bend.across];
-        let (linear_x, linear_y) = (circle.mean * total.xp, circle.mean * total.yp);
-        let crossed = Matrix2::new(ax, bx + linear_x, ay, by + linear_y) * frame.transpose();
-        lifted.set_both(P, U, &crossed);
-        lifted
+        let linear = circle.mean * Point::new(total.xp, total.yp);
+        let (along, across) = (Point::new(ax, ay), Point::new(bx, by) + linear);
+        let position = Matrix2::new(total.xx, total.xy, total.xy, total.yy);
+        Self {
+            u: circle.mean * ahead,
+            uu: Squared {
+                length: circle.along + circle.sine,
+                plain: (circle.along - circle.sine) * (ahead * ahead),
+            },
+            pu: Crossed {
+                with_conjugate: (along - left(across)) * ahead.conj(),
+                plain: (along + left(across)) * ahead,
+            },
+            ..Self::placed([belief.pose.x, belief.pose.y], &position)
+        }
     }
 
     /// The same for another source, of whose slow error only the variance is known \[m²\].
     pub(crate) fn for_source(&self, slow: f64) -> Self {
-        let mut other = *self;
-        other.set_mean(B, Vector2::zeros());
-        other.set(B, B, &(slow * Matrix2::identity()));
-        other.set_both(P, B, &Matrix2::zeros());
-        other.set_both(U, B, &Matrix2::zeros());
-        other
+        Self {
+            b: Point::new(0.0, 0.0),
+            bb: Squared::round(slow),
+            pb: Crossed::ZERO,
+            ub: Crossed::ZERO,
+            ..*self
+        }
     }
 
-    /// A motion passes, `swept` as seen from the heading zero.
-    pub(crate) fn step(&mut self, swept: &Swept, wandering: Wandering) {
-        let noise = &swept.noise;
-        let (sin, cos) = libm::sincos(swept.turn);
-        let kept = libm::exp(-0.5 * noise.pp);
-        let way = as_complex(swept.way.x, swept.way.y);
-        let turn = as_complex(cos, sin);
-        let u = self.mean_of(U);
-        let second = self.get(U, U) + u * u.transpose();
-        self.carry(&way, &(kept * turn), wandering.kept);
-        let with_turn = as_complex(noise.xp, noise.yp);
-        self.add(P, P, &translated(noise, &second));
-        self.add(U, U, &turned(noise.pp, &second, &turn));
-        self.add_both(
-            P,
-            U,
-            &(kept * with_turn * second * (LEFT * turn).transpose()),
-        );
-        self.add(B, B, &(wandering.added * Matrix2::identity()));
+    /// A motion passes: `X⁺ = F X`, `C⁺ = F C Fᵀ + N` with `F = [[I, E t, 0], [0, E g, 0], [0, 0, a I]]`.
+    #[inline]
+    pub(crate) fn step(&mut self, stride: &Stride, wandering: Wandering) {
+        let (way, turn, kept) = (stride.way, stride.mean_turn(), wandering.kept);
+        let length = self.uu.length + self.u.norm_sqr();
+        let plain = self.uu.plain + self.u * self.u;
+        let (uu, pu, ub) = (self.uu, self.pu, self.ub);
+        self.p += way * self.u;
+        self.u *= turn;
+        self.b *= kept;
+        self.pp = self.translated(stride, length, plain);
+        self.uu = Squared {
+            length: stride.kept * stride.kept * uu.length + stride.lost * length,
+            plain: turn * turn * uu.plain + stride.turn_scatter() * plain,
+        };
+        self.pu = Crossed {
+            with_conjugate: (pu.with_conjugate + uu.length * way) * turn.conj()
+                + length * stride.crossed.with_conjugate,
+            plain: (pu.plain + way * uu.plain) * turn + plain * stride.crossed.plain,
+        };
+        self.pb = Crossed {
+            with_conjugate: kept * (self.pb.with_conjugate + way * ub.with_conjugate),
+            plain: kept * (self.pb.plain + way * ub.plain),
+        };
+        self.ub = Crossed {
+            with_conjugate: kept * (turn * ub.with_conjugate),
+            plain: kept * (turn * ub.plain),
+        };
+        self.bb = Squared {
+            length: kept * kept * self.bb.length + 2.0 * wandering.added,
+            plain: kept * kept * self.bb.plain,
+        };
     }
 
-    /// `X⁺ = F X`, `C⁺ = F C Fᵀ` with `F = [[I, T, 0], [0, G, 0], [0, 0, a I]]`.
-    fn carry(&mut self, way: &Matrix2<f64>, turn: &Matrix2<f64>, kept: f64) {
-        let (p, u, b) = (self.mean_of(P), self.mean_of(U), self.mean_of(B));
-        self.set_mean(P, p + way * u);
-        self.set_mean(U, turn * u);
-        self.set_mean(B, kept * b);
-        let (pp, pu, pb) = (self.get(P, P), self.get(P, U), self.get(P, B));
-        let (uu, ub, bb) = (self.get(U, U), self.get(U, B), self.get(B, B));
-        let swung = way * uu;
-        let one_way = pu * way.transpose();
-        let moved = pp + one_way + one_way.transpose() + swung * way.transpose();
-        self.set(P, P, &moved);
-        self.set_both(P, U, &((pu + swung) * turn.transpose()));
-        self.set_both(P, B, &(kept * (pb + way * ub)));
-        self.set(U, U, &(turn * uu * turn.transpose()));
-        self.set_both(U, B, &(kept * (turn * ub)));
-        self.set(B, B, &(kept * kept * bb));
+    /// `C_pp` after a motion; `length` and `plain` are the second moments of u. What the ways add is as much for any length of u.
+    #[inline]
+    fn translated(&self, stride: &Stride, length: f64, plain: Point) -> Squared {
+        let Stride {
+            way, added, swung, ..
+        } = stride;
+        let (pp, uu, pu) = (self.pp, self.uu, self.pu);
+        let (known, unit) = if length > 0.0 {
+            (1.0, plain / length)
+        } else {
+            (0.0, plain)
+        };
+        Squared {
+            length: pp.length
+                + 2.0 * (pu.with_conjugate * way.conj()).re
+                + way.norm_sqr() * uu.length
+                + known * added.length
+                + length * swung.length,
+            plain: pp.plain
+                + way * (2.0 * pu.plain + way * uu.plain)
+                + unit * added.plain
+                + plain * swung.plain,
+        }
+    }
+
+    /// After a motion in which the source said nothing: what is known of its error stays.
+    #[inline]
+    pub(crate) fn moved(&self, stride: &Stride) -> Self {
+        let mut moved = *self;
+        moved.step(stride, Wandering::NONE);
+        moved
     }
 
     /// d² of an own fix with white noise `white`.
@@ -173,36 +216,72 @@ impl Lifted {
         let Some(inverse) = (self.seen_by_source() + white).try_inverse() else {
             return;
         };
-        let observed = self.observed();
+        let covariance = self.covariance();
+        let observed: Matrix2x6<f64> =
+            covariance.fixed_rows::<2>(0) + covariance.fixed_rows::<2>(4);
         let gain = observed.transpose() * inverse;
         let mut left = Matrix6::identity();
-        let mut cut = left.fixed_columns_mut::<2>(P);
+        let mut cut = left.fixed_columns_mut::<2>(0);
         cut -= gain;
-        let mut cut = left.fixed_columns_mut::<2>(B);
+        let mut cut = left.fixed_columns_mut::<2>(4);
         cut -= gain;
-        self.mean += gain * innovation;
-        let joseph = left * self.covariance * left.transpose() + gain * white * gain.transpose();
-        self.covariance = 0.5 * (joseph + joseph.transpose());
+        let joseph = left * covariance * left.transpose() + gain * white * gain.transpose();
+        self.add_to_mean(&(gain * innovation));
+        self.set_covariance(&(0.5 * (joseph + joseph.transpose())));
     }
 
-    /// `H C`, `H = [I, 0, I]`.
-    fn observed(&self) -> Matrix2x6<f64> {
-        self.covariance.fixed_rows::<2>(P) + self.covariance.fixed_rows::<2>(B)
+    fn add_to_mean(&mut self, change: &Vector6<f64>) {
+        let [px, py, ux, uy, bx, by] = (*change).into();
+        self.p += Point::new(px, py);
+        self.u += Point::new(ux, uy);
+        self.b += Point::new(bx, by);
     }
 
-    /// `H C Hᵀ`
+    /// C
+    fn covariance(&self) -> Matrix6<f64> {
+        let mut all = Matrix6::zeros();
+        let mut set = |row: usize, column: usize, block: Matrix2<f64>| {
+            all.fixed_view_mut::<2, 2>(row, column).copy_from(&block);
+            let other = block.transpose();
+            all.fixed_view_mut::<2, 2>(column, row).copy_from(&other);
+        };
+        set(0, 0, self.pp.matrix());
+        set(0, 2, self.pu.matrix());
+        set(0, 4, self.pb.matrix());
+        set(2, 2, self.uu.matrix());
+        set(2, 4, self.ub.matrix());
+        set(4, 4, self.bb.matrix());
+        all
+    }
+
+    fn set_covariance(&mut self, all: &Matrix6<f64>) {
+        let block = |row, column| all.fixed_view::<2, 2>(row, column).into_owned();
+        self.pp = Squared::of(&block(0, 0));
+        self.pu = Crossed::of(&block(0, 2));
+        self.pb = Crossed::of(&block(0, 4));
+        self.uu = Squared::of(&block(2, 2));
+        self.ub = Crossed::of(&block(2, 4));
+        self.bb = Squared::of(&block(4, 4));
+    }
+
+    /// `H C Hᵀ`, `H = [I, 0, I]`.
     fn seen_by_source(&self) -> Matrix2<f64> {
-        let once = self.observed();
-        once.fixed_columns::<2>(P) + once.fixed_columns::<2>(B)
+        let (pp, pb, bb) = (self.pp, self.pb, self.bb);
+        let seen = Squared {
+            length: pp.length + 2.0 * pb.with_conjugate.re + bb.length,
+            plain: pp.plain + 2.0 * pb.plain + bb.plain,
+        };
+        seen.matrix()
     }
 
-    fn innovation(&self, position: [f64; 2]) -> Vector2<f64> {
-        Vector2::from(position) - self.mean_of(P) - self.mean_of(B)
+    fn innovation(&self, [x, y]: [f64; 2]) -> Vector2<f64> {
+        let seen = self.p + self.b;
+        Vector2::new(x - seen.re, y - seen.im)
     }
 
     /// p
     pub(crate) fn position(&self) -> [f64; 2] {
-        self.mean_of(P).into()
+        [self.p.re, self.p.im]
     }
 
     /// How far it is from a pose \[m\].
@@ -213,53 +292,52 @@ impl Lifted {
 
     /// `C_pp`
     pub(crate) fn position_covariance(&self) -> Matrix2<f64> {
-        self.get(P, P)
+        self.pp.matrix()
     }
 
     /// u
     pub(crate) fn direction(&self) -> Direction {
-        let u = self.mean_of(U);
-        let length = libm::hypot(u.x, u.y);
+        let length = libm::sqrt(self.u.norm_sqr());
         let along = if length > 0.0 {
-            u / length
+            self.u / length
         } else {
-            Vector2::x()
+            Point::new(1.0, 0.0)
         };
-        let left = LEFT * along;
-        let squares = self.get(U, U);
+        let [radial, across] = self.uu.along_and_across(along);
         Direction {
             along,
             length,
-            radial: along.dot(&(squares * along)).max(0.0),
-            across: left.dot(&(squares * left)).max(0.0),
+            radial,
+            across,
         }
     }
 
     /// The mean pose.
     pub(crate) fn pose(&self) -> Pose {
-        let [x, y] = self.position();
-        Pose::new(x, y, self.direction().heading())
+        Pose::new(self.p.re, self.p.im, self.direction().heading())
     }
 
     /// Of the pose, `L C Lᵀ` with `L = [p; across(u)/min(r, 1)]`.
     pub(crate) fn pose_covariance(&self) -> Symmetric3 {
         let direction = self.direction();
-        let crossed = self.get(P, U) * (LEFT * direction.along) / direction.scale();
+        let aside = left(direction.along);
+        let turned = self.pu.plain * aside.conj() + self.pu.with_conjugate * aside;
+        let crossed = 0.5 * turned / direction.scale();
         Symmetric3 {
-            xp: crossed.x,
-            yp: crossed.y,
-            ..self.unturned_covariance(direction.sigma())
+            xp: crossed.re,
+            yp: crossed.im,
+            ..self.unturned_covariance(direction.variance())
         }
     }
 
     /// Of a pose whose heading has nothing in common with the position.
-    fn unturned_covariance(&self, sigma: f64) -> Symmetric3 {
-        let pp = self.get(P, P);
+    pub(crate) fn unturned_covariance(&self, heading: f64) -> Symmetric3 {
+        let pp = self.pp.matrix();
         Symmetric3 {
             xx: pp.m11,
             yy: pp.m22,
             xy: pp.m21,
-            pp: sigma * sigma,
+            pp: heading,
             ..Symmetric3::ZERO
         }
     }
@@ -269,7 +347,7 @@ impl Lifted {
         let covariance = if self.direction().is_resolved() {
             self.pose_covariance()
         } else {
-            self.unturned_covariance(UNKNOWN_HEADING)
+            self.unturned_covariance(UNKNOWN_VARIANCE)
         };
         let parts = Parts::dependent(Covariance3::trusted(&covariance));
         Belief::gaussian(self.pose(), parts)
@@ -277,61 +355,41 @@ impl Lifted {
 
     /// Whether all of it are numbers.
     pub(crate) fn is_finite(&self) -> bool {
-        (self.mean.sum() + self.covariance.sum()).is_finite()
+        let crossed = [self.pu, self.pb, self.ub];
+        let squared = [self.pp, self.uu, self.bb];
+        let points = crossed.map(|it| it.with_conjugate + it.plain);
+        let sum = self.p + self.u + self.b + points.iter().sum::<Point>();
+        squared
+            .iter()
+            .fold(sum, |sum, it| sum + it.plain + it.length)
+            .is_finite()
     }
 
     /// tr of `C_pp`, and of a heading that is as far away as `lever` \[m²\].
     pub(crate) fn size(&self, lever: f64) -> f64 {
-        let sigma = self.direction().sigma();
-        self.get(P, P).trace() + lever * lever * sigma * sigma
-    }
-
-    fn mean_of(&self, at: usize) -> Vector2<f64> {
-        self.mean.fixed_rows::<2>(at).into_owned()
-    }
-
-    fn set_mean(&mut self, at: usize, value: Vector2<f64>) {
-        self.mean.fixed_rows_mut::<2>(at).copy_from(&value);
-    }
-
-    fn get(&self, row: usize, column: usize) -> Matrix2<f64> {
-        self.covariance.fixed_view::<2, 2>(row, column).into_owned()
-    }
-
-    fn set(&mut self, row: usize, column: usize, block: &Matrix2<f64>) {
-        let mut place = self.covariance.fixed_view_mut::<2, 2>(row, column);
-        place.copy_from(block);
-    }
-
-    fn set_both(&mut self, row: usize, column: usize, block: &Matrix2<f64>) {
-        self.set(row, column, block);
-        self.set(column, row, &block.transpose());
-    }
-
-    fn add(&mut self, row: usize, column: usize, block: &Matrix2<f64>) {
-        let mut place = self.covariance.fixed_view_mut::<2, 2>(row, column);
-        place += block;
-    }
-
-    fn add_both(&mut self, row: usize, column: usize, block: &Matrix2<f64>) {
-        self.add(row, column, block);
-        self.add(column, row, &block.transpose());
+        self.pp.length + lever * lever * self.direction().variance()
     }
 }
 
 impl Direction {
     /// \[rad\]
     pub(crate) fn heading(&self) -> f64 {
-        libm::atan2(self.along.y, self.along.x)
+        libm::atan2(self.along.im, self.along.re)
     }
 
-    /// σ of the heading \[rad\]. A u that is too long is so by selection, not because it is known better.
+    /// σ of the heading \[rad\].
     pub(crate) fn sigma(&self) -> f64 {
-        let sigma = libm::sqrt(self.across) / self.scale();
-        if sigma < UNKNOWN_HEADING {
-            sigma
+        libm::sqrt(self.variance())
+    }
+
+    /// σ² of the heading \[rad²\]. A u that is too long is so by selection, not because it is known better.
+    pub(crate) fn variance(&self) -> f64 {
+        let scale = self.scale();
+        let variance = self.across / (scale * scale);
+        if variance < UNKNOWN_VARIANCE {
+            variance
         } else {
-            UNKNOWN_HEADING
+            UNKNOWN_VARIANCE
         }
     }
 
@@ -342,7 +400,7 @@ impl Direction {
 
     /// Whether it is a heading that a belief may begin with.
     pub(crate) fn is_resolved(&self) -> bool {
-        self.sigma() <= RESOLVED && self.is_off_by_less(3.0)
+        self.variance() <= RESOLVED * RESOLVED && self.is_off_by_less(3.0)
     }
 
     /// Whether the fixes do not move as the wheels do.
@@ -373,32 +431,6 @@ impl Wandering {
             added: -left * slow,
         }
     }
-}
-
-/// `[[x, −y], [y, x]]`: what a complex number does to others.
-fn as_complex(x: f64, y: f64) -> Matrix2<f64> {
-    Matrix2::new(x, -y, y, x)
-}
-
-/// `N_pp`
-fn translated(noise: &Symmetric3, second: &Matrix2<f64>) -> Matrix2<f64> {
-    let trace = second.trace();
-    if trace <= 0.0 {
-        return Matrix2::zeros();
-    }
-    let Symmetric3 { xx, yy, xy, .. } = *noise;
-    let ahead = Matrix2::new(xx, xy, xy, yy);
-    let mixed = Matrix2::new(-2.0 * xy, xx - yy, xx - yy, 2.0 * xy);
-    let aside = Matrix2::new(yy, -xy, -xy, xx);
-    (second.m11 * ahead + second.m12 * mixed + second.m22 * aside) / trace
-}
-
-/// `N_uu`
-fn turned(q: f64, second: &Matrix2<f64>, turn: &Matrix2<f64>) -> Matrix2<f64> {
-    let round = -0.5 * second.trace() * libm::expm1(-2.0 * q);
-    let flat = libm::exp(-q) * libm::expm1(-q);
-    let noise = round * Matrix2::identity() + flat * second;
-    turn * noise * turn.transpose()
 }
 
 /// `vᵀ S⁻¹ v`; what is not a number accepts nothing.
@@ -461,7 +493,7 @@ mod tests {
             for k in 0..400 {
                 let motion = motion(k);
                 belief = propagate(&belief, &motion, 0.05, Propagation::Honest);
-                lifted.step(&motion.swept(0.0, 0.05), Wandering::NONE);
+                lifted.step(&Stride::of(&motion, 0.05), Wandering::NONE);
             }
             let p = belief.total().symmetric();
             let [x, y] = lifted.position();
@@ -479,15 +511,14 @@ mod tests {
     fn a_direction_stays_a_direction() {
         let mut lifted = Lifted::of(&believed(0.5));
         for k in 0..1000 {
-            lifted.step(&motion(k).swept(0.0, 0.1), Wandering::NONE);
-            let u = lifted.mean_of(U);
-            let second = lifted.get(U, U) + u * u.transpose();
-            assert_close(second.trace(), 1.0, "E|u|²");
+            lifted.step(&Stride::of(&motion(k), 0.1), Wandering::NONE);
+            assert_close(lifted.uu.length + lifted.u.norm_sqr(), 1.0, "E|u|²");
         }
     }
 
     fn least_eigenvalue(lifted: &Lifted) -> f64 {
-        lifted.covariance.symmetric_eigenvalues().min() / lifted.covariance.trace()
+        let covariance = lifted.covariance();
+        covariance.symmetric_eigenvalues().min() / covariance.trace()
     }
 
     #[test]
@@ -501,7 +532,7 @@ mod tests {
             noise: crate::covariance::Covariance2::diagonal([1e-3, 1e-3]).unwrap(),
         };
         for k in 1..=50 {
-            lifted.step(&motion.swept(0.0, 0.2), Wandering::NONE);
+            lifted.step(&Stride::of(&motion, 0.2), Wandering::NONE);
             let way = 0.2 * f64::from(k);
             let fix = [way * libm::cos(heading), way * libm::sin(heading)];
             assert!(lifted.distance(fix, &noise) < 1.0);
@@ -521,10 +552,29 @@ mod tests {
         let noise = Matrix2::identity() * 0.01;
         let mut lifted = Lifted::at_fix([0.0, 0.0], &noise, 0.0);
         for k in 0..50 {
-            lifted.step(&motion(k).swept(0.0, 0.2), Wandering::NONE);
+            lifted.step(&Stride::of(&motion(k), 0.2), Wandering::NONE);
             lifted.correct([0.0, 0.0], &noise);
         }
         assert!(lifted.direction().contradicts_wheels());
+    }
+
+    /// All legs of a way at once, or one after the other.
+    #[test]
+    fn a_way_of_many_legs_is_one_step() {
+        let mut lifted = Lifted::of(&believed(0.5));
+        let (whole, mut way) = (lifted, Stride::NONE);
+        for k in 0..60 {
+            let leg = Stride::of(&motion(k), 0.02);
+            lifted.step(&leg, Wandering::NONE);
+            way = way.then(&leg);
+        }
+        let moved = whole.moved(&way);
+        assert_close(moved.p.re, lifted.p.re, "x");
+        assert_close(moved.u.im, lifted.u.im, "the direction");
+        let (a, b) = (moved.covariance(), lifted.covariance());
+        a.iter()
+            .zip(&b)
+            .for_each(|(a, b)| assert_close(*a, *b, "C"));
     }
 
     /// All of it is forgotten in time and no more than all comes back.
@@ -534,11 +584,11 @@ mod tests {
         let still = Motion::standstill([0.0; 3]);
         for _ in 0..1000 {
             let wandering = Wandering::over(1.0, 4.0, 60.0);
-            lifted.step(&still.swept(0.0, 1.0), wandering);
+            lifted.step(&Stride::of(&still, 1.0), wandering);
         }
-        let error = lifted.get(B, B);
+        let error = lifted.bb.matrix();
         assert!((error.m11 - 4.0).abs() < 1e-9 && (error.m22 - 4.0).abs() < 1e-9);
-        assert!(lifted.get(P, B).norm() < 1e-6);
+        assert!(lifted.pb.matrix().norm() < 1e-6);
         assert_eq!(Wandering::over(1.0, 0.0, 60.0), Wandering::NONE);
     }
 }

@@ -4,6 +4,7 @@ use super::SEATS;
 use super::hypothesis::Hypothesis;
 use super::mean::Mean;
 use super::vote::Vote;
+use super::word::Word;
 use crate::output::Source;
 use crate::stamp::{Span, Stamp};
 
@@ -41,6 +42,21 @@ impl Seat {
             jumped: None,
             against_since: None,
             d2: 0.0,
+        }
+    }
+
+    /// Another word of it: how much of that is new, as a part of one.
+    #[inline]
+    pub(crate) fn news(&mut self, word: &Word) -> f64 {
+        let since_s = (word.stamp - self.last).as_seconds();
+        let is_first = self.last == word.stamp && self.hypothesis.is_none();
+        self.last = word.stamp;
+        self.watched = word.is_watched();
+        let memory_s = word.memory_s();
+        if is_first || since_s >= memory_s {
+            1.0
+        } else {
+            since_s / memory_s
         }
     }
 

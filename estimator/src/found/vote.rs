@@ -42,14 +42,27 @@ pub(crate) struct Weight {
 impl Vote {
     /// After a word. `may_end`: what else has to hold before a disagreement ends, does.
     pub(crate) fn cast(&mut self, stamp: Stamp, test: &Test, weight: &Weight, may_end: bool) {
-        self.stamp = stamp;
         if test.passes() {
-            self.refused = (self.refused - 0.5 * weight.eased).max(0.0);
-            self.accepted = (self.accepted + weight.accepted).min(MOST);
-        } else {
-            self.refused = (self.refused + weight.refused).min(MOST);
-            self.accepted = (self.accepted - 2.0 * weight.refused).max(0.0);
+            self.accept(stamp, weight.eased, weight.accepted, may_end);
+            return;
         }
+        self.stamp = stamp;
+        self.refused = (self.refused + weight.refused).min(MOST);
+        self.accepted = (self.accepted - 2.0 * weight.refused).max(0.0);
+        self.conclude(may_end);
+    }
+
+    /// After a word that is as it should be.
+    #[inline]
+    pub(crate) fn accept(&mut self, stamp: Stamp, eased: f64, accepted: f64, may_end: bool) {
+        self.stamp = stamp;
+        self.refused = (self.refused - 0.5 * eased).max(0.0);
+        self.accepted = (self.accepted + accepted).min(MOST);
+        self.conclude(may_end);
+    }
+
+    #[inline]
+    fn conclude(&mut self, may_end: bool) {
         if self.refused >= DISAGREES {
             self.disagrees = true;
         } else if self.refused < ENDS && may_end {
@@ -59,6 +72,7 @@ impl Vote {
     }
 
     /// One that agrees does so until it doubts: two wrong words of a receiver with long tails end nothing.
+    #[inline]
     fn latch(&mut self) {
         let clear = self.accepted >= AGREES && self.refused < DOUBTS;
         let keeps = self.agrees && self.accepted >= STANDS_BY && self.refused < TOLERATES;
@@ -105,7 +119,7 @@ mod tests {
 
     fn cast(vote: &mut Vote, at_s: i64, d2: f64) {
         let stamp = Stamp::default() + Span::from_millis(1000 * at_s);
-        vote.cast(stamp, &Test::of(d2), &Weight::WHOLE, true);
+        vote.cast(stamp, &Test::of_fix(d2), &Weight::WHOLE, true);
     }
 
     fn at(second: i64) -> Stamp {
@@ -144,7 +158,7 @@ mod tests {
         let mut vote = Vote::default();
         (0..4).for_each(|second| cast(&mut vote, second, 20.0));
         for second in 4..30 {
-            vote.cast(at(second), &Test::of(1.0), &Weight::WHOLE, false);
+            vote.cast(at(second), &Test::of_fix(1.0), &Weight::WHOLE, false);
         }
         assert!(vote.disagrees(at(30)));
     }

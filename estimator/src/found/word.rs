@@ -6,9 +6,10 @@ use super::COMPARABLE;
 use super::lifted::Lifted;
 use crate::angle::wrap;
 use crate::belief::Belief;
+use crate::convert::GlobalPose;
 use crate::factor::Factor;
 use crate::gate::{CHI2_2_99, CHI2_3_99};
-use crate::kind::{Measurement, NeighbourPose, PoseSaid, PositionFix};
+use crate::kind::{Measured, Measurement, NeighbourPose, PoseSaid, PositionFix};
 use crate::output::Source;
 use crate::parts::Parts;
 use crate::pose::Pose;
@@ -34,6 +35,8 @@ pub(crate) struct Word {
     pub(crate) source: Source,
     pub(crate) stamp: Stamp,
     pub(crate) said: Said,
+    /// How far it is from the belief; of no meaning where there is none.
+    pub(crate) gauge: Gauge,
 }
 
 /// What was said.
@@ -50,6 +53,17 @@ pub(crate) enum Said {
     Pose { pose: Pose, parts: Parts },
 }
 
+/// How far a word is from the belief before it, taken when it was applied: who judges it need not go back there.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub(crate) struct Gauge {
+    /// Of the whole. What a neighbour shares with the belief may be anything: α = ½ holds for all.
+    pub(crate) d2: f64,
+    /// Of a fix: the innovation, of covariance one where all is as it is said to be.
+    pub(crate) normalised: [f64; 2],
+    /// It is a fix, and the heading is too uncertain for it to be fused.
+    pub(crate) wide: bool,
+}
+
 /// A test of a word: d², and what it may be.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) struct Test {
@@ -60,7 +74,9 @@ pub(crate) struct Test {
 
 impl Word {
     /// Of a measurement that says where the robot is.
-    pub(crate) fn of(source: Source, stamp: Stamp, measurement: &Measurement) -> Option<Self> {
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // What is not asked of it is not copied.
+    pub(crate) fn of(stamp: Stamp, measurement: &Measurement, gauge: Gauge) -> Option<Self> {
         let said = match measurement {
             Measurement::Fix(fix) => Said::of_fix(fix),
             Measurement::Neighbour(NeighbourPose { pose, parts, .. }) => Said::Pose {
@@ -78,9 +94,10 @@ impl Word {
             }
         };
         Some(Self {
-            source,
+            source: measurement.source(),
             stamp,
             said,
+            gauge,
         })
     }
 
@@ -138,18 +155,12 @@ impl Word {
         }
     }
 
-    /// On the belief. What a neighbour shares with it may be anything: α = ½ holds for all.
-    pub(crate) fn test_belief(&self, belief: &Belief) -> Test {
-        let innovation = self.innovation(&belief.pose);
-        match &self.said {
-            Said::Fix { .. } => {
-                let sum = planar(&belief.total().symmetric()) + self.noise();
-                Test::planar(&sum, innovation)
-            }
-            Said::Pose { parts, .. } => {
-                let doubled = halved_weights(&belief.parts) + halved_weights(parts);
-                Test::spatial(&doubled, innovation)
-            }
+    /// On the belief.
+    pub(crate) fn test_belief(&self) -> Test {
+        if self.is_fix() {
+            Test::of_fix(self.gauge.d2)
+        } else {
+            Test::of_pose(self.gauge.d2)
         }
     }
 
@@ -160,9 +171,10 @@ impl Word {
         let sum = (lifted.pose_covariance() + self.noise()) * factor;
         let innovation = self.innovation(&lifted.pose());
         if with_heading {
-            Test::spatial(&sum, innovation)
+            Test::of_pose(Factor::new(&sum).distance(innovation))
         } else {
-            Test::planar(&planar(&sum), innovation)
+            let [x, y, _] = innovation;
+            Test::of_fix(Factor::new(&planar(&sum)).distance([x, y, 0.0]))
         }
     }
 
@@ -175,13 +187,27 @@ impl Word {
             Said::Pose { parts, .. } => {
                 let sum = lifted.pose_covariance() * 2.0 + halved_weights(parts);
                 let [x, y, _] = self.innovation(&lifted.pose());
-                quadratic(&planar(&sum), [x, y, 0.0])
+                Factor::new(&planar(&sum)).distance([x, y, 0.0])
             }
         };
         Test {
             d2,
             limit: OWN_GATE,
             gross: GROSS_FIX,
+        }
+    }
+}
+
+impl Gauge {
+    /// Of a neighbour's pose, or a map's.
+    pub(crate) fn of_pose(belief: &Belief, received: &GlobalPose) -> Self {
+        let sum = halved_weights(&belief.parts) + halved_weights(&received.parts);
+        let (said, from) = (&received.pose, &belief.pose);
+        let turned = wrap(said.phi - from.phi);
+        let innovation = [said.x - from.x, said.y - from.y, turned];
+        Self {
+            d2: Factor::new(&sum).distance(innovation),
+            ..Self::default()
         }
     }
 }
@@ -210,8 +236,7 @@ impl Test {
     };
 
     /// Of a fix that is so far off.
-    #[cfg(test)]
-    pub(crate) fn of(d2: f64) -> Self {
+    pub(crate) fn of_fix(d2: f64) -> Self {
         Self {
             d2,
             limit: CHI2_2_99,
@@ -219,17 +244,10 @@ impl Test {
         }
     }
 
-    fn planar(covariance: &Symmetric3, [x, y, _]: [f64; 3]) -> Self {
+    /// Of a pose that is so far off.
+    fn of_pose(d2: f64) -> Self {
         Self {
-            d2: quadratic(covariance, [x, y, 0.0]),
-            limit: CHI2_2_99,
-            gross: GROSS_FIX,
-        }
-    }
-
-    fn spatial(covariance: &Symmetric3, innovation: [f64; 3]) -> Self {
-        Self {
-            d2: quadratic(covariance, innovation),
+            d2,
             limit: CHI2_3_99,
             gross: GROSS_POSE,
         }
@@ -263,8 +281,4 @@ pub(crate) fn planar(a: &Symmetric3) -> Symmetric3 {
 /// `P_i + 2 P_d`
 fn halved_weights(parts: &Parts) -> Symmetric3 {
     parts.independent.symmetric() + parts.dependent.symmetric() * 2.0
-}
-
-fn quadratic(covariance: &Symmetric3, v: [f64; 3]) -> f64 {
-    Factor::new(covariance).inverse().quadratic(v)
 }

@@ -1,6 +1,7 @@
 //! One measurement in its place, with the filter after it.
 
 use crate::filter::Filter;
+use crate::found::Gauge;
 use crate::kind::{Key, Measurement};
 use crate::stamp::Stamp;
 
@@ -20,6 +21,8 @@ pub(crate) struct Entry {
     pub(crate) measurement: Measurement,
     /// Valid only in the evaluated part of the history.
     pub(crate) after: Checkpoint,
+    /// How far it is from the filter before it; valid where `after` is.
+    pub(crate) gauge: Gauge,
     /// Its message or its verdict has gone out: each does so once, whatever is replayed.
     pub(crate) announced: bool,
 }
@@ -30,6 +33,7 @@ impl Entry {
             key,
             measurement: *measurement,
             after: Checkpoint::default(),
+            gauge: Gauge::default(),
             announced: false,
         }
     }

@@ -34,10 +34,10 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         let mut after = *self.checkpoint_before(self.evaluated);
         self.predict(&mut after, entry.stamp(), terms.settings);
         let world = (!entry.announced).then_some(&mut *outbox);
-        entry.measurement.apply(&mut after.filter, terms, world);
+        let gauge = entry.measurement.apply(&mut after.filter, terms, world);
         after.samples += usize::from(entry.measurement.as_odometry().is_some());
         if let Some(entry) = self.entries.get_mut(self.evaluated) {
-            entry.after = after;
+            (entry.after, entry.gauge) = (after, gauge);
             entry.announced = true;
         }
         self.evaluated += 1;
@@ -74,14 +74,15 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         }
     }
 
-    /// What drove the robot from the base to `to`, leg by leg, each with its length \[s\].
+    /// What drove the robot between two stamps, leg by leg, each with its length \[s\].
     pub(super) fn each_leg(
         &self,
+        mut from: Stamp,
         to: Stamp,
         settings: &OdometrySettings,
         mut pass: impl FnMut(&Motion, f64),
     ) {
-        let (mut from, mut next) = (self.base.stamp, self.base.samples);
+        let mut next = self.entries.first_sample_after(from);
         while from < to {
             let leg = self.leg(from, to, next, settings);
             pass(&leg.motion(from, settings), (leg.until - from).as_seconds());

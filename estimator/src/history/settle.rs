@@ -3,14 +3,10 @@
 use super::entry::Checkpoint;
 use super::{History, Slot};
 use crate::belief::Belief;
-use crate::covariance::Covariance3;
 use crate::found::{Found, Ruling, Word};
-use crate::honest::Increments;
-use crate::kind::{Measured, Measurement, PoseSaid};
-use crate::motion::propagate;
+use crate::kind::{Measurement, PoseSaid};
 use crate::outbox::Outbox;
-use crate::pose::Pose;
-use crate::settings::{OdometrySettings, Propagation, Settings};
+use crate::settings::Settings;
 use crate::stamp::Stamp;
 use crate::terms::Terms;
 
@@ -31,7 +27,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         let Some(entry) = self.entries.get(0) else {
             return;
         };
-        let (stamp, measurement) = (entry.stamp(), &entry.measurement);
+        let measurement = &entry.measurement;
         if let Measurement::Pose(said) = measurement
             && said.set
         {
@@ -39,34 +35,54 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             self.set_pose(&said, court);
             return;
         }
-        if !court.settings.found.enabled {
+        let is_judged = court.settings.found.enabled;
+        let says_nothing = measurement.as_odometry().is_some() && !court.found.is_driven();
+        if !is_judged || says_nothing {
             self.fold_oldest();
             return;
         }
-        let word = Word::of(measurement.source(), stamp, measurement);
+        let word = Word::of(entry.stamp(), measurement, entry.gauge);
+        match word.and_then(|word| court.found.hear_plain(&word)) {
+            Some(suspicions_changed) => {
+                self.fold_oldest();
+                if suspicions_changed {
+                    self.mark_from(0);
+                }
+            }
+            None => self.judge_oldest(court),
+        }
+    }
+
+    /// It moves what there is besides the belief, or is judged by it.
+    #[inline(never)]
+    fn judge_oldest(&mut self, court: &mut Court<'_>) {
+        let Some(entry) = self.entries.get(0) else {
+            return;
+        };
+        let stamp = entry.stamp();
+        let word = Word::of(stamp, &entry.measurement, entry.gauge);
         self.drive_hypotheses(stamp, court);
         match word {
-            Some(word) => self.judge_oldest(&word, court),
+            Some(word) => self.judge(&word, court),
             None => self.fold_oldest(),
         }
     }
 
     fn drive_hypotheses(&self, to: Stamp, court: &mut Court<'_>) {
         if court.found.is_driven() {
-            self.each_leg(to, &court.settings.odometry, |motion, dt_s| {
+            let (from, settings) = (self.base.stamp, &court.settings.odometry);
+            self.each_leg(from, to, settings, |motion, dt_s| {
                 court.found.drive(motion, dt_s);
             });
         }
     }
 
-    fn judge_oldest(&mut self, word: &Word, court: &mut Court<'_>) {
+    fn judge(&mut self, word: &Word, court: &mut Court<'_>) {
         let mut prior = self.base;
         self.predict(&mut prior, word.stamp, court.settings);
         self.fold_oldest();
-        let (ruling, suspicions_changed) =
-            court
-                .found
-                .hear(word, prior.filter.belief(), court.settings);
+        let prior = prior.filter.belief();
+        let (ruling, suspicions_changed) = court.found.hear(word, prior, court.settings);
         self.base.rule(&ruling);
         if suspicions_changed || ruling != Ruling::Stands {
             self.mark_from(0);
@@ -81,19 +97,6 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         let ruling = court.found.set(said, prior.filter.belief());
         self.base.rule(&ruling);
         self.mark_from(0);
-    }
-
-    /// The way from the base to `to`, as it was measured.
-    pub(crate) fn way_to(&self, to: Stamp, settings: &OdometrySettings) -> Increments {
-        let mut way = Belief::independent(Pose::default(), Covariance3::ZERO);
-        self.each_leg(to, settings, |motion, dt_s| {
-            way = propagate(&way, motion, dt_s, Propagation::Honest);
-        });
-        Increments {
-            translation: [way.pose.x, way.pose.y],
-            turn: way.pose.phi,
-            noise: way.total(),
-        }
     }
 
     /// The belief where the history begins.

@@ -126,10 +126,15 @@ impl Swept {
     /// Of `held = [d_x, d_y, Δ]` with noise `D_0`, from the heading `phi` \[rad\].
     #[inline]
     pub(crate) fn arc(phi: f64, held: [f64; 3], noise: &Symmetric3) -> Self {
+        let (sin, cos) = libm::sincos(phi + 0.5 * held[2]);
+        Self::arc_along([sin, cos], held, noise)
+    }
+
+    /// The same, of sine and cosine of the heading in the middle of the arc.
+    #[inline]
+    pub(crate) fn arc_along([sin, cos]: [f64; 2], held: [f64; 3], noise: &Symmetric3) -> Self {
         let [x, y, turn] = held;
-        let half = 0.5 * turn;
-        let (sin, cos) = libm::sincos(phi + half);
-        let (g, slope) = chord(half);
+        let (g, slope) = chord(0.5 * turn);
         let held = Plane::new(cos * x - sin * y, sin * x + cos * y);
         let way = g * held;
         let jacobian = Jacobian {

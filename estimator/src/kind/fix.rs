@@ -3,6 +3,7 @@
 use super::{Key, Kind, Measured, Origin, check_numbers, check_variances};
 use crate::covariance::Covariance2;
 use crate::filter::Filter;
+use crate::found::Gauge;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
 use crate::settings::Floors;
@@ -65,10 +66,11 @@ impl Measured for PositionFix {
         }
     }
 
-    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) {
-        let verdict = filter.correct(self, terms);
+    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) -> Gauge {
+        let (verdict, gauge) = filter.correct(self, terms);
         if let Some(world) = world {
             world.report(self.source(), self.stamp, verdict);
         }
+        gauge
     }
 }

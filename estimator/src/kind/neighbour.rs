@@ -3,6 +3,7 @@
 use super::{Key, Kind, Measured, Origin, RobotId, check_numbers, check_variances};
 use crate::convert::GlobalPose;
 use crate::filter::Filter;
+use crate::found::Gauge;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
 use crate::parts::Parts;
@@ -55,12 +56,12 @@ impl Measured for NeighbourPose {
         }
     }
 
-    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) {
+    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) -> Gauge {
         let received = GlobalPose {
             pose: self.pose,
             parts: self.parts,
         };
-        let verdict = filter.hear(
+        let (verdict, gauge) = filter.hear(
             self.stamp,
             &received,
             terms.trusts(self.source()),
@@ -69,5 +70,6 @@ impl Measured for NeighbourPose {
         if let Some(world) = world {
             world.report(self.source(), self.stamp, verdict);
         }
+        gauge
     }
 }

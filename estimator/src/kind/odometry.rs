@@ -2,6 +2,7 @@
 
 use super::{Key, Kind, Measured, Origin, check_numbers};
 use crate::filter::Filter;
+use crate::found::Gauge;
 use crate::motion::Motion;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
@@ -58,7 +59,9 @@ impl Measured for OdometrySample {
 
     /// It has driven the prediction.
     #[inline]
-    fn apply(&self, _: &mut Filter, _: &Terms<'_>, _: Option<&mut Outbox>) {}
+    fn apply(&self, _: &mut Filter, _: &Terms<'_>, _: Option<&mut Outbox>) -> Gauge {
+        Gauge::default()
+    }
 }
 
 /// Numbers that are in the order of the signed ones.

@@ -6,6 +6,7 @@ use crate::belief::Belief;
 use crate::convert::GlobalPose;
 use crate::covariance::Covariance3;
 use crate::filter::Filter;
+use crate::found::Gauge;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
 use crate::parts::Parts;
@@ -39,9 +40,9 @@ impl PoseSaid {
         Belief::gaussian(self.pose, self.parts())
     }
 
-    fn act(&self, filter: &mut Filter, terms: &Terms<'_>) -> Verdict {
+    fn act(&self, filter: &mut Filter, terms: &Terms<'_>) -> (Verdict, Gauge) {
         if self.set {
-            return Verdict::Heard;
+            return (Verdict::Heard, Gauge::default());
         }
         let received = GlobalPose {
             pose: self.pose,
@@ -75,10 +76,11 @@ impl Measured for PoseSaid {
         }
     }
 
-    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) {
-        let verdict = self.act(filter, terms);
+    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) -> Gauge {
+        let (verdict, gauge) = self.act(filter, terms);
         if let Some(world) = world {
             world.report(self.source(), self.stamp, verdict);
         }
+        gauge
     }
 }

@@ -3,6 +3,7 @@
 use super::{Key, Kind, Measured, Origin, RobotId, check_numbers, check_variances};
 use crate::covariance::Covariance3;
 use crate::filter::Filter;
+use crate::found::Gauge;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
 use crate::pose::Pose;
@@ -51,12 +52,13 @@ impl Measured for Sighting {
     }
 
     /// The belief is still the predicted one: sightings come before all that changes it.
-    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) {
+    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) -> Gauge {
         // Who does not know where it is tells nothing.
         if let Some(world) = world.filter(|_| terms.tells) {
             let seen = filter.tell(&self.relative, &self.covariance, terms.settings);
             world.send(self, &seen);
         }
         filter.told(terms.settings);
+        Gauge::default()
     }
 }

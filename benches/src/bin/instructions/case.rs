@@ -20,7 +20,9 @@ pub(crate) enum Case {
     FuseDependent,
     Fix,
     Tick,
+    TickUnjudged,
     TickOfFour,
+    TickOfFourUnjudged,
     LateByFifty,
     Sought,
     Crowded,
@@ -30,7 +32,7 @@ pub(crate) enum Case {
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 14] = [
+    pub(crate) const ALL: [Self; 16] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -38,7 +40,9 @@ impl Case {
         Self::FuseDependent,
         Self::Fix,
         Self::Tick,
+        Self::TickUnjudged,
         Self::TickOfFour,
+        Self::TickOfFourUnjudged,
         Self::LateByFifty,
         Self::Sought,
         Self::Crowded,
@@ -56,7 +60,9 @@ impl Case {
             Self::FuseDependent => "split-ci-own-all-dependent",
             Self::Fix => "position-fix",
             Self::Tick => "tick-alone",
+            Self::TickUnjudged => "tick-alone-unjudged",
             Self::TickOfFour => "tick-4-neighbours-and-fix",
+            Self::TickOfFourUnjudged => "tick-4-neighbours-and-fix-unjudged",
             Self::LateByFifty => "tick-late-by-50",
             Self::Sought => "tick-with-16-hypotheses",
             Self::Crowded => "tick-worst-of-1024",
@@ -88,6 +94,17 @@ impl Case {
     /// processor that makes two instructions a nanosecond.
     pub(crate) fn bound(self) -> Option<u64> {
         (self == Self::Crowded).then_some(2 * 5_000_000)
+    }
+
+    /// What it may take at most in parts of another, whatever is committed: to doubt the belief is to cost next to nothing, and a
+    /// hypothesis no more than a robot.
+    pub(crate) fn times(self) -> Option<(f64, Self)> {
+        match self {
+            Self::Tick => Some((1.05, Self::TickUnjudged)),
+            Self::TickOfFour => Some((1.07, Self::TickOfFourUnjudged)),
+            Self::Sought => Some((16.0, Self::TickUnjudged)),
+            _ => None,
+        }
     }
 
     pub(crate) fn named(name: &str) -> Option<Self> {
@@ -133,23 +150,15 @@ impl Case {
                     )
                 });
             }
-            Self::Tick => {
-                let mut robot = Robot::warm(0)?;
-                repeat(iterations, || robot.tick_hearing(0));
-            }
-            Self::TickOfFour => {
-                let mut robot = Robot::warm(4)?;
-                let (_, noise) = case::fix()?;
-                repeat(iterations, || robot.tick_with_fix(4, noise));
-            }
+            Self::Tick => alone(iterations, Robot::warm(0)?),
+            Self::TickUnjudged => alone(iterations, Robot::unjudged(0)?),
+            Self::TickOfFour => of_four(iterations, Robot::warm(4)?)?,
+            Self::TickOfFourUnjudged => of_four(iterations, Robot::unjudged(4)?)?,
             Self::LateByFifty => {
                 let mut robot = Robot::warm(0)?;
                 repeat(iterations, || robot.tick_late(50));
             }
-            Self::Sought => {
-                let mut robot = Robot::sought(16)?;
-                repeat(iterations, || robot.tick_hearing(0));
-            }
+            Self::Sought => alone(iterations, Robot::sought(16)?),
             Self::Crowded => {
                 let robot = Robot::crowded(DEFAULT_SLOTS)?;
                 repeat(iterations, || robot.clone().tick_crowded());
@@ -160,6 +169,16 @@ impl Case {
         }
         Ok(())
     }
+}
+
+fn alone(ticks: u64, mut robot: Robot) {
+    repeat(ticks, || robot.tick_hearing(0));
+}
+
+fn of_four(ticks: u64, mut robot: Robot) -> Result<(), NotACovariance> {
+    let (_, noise) = case::fix()?;
+    repeat(ticks, || robot.tick_with_fix(4, noise));
+    Ok(())
 }
 
 fn whole_ticks(arrive: Arrivals, ticks: u64) -> io::Result<()> {
