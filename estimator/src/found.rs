@@ -344,12 +344,13 @@ impl Found {
             return;
         }
         let seed = self.seed;
-        if wide {
-            let lifted = Lifted::of(prior);
-            seat.hypothesis = Some(Hypothesis::from(&lifted, word, gap));
-        }
         let needs_one = !knows || refused || seat.disagrees(word.stamp) || word.is_watched();
         match (&mut seat.hypothesis, seed) {
+            (hypothesis, _) if wide => {
+                *hypothesis = Some(Hypothesis::from(&Lifted::of(prior), word, gap));
+                self.forget_votes_on(at);
+                self.feed(at, word, lever);
+            }
             (Some(_), _) => self.feed(at, word, lever),
             (none, Some(seed)) if needs_one && !knows && word.is_fix() => {
                 *none = Some(Hypothesis::from(&seed, word, gap));
@@ -547,4 +548,54 @@ fn is_near(lifted: &Lifted, belief: &Belief) -> bool {
 
 fn planar_trace(a: &crate::symmetric::Symmetric3) -> f64 {
     a.xx + a.yy
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::covariance::Covariance3;
+    use crate::kind::{Measurement, Origin, PositionFix, SlowError};
+    use crate::pose::Pose;
+
+    const NEAR: Gauge = Gauge {
+        d2: 1.0,
+        normalised: [0.0; 2],
+        wide: false,
+    };
+    const FAR: Gauge = Gauge { d2: 1e4, ..NEAR };
+    const WIDE_AND_NEAR: Gauge = Gauge { wide: true, ..NEAR };
+
+    fn fix(receiver: u16, tick: i64, x: f64, gauge: Gauge) -> Word {
+        let stamp = Stamp::from_nanos(200_000_000 * tick);
+        let fix = PositionFix {
+            stamp,
+            origin: Origin {
+                source: receiver,
+                ..Origin::default()
+            },
+            position: [x, 0.0],
+            covariance: crate::covariance::Covariance2::diagonal([0.01; 2]).unwrap(),
+            slow: SlowError::default(),
+        };
+        Word::of(stamp, &Measurement::Fix(fix), gauge).unwrap()
+    }
+
+    /// The belief takes the place of a hypothesis that somebody stood against: of the new one nobody has said anything.
+    #[test]
+    fn votes_on_a_hypothesis_end_when_a_wide_belief_takes_its_place() {
+        let covariance = Covariance3::diagonal([0.01, 0.01, 1.0]).unwrap();
+        let belief = Belief::independent(Pose::default(), covariance);
+        let mut found = Found::new(Stamp::default(), &Start::Known(belief));
+        let settings = Settings::default();
+        let mut hear = |word: &Word| {
+            let _ = found.hear(word, &belief, &settings);
+            found.seats[1]
+                .as_ref()
+                .map_or(Vote::default(), |seat| seat.on[0])
+        };
+        hear(&fix(0, 1, 50.0, FAR));
+        let stood_against = (2..8).map(|tick| hear(&fix(1, tick, 0.0, NEAR))).last();
+        assert!(stood_against.is_some_and(|vote| vote != Vote::default()));
+        assert_eq!(hear(&fix(0, 8, 0.0, WIDE_AND_NEAR)), Vote::default());
+    }
 }
