@@ -434,6 +434,7 @@ impl Found {
 
     /// Of a hundred honest robots one refuses the first fix after an outage, and then all that follow. Where it is then, far out on the
     /// bend of its distribution, no linear update of the pose is right; that of the hypothesis is.
+    /// So it may be soon after a start: the doubt of a belief grows by the way, and refusals count for next to nothing.
     fn has_second_chance(&self, at: usize, word: &Word, prior: &Belief) -> bool {
         let Some(seat) = &self.seats[at] else {
             return false;
@@ -444,7 +445,7 @@ impl Found {
         let own = planar_trace(&prior.total().symmetric());
         word.is_fix()
             && hypothesis.taken >= CHANCE_WORDS
-            && hypothesis.gap >= CHANCE_GAP
+            && (hypothesis.gap >= CHANCE_GAP || self.confirmed < CONFIRMED)
             && hypothesis.age(word.stamp) <= CHANCE_AGE
             && own > planar_trace(&word.noise())
             && !word.test_belief().is_gross()
@@ -597,5 +598,26 @@ mod tests {
         let stood_against = (2..8).map(|tick| hear(&fix(1, tick, 0.0, NEAR))).last();
         assert!(stood_against.is_some_and(|vote| vote != Vote::default()));
         assert_eq!(hear(&fix(0, 8, 0.0, WIDE_AND_NEAR)), Vote::default());
+    }
+
+    /// It is refused soon after the start and ever since, and refusals count for next to nothing. It is not left so.
+    #[test]
+    fn who_has_hardly_taken_anything_has_a_second_chance_without_an_outage() {
+        let covariance = Covariance3::diagonal([0.1, 0.1, 0.01]).unwrap();
+        let belief = Belief::independent(Pose::default(), covariance);
+        let settings = Settings::default();
+        let drops_after = |taken: i64| {
+            let mut found = Found::new(Stamp::default(), &Start::Known(belief));
+            for tick in 0..taken {
+                assert_eq!(
+                    found.hear(&fix(0, tick, 0.0, NEAR), &belief, &settings).0,
+                    Ruling::Stands
+                );
+            }
+            let out = Gauge { d2: 15.0, ..NEAR };
+            let mut words = (taken..taken + 4).map(|tick| fix(0, tick, 1.2, out));
+            words.any(|word| found.hear(&word, &belief, &settings).0 == Ruling::Dropped)
+        };
+        assert!(drops_after(1) && !drops_after(9));
     }
 }
