@@ -5,8 +5,8 @@
 use coloc_estimator::history::Slot;
 use coloc_estimator::output::Report;
 use coloc_estimator::{
-    Belief, Estimate, Estimator, NeighbourPose, Origin, OutgoingPose, RobotId, Settings, Stamp,
-    TickInputs, step,
+    Belief, Estimate, Estimator, Finding, NeighbourPose, Origin, OutgoingPose, RobotId, Settings,
+    Stamp, Start, TickInputs, step,
 };
 
 /// A team of estimators. Robots are numbered from 0.
@@ -36,17 +36,25 @@ impl Fleet {
     /// A robot for each beginning; `slots` is the history's capacity.
     #[must_use]
     pub fn new(settings: Settings, beginnings: &[(Stamp, Belief)], slots: usize) -> Self {
-        let robot = |&(stamp, belief): &(Stamp, Belief)| Robot {
-            estimator: Estimator::new(settings, stamp, belief, vec![Slot::default(); slots]),
+        let known = |&(stamp, belief)| (stamp, Start::Known(belief));
+        let starts: Vec<_> = beginnings.iter().map(known).collect();
+        Self::starting(settings, &starts, slots)
+    }
+
+    /// As [`Self::new`], of robots that may know less than a belief.
+    #[must_use]
+    pub fn starting(settings: Settings, starts: &[(Stamp, Start)], slots: usize) -> Self {
+        let robot = |(stamp, start): &(Stamp, Start)| Robot {
+            estimator: Estimator::starting(settings, *stamp, start, vec![Slot::default(); slots]),
             estimate: Estimate {
-                stamp,
-                belief,
+                stamp: *stamp,
+                belief: start.belief(),
                 ..Estimate::default()
             },
-            sent: vec![0; beginnings.len()],
+            sent: vec![0; starts.len()],
         };
         Self {
-            robots: beginnings.iter().map(robot).collect(),
+            robots: starts.iter().map(robot).collect(),
         }
     }
 
@@ -54,6 +62,14 @@ impl Fleet {
     #[must_use]
     pub fn estimate(&self, robot: usize) -> Option<&Estimate> {
         self.robots.get(robot).map(|robot| &robot.estimate)
+    }
+
+    /// Whether `robot` knew where it was at its latest tick, and what was decided in it; `None` if there is no such robot.
+    #[must_use]
+    pub fn finding(&self, robot: usize) -> Option<&Finding> {
+        self.robots
+            .get(robot)
+            .map(|robot| robot.estimator.finding())
     }
 
     /// A tick of `robot`: every message that it sends goes to `post`, every verdict to `log`.

@@ -4,15 +4,14 @@ use std::collections::BTreeMap;
 
 use coloc_drivers::can::Sender;
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::{Estimate, Header, Position, Publisher, RelativePose, Subscriber};
-use coloc_sim::{Sensors, StepInputs, Synthetic};
+use coloc_shm_types::{Estimate, Header, Input, Position, Publisher, RelativePose, Status};
+use coloc_sim::StepInputs;
 use rustix::thread::clock_nanosleep_absolute;
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
-use crate::replay::Published;
-use crate::team::{METRES_PER_TICK, ROBOTS, TRACK_M, Team, robot_name};
+use crate::team::{Listener, METRES_PER_TICK, ROBOTS, TRACK_M, Team, robot_name};
 
-const STEP_NS: i64 = 20_000_000;
+pub(crate) const STEP_NS: i64 = 20_000_000;
 
 pub(crate) struct Feed {
     robots: Vec<Robot>,
@@ -26,6 +25,31 @@ struct Robot {
     sightings: Publisher<RelativePose>,
     fixes: Publisher<Position>,
     sent: u64,
+}
+
+/// What a daemon published during a drive.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Heard {
+    /// By tick.
+    pub(crate) estimates: BTreeMap<u64, Estimate>,
+    /// Of each status those that stand against the belief.
+    pub(crate) against: Vec<Vec<(Input, u16)>>,
+}
+
+impl Heard {
+    fn listen(&mut self, listener: &Listener) {
+        while let Some(estimate) = listener.estimates.receive().unwrap() {
+            self.estimates.insert(estimate.tick, estimate);
+        }
+        while let Some(status) = listener.statuses.receive().unwrap() {
+            self.against.push(against(&status));
+        }
+    }
+}
+
+fn against(status: &Status) -> Vec<(Input, u16)> {
+    let rows = status.sources().filter(|(_, row)| row.is_against());
+    rows.map(|(input, row)| (input, row.source)).collect()
 }
 
 impl Feed {
@@ -46,23 +70,26 @@ impl Feed {
         }
     }
 
-    /// Drives through the run in real time; what the daemons published meanwhile, by robot and tick.
+    /// When the drive begins \[ns of the inner clock\].
+    pub(crate) fn start_ns(&self) -> i64 {
+        self.start_ns
+    }
+
+    /// Drives through the run in real time; what the daemons published meanwhile.
     pub(crate) fn drive(
         mut self,
-        sensors: &Sensors<'_, Synthetic>,
+        sensors: impl Fn(usize) -> StepInputs,
         steps: usize,
-        listeners: &[Subscriber<Estimate>],
-    ) -> Vec<BTreeMap<u64, Published>> {
-        let mut heard = vec![BTreeMap::new(); ROBOTS];
+        listeners: &[Listener],
+    ) -> Vec<Heard> {
+        let mut heard = vec![Heard::default(); ROBOTS];
         let mut deadline_ns = self.start_ns;
         for step in 1..steps {
             deadline_ns += STEP_NS;
             sleep_until(deadline_ns);
-            self.send(&sensors.at(step), deadline_ns);
+            self.send(&sensors(step), deadline_ns);
             for (heard, listener) in heard.iter_mut().zip(listeners) {
-                while let Some(estimate) = listener.receive().unwrap() {
-                    heard.insert(estimate.tick, Published::heard(&estimate));
-                }
+                heard.listen(listener);
             }
         }
         heard

@@ -7,17 +7,20 @@
 #![allow(clippy::unwrap_used)] // What fails here fails the test.
 
 mod feed;
+mod log;
+mod lost;
 mod replay;
 mod team;
+mod verdict;
 
-use std::collections::BTreeMap;
+use coloc_daemon::config::{Initial, InitialPose};
+use coloc_daemon::record::{Recording, Step};
+use coloc_estimator::{FindingState, Kind, Pose};
+use coloc_shm_types::{BeliefState, Estimate, Health, Input};
+use coloc_sim::{Scenario, Sensors, StepInputs, Synthetic, SyntheticConfig, World};
 
-use coloc_daemon::record::Recording;
-use coloc_estimator::Kind;
-use coloc_sim::{Scenario, Sensors, Synthetic, SyntheticConfig, World};
-
-use feed::Feed;
-use replay::{Published, replay};
+use feed::{Feed, Heard};
+use replay::{Played, PlayedTick, Published, replay};
 use team::{ROBOTS, Team};
 
 const SECONDS: f64 = 6.0;
@@ -30,29 +33,104 @@ fn five_daemons_over_shared_memory_believe_what_one_process_does_to_the_last_bit
         ..SyntheticConfig::default()
     });
     let scenario = Scenario::paper();
-    let mut team = Team::start(&world);
-    let listeners = team.listen();
-    let heard = Feed::open(&team).drive(
-        &Sensors::new(&world, &scenario, 1, 0),
-        world.steps(),
-        &listeners,
-    );
-    drop(listeners);
-    team.stop();
-    let recordings = team.recordings();
-    let played = replay(&team, &recordings);
+    let sensors = Sensors::new(&world, &scenario, 1, 0);
+    let team = Team::start(|robot| beginning(&world.initial(robot).unwrap()));
+    let drive = Drive::new(team, |step| sensors.at(step), world.steps());
 
-    for (robot, recording) in recordings.iter().enumerate() {
+    for (robot, recording) in drive.recordings.iter().enumerate() {
         assert_fed(recording, robot);
-        for (tick, published) in recording.ticks.iter().zip(&played.beliefs[robot]) {
-            let recorded = Published::new(tick.stamp, &tick.belief);
-            assert_eq!(recorded, *published, "robot {robot}");
-        }
-        assert_eq!(recording.ticks.len(), played.beliefs[robot].len());
-        assert_heard(&heard[robot], &played.beliefs[robot], robot);
     }
+    drive.assert_same_bits();
     // The messages that were fused came over shared memory: `replay` has held each against the one worked out anew.
-    assert!(played.messages > 500, "{} messages", played.messages);
+    let messages: usize = drive.played.messages.as_flattened().iter().sum();
+    assert!(messages > 500, "{messages} messages");
+}
+
+/// It is told where it stands, to a centimetre.
+fn beginning(pose: &Pose) -> Initial {
+    Initial {
+        pose: Some(InitialPose::Given([pose.x, pose.y, pose.phi])),
+        sigma: [0.01; 3],
+        ..Initial::default()
+    }
+}
+
+/// What came of a drive: over shared memory, and in one process.
+struct Drive {
+    team: Team,
+    start_ns: i64,
+    heard: Vec<Heard>,
+    recordings: Vec<Recording>,
+    played: Played,
+}
+
+impl Drive {
+    /// Feeds the team through `steps` of what its sensors say, and plays its recordings again.
+    fn new(mut team: Team, sensors: impl Fn(usize) -> StepInputs, steps: usize) -> Self {
+        let listeners = team.listen();
+        let feed = Feed::open(&team);
+        let start_ns = feed.start_ns();
+        let heard = feed.drive(sensors, steps, &listeners);
+        drop(listeners);
+        team.stop();
+        let recordings = team.recordings();
+        let played = replay(&team, &recordings);
+        Self {
+            team,
+            start_ns,
+            heard,
+            recordings,
+            played,
+        }
+    }
+
+    /// What was recorded, and what came out of shared memory, is what was worked out: at every tick, and in its state.
+    fn assert_same_bits(&self) {
+        for (robot, recording) in self.recordings.iter().enumerate() {
+            assert_eq!(recording.ticks.len(), self.played.ticks[robot].len());
+            for (tick, played) in recording.ticks.iter().zip(&self.played.ticks[robot]) {
+                let recorded = Published::new(tick.stamp, &tick.belief);
+                assert_eq!(recorded, played.published, "robot {robot}");
+            }
+            let heard = &self.heard[robot].estimates;
+            assert!(
+                heard.len() > 50,
+                "robot {robot}: {} estimates heard",
+                heard.len()
+            );
+            for (&tick, estimate) in heard {
+                let played = self.played_at(robot, tick);
+                assert_eq!(
+                    Published::heard(estimate),
+                    played.published,
+                    "robot {robot}, tick {tick}"
+                );
+                assert_same_state(estimate, played.state, robot);
+            }
+        }
+    }
+
+    fn played_at(&self, robot: usize, number: u64) -> &PlayedTick {
+        let recorded = self.recordings[robot].ticks.iter();
+        let mut both = recorded.zip(&self.played.ticks[robot]);
+        let own = both.find(|(tick, _)| tick.tick == number && tick.step == Step::Own);
+        own.unwrap().1
+    }
+}
+
+/// Whether the wheels live is the daemon's to know; for the rest the estimator's word is published.
+fn assert_same_state(estimate: &Estimate, found: FindingState, robot: usize) {
+    let expected = match found {
+        FindingState::Ok if estimate.health_of(Input::Odometry) != Health::Ok => {
+            BeliefState::Finding
+        }
+        FindingState::Ok => BeliefState::Ok,
+        FindingState::Finding => BeliefState::Finding,
+        FindingState::Contradicted => BeliefState::Contradicted,
+        FindingState::Lost => BeliefState::Lost,
+    };
+    let tick = estimate.tick;
+    assert_eq!(estimate.state(), expected, "robot {robot}, tick {tick}");
 }
 
 /// A test in which the daemons heard nothing would prove nothing.
@@ -70,20 +148,4 @@ fn assert_fed(recording: &Recording, robot: usize) {
         "robot {robot}: {sightings}, {neighbours}"
     );
     assert_eq!(fixes > 0, robot < 2, "robot {robot}: {fixes} fixes");
-}
-
-/// What came out of shared memory, by tick, is what was worked out.
-fn assert_heard(heard: &BTreeMap<u64, Published>, played: &[Published], robot: usize) {
-    assert!(
-        heard.len() > 50,
-        "robot {robot}: {} estimates heard",
-        heard.len()
-    );
-    for (&tick, published) in heard {
-        assert_eq!(
-            played.get(usize::try_from(tick).unwrap()),
-            Some(published),
-            "robot {robot}, tick {tick}"
-        );
-    }
 }

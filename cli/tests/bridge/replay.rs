@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 
 use coloc_daemon::estimate::settings;
-use coloc_daemon::record::{RecordedTick, Recording};
-use coloc_estimator::{Belief, Kind, Measurement, NeighbourPose, RobotId, Sighting, Stamp};
+use coloc_daemon::record::{RecordedTick, Recording, Step};
+use coloc_estimator::{
+    Belief, Decision, FindingState, Measurement, NeighbourPose, RobotId, Sighting, Stamp,
+};
 use coloc_shm_types::Estimate;
 use coloc_sim::{Fleet, Letter};
 
@@ -13,7 +15,7 @@ use crate::team::{ROBOTS, Team};
 /// An estimate, compared bit for bit.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Published {
-    stamp_ns: i64,
+    pub(crate) stamp_ns: i64,
     pose: [u64; 3],
     independent: [u64; 9],
     dependent: [u64; 9],
@@ -46,10 +48,18 @@ impl Published {
 
 /// What came out.
 pub(crate) struct Played {
-    /// By robot and tick.
-    pub(crate) beliefs: Vec<Vec<Published>>,
-    /// How many went from robot to robot.
-    pub(crate) messages: usize,
+    /// By robot, in the order of the recording.
+    pub(crate) ticks: Vec<Vec<PlayedTick>>,
+    /// How many went from robot to robot: by sender, then by receiver.
+    pub(crate) messages: [[usize; ROBOTS]; ROBOTS],
+}
+
+/// What a robot believed, and what became of it. Sources are numbered as in the fleet.
+pub(crate) struct PlayedTick {
+    pub(crate) published: Published,
+    pub(crate) belief: Belief,
+    pub(crate) state: FindingState,
+    pub(crate) decided: Vec<Decision>,
 }
 
 /// By sender, receiver and the sender's count.
@@ -58,27 +68,26 @@ type Letters = BTreeMap<(usize, usize, u64), NeighbourPose>;
 /// Goes through the ticks in an order in which every message has been sent before it is received.
 pub(crate) fn replay(team: &Team, recordings: &[Recording]) -> Played {
     let config = team.config(0);
-    let beginnings: Vec<_> = recordings
-        .iter()
-        .map(|r| (r.stamp, r.start.belief()))
-        .collect();
-    let mut fleet = Fleet::new(settings(&config), &beginnings, config.history.capacity);
+    let beginnings: Vec<_> = recordings.iter().map(|r| (r.stamp, r.start)).collect();
+    let mut fleet = Fleet::starting(settings(&config), &beginnings, config.history.capacity);
     let mut letters = Letters::new();
     let mut played = Played {
-        beliefs: vec![Vec::new(); ROBOTS],
-        messages: 0,
+        ticks: (0..ROBOTS).map(|_| Vec::new()).collect(),
+        messages: [[0; ROBOTS]; ROBOTS],
     };
     let mut waiting = true;
     while waiting {
         waiting = false;
         for (robot, recording) in recordings.iter().enumerate() {
-            while let Some(tick) = recording.ticks.get(played.beliefs[robot].len()) {
+            while let Some(tick) = recording.ticks.get(played.ticks[robot].len()) {
                 let Some(measurements) = received(tick, robot, &letters) else {
                     break;
                 };
-                played.messages += neighbours(&measurements);
-                let belief = play(&mut fleet, robot, tick, measurements, &mut letters);
-                played.beliefs[robot].push(belief);
+                for sender in senders(&measurements) {
+                    played.messages[sender][robot] += 1;
+                }
+                let tick = play(&mut fleet, robot, tick, measurements, &mut letters);
+                played.ticks[robot].push(tick);
                 waiting = true;
             }
         }
@@ -113,10 +122,12 @@ fn received(tick: &RecordedTick, robot: usize, letters: &Letters) -> Option<Vec<
     tick.measurements.iter().map(renumbered).collect()
 }
 
-/// How many of them are neighbours' poses.
-fn neighbours(measurements: &[Measurement]) -> usize {
-    let kinds = measurements.iter().map(Measurement::kind);
-    kinds.filter(|&kind| kind == Kind::Neighbour).count()
+/// Whose poses are among them.
+fn senders(measurements: &[Measurement]) -> impl Iterator<Item = usize> {
+    measurements.iter().filter_map(|it| match it {
+        Measurement::Neighbour(neighbour) => Some(usize::from(neighbour.origin.source)),
+        _ => None,
+    })
 }
 
 fn play(
@@ -125,7 +136,8 @@ fn play(
     tick: &RecordedTick,
     measurements: Vec<Measurement>,
     letters: &mut Letters,
-) -> Published {
+) -> PlayedTick {
+    assert_ne!(tick.step, Step::Behind, "robot {robot} had no time");
     let own = RecordedTick {
         measurements,
         ..tick.clone()
@@ -134,8 +146,16 @@ fn play(
         letters.insert((robot, letter.to, letter.pose.origin.sequence), letter.pose);
     };
     fleet.tick(robot, &own.inputs(), &mut post, &mut |_| ());
-    let estimate = fleet.estimate(robot).unwrap();
-    Published::new(estimate.stamp, &estimate.belief)
+    let (estimate, finding) = (
+        fleet.estimate(robot).unwrap(),
+        fleet.finding(robot).unwrap(),
+    );
+    PlayedTick {
+        published: Published::new(estimate.stamp, &estimate.belief),
+        belief: estimate.belief,
+        state: finding.state,
+        decided: finding.decisions().iter().map(|(_, it)| *it).collect(),
+    }
 }
 
 /// Daemons are numbered from 1, the fleet's robots from 0.

@@ -5,14 +5,12 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use coloc_daemon::config::{
-    Clock, ClockSource, Config, Initial, InitialPose, LogLevel, Member, Preset, Realtime, Robot,
-    Scheduler, Shm, Telemetry,
+    Clock, ClockSource, Config, Initial, Member, Preset, Realtime, Robot, Scheduler, Shm, Telemetry,
 };
 use coloc_daemon::record::{Gaps, Recording};
 use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
-use coloc_shm_types::{Estimate, RobotName, Space, Subscriber};
-use coloc_sim::World;
+use coloc_shm_types::{Estimate, RobotName, Space, Status, Subscriber};
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
@@ -27,16 +25,22 @@ pub(crate) struct Team {
     daemons: Vec<Child>,
 }
 
+/// What hears a daemon.
+pub(crate) struct Listener {
+    pub(crate) estimates: Subscriber<Estimate>,
+    pub(crate) statuses: Subscriber<Status>,
+}
+
 impl Team {
-    /// Starts them where the robots of `world` begin.
-    pub(crate) fn start(world: &impl World) -> Self {
+    /// Starts them; what each is told of where it starts is `initial`'s to say.
+    pub(crate) fn start(initial: impl Fn(usize) -> Initial) -> Self {
         let mut team = Self {
             home: tempfile::tempdir().unwrap(),
             daemons: Vec::new(),
         };
         for robot in 0..ROBOTS {
             let file = team.file(robot, "toml");
-            let text = toml::to_string(&team.configuration(robot, world)).unwrap();
+            let text = toml::to_string(&team.configuration(robot, initial(robot))).unwrap();
             std::fs::write(&file, text).unwrap();
             let mut command = Command::new(env!("CARGO_BIN_EXE_coloc"));
             command.args(["colocd", "run"]).arg(file);
@@ -46,8 +50,7 @@ impl Team {
         team
     }
 
-    fn configuration(&self, robot: usize, world: &impl World) -> Config {
-        let pose = world.initial(robot).unwrap();
+    fn configuration(&self, robot: usize, initial: Initial) -> Config {
         let member = |index: usize| Member {
             name: robot_name(index),
             id: u16::try_from(index + 1).unwrap(),
@@ -66,18 +69,14 @@ impl Team {
             },
             // As the worlds of the sim are made.
             motion: Preset::Paper.motion(),
-            initial: Initial {
-                pose: Some(InitialPose::Given([pose.x, pose.y, pose.phi])),
-                sigma: [0.01; 3],
-                ..Initial::default()
-            },
+            initial,
             realtime: Realtime {
                 scheduler: Scheduler::Other,
                 lock_memory: false,
                 ..Realtime::default()
             },
             telemetry: Telemetry {
-                log: LogLevel::Error,
+                log_file: self.file(robot, "log"),
                 record: self.file(robot, "jsonl"),
                 ..Telemetry::default()
             },
@@ -105,17 +104,18 @@ impl Team {
     }
 
     /// Waits until every daemon speaks.
-    pub(crate) fn listen(&mut self) -> Vec<Subscriber<Estimate>> {
+    pub(crate) fn listen(&mut self) -> Vec<Listener> {
         let space = self.space("listener");
-        let listen = |robot| space.subscriber(&robot_name(robot)).unwrap();
-        let listeners: Vec<Subscriber<Estimate>> = (0..ROBOTS).map(listen).collect();
+        let listen = |robot| Listener {
+            estimates: space.subscriber(&robot_name(robot)).unwrap(),
+            statuses: space.subscriber(&robot_name(robot)).unwrap(),
+        };
+        let listeners: Vec<Listener> = (0..ROBOTS).map(listen).collect();
         let deadline = Instant::now() + PATIENCE;
         for (robot, listener) in listeners.iter().enumerate() {
-            while listener.receive().unwrap().is_none() {
-                assert!(
-                    self.daemons[robot].try_wait().unwrap().is_none(),
-                    "robot {robot} has ended"
-                );
+            while listener.estimates.receive().unwrap().is_none() {
+                let has_ended = self.daemons[robot].try_wait().unwrap().is_some();
+                assert!(!has_ended, "robot {robot} has ended: {}", self.log(robot));
                 assert!(Instant::now() < deadline, "robot {robot} is silent");
                 std::thread::sleep(Duration::from_millis(5));
             }
@@ -134,6 +134,11 @@ impl Team {
         }
         let left = std::fs::read_dir(self.home.path().join("shm")).map_or(0, Iterator::count);
         assert_eq!(left, 0, "left in shared memory");
+    }
+
+    /// What the daemon had to say.
+    pub(crate) fn log(&self, robot: usize) -> String {
+        std::fs::read_to_string(self.file(robot, "log")).unwrap()
     }
 
     pub(crate) fn recordings(&self) -> Vec<Recording> {
