@@ -99,6 +99,7 @@ impl Publish {
         let stamp_ns = moment.on(self.sender.clock().into(), boot_ns);
         let belief = &estimate.belief;
         let (parts, driven) = (&belief.parts, estimate.driven);
+        let (fit, unfit, fit_limit) = with.standing.fitness();
         shm::Estimate {
             header: self.sender.header(stamp_ns),
             boot_ns,
@@ -111,7 +112,9 @@ impl Publish {
             velocity_covariance: estimate.velocity_covariance.to_row_major(),
             health: bytes(with.health),
             state: with.standing.state as u8,
-            fit: u8::from(with.standing.fit),
+            fit,
+            unfit,
+            fit_limit,
             ..shm::Estimate::default()
         }
     }

@@ -313,9 +313,9 @@ travels! {
     Position "v2",
     Neighbour "v2",
     Pose "v1",
-    Estimate "v3",
+    Estimate "v4",
     Timing "v2",
-    Status "v2",
+    Status "v3",
 }
 
 #[cfg(test)]

@@ -40,6 +40,7 @@ mod rhythm;
 mod robot_name;
 mod space;
 mod track;
+mod unfit;
 mod validate;
 
 pub use belief_state::BeliefState;
@@ -61,4 +62,5 @@ pub use space::{
     Subscriber,
 };
 pub use track::{NoPose, PastPose, Track};
+pub use unfit::{Unfit, WhyUnfit, worst_sigmas};
 pub use validate::{Limits, check_split};

@@ -1,7 +1,7 @@
 //! Every reason, every boundary, every scale.
 use coloc_shm_types::{
     BeliefState, Clock, Estimate, Header, Limits, Neighbour, Odometry, OdometryKind, Pose,
-    Position, Present, Reject, RelativePose, Status,
+    Position, Present, Reject, RelativePose, Status, Unfit,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -301,6 +301,41 @@ fn an_estimate_says_what_it_knows() {
         assert_eq!((said.state(), said.is_fit()), (state, true));
     }
     assert!(!estimate().is_fit());
+}
+
+#[test]
+fn an_estimate_that_is_not_fit_says_why_and_by_how_much() {
+    let said = |fit, unfit, fit_limit| {
+        let said = Estimate {
+            state: BeliefState::Ok as u8,
+            fit,
+            unfit,
+            fit_limit,
+            independent: [1.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.25],
+            dependent: [0.0; 9],
+            ..estimate()
+        };
+        said.why_unfit().map(|why| why.to_string())
+    };
+    assert_eq!(said(1, 0, 0.0), None);
+    let position = said(0, 2, 0.5);
+    assert_eq!(position.as_deref(), Some("position 2.00 m > 0.50 m"));
+    let heading = said(0, 3, 0.25);
+    assert_eq!(heading.as_deref(), Some("heading 28.6° > 14.3°"));
+    for unknown in [0, 1, 99] {
+        assert_eq!(said(0, unknown, 0.0).as_deref(), Some("belief ok"));
+    }
+    let status = |fit, unfit| {
+        let status = Status {
+            fit,
+            unfit,
+            ..Status::default()
+        };
+        status.unfit()
+    };
+    assert_eq!(status(1, 2), None);
+    assert_eq!(status(0, 2), Some(Unfit::Position));
+    assert_eq!(status(0, 0), Some(Unfit::Belief));
 }
 
 #[test]

@@ -7,6 +7,7 @@ use clap::Args;
 
 use self::hear::{Word, hear};
 use crate::demo::interrupt::Interrupt;
+use crate::listen::why_unfit;
 use crate::output::{complain, print_line};
 use crate::place::{Found, Looked, Place, PlaceArgs, look};
 use crate::status::Status;
@@ -16,7 +17,7 @@ use crate::status::Status;
 /// Takes a listener's place of each robot for as long as it takes to hear one estimate, at most a second.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
-belief    finding, ok, contradicted or lost; unfit: ok, and yet not good enough to drive on;
+belief    finding, ok, contradicted or lost; unfit: ok, and yet not good enough to drive on, for the reason below the table;
           starting: not heard so far; silent: it runs, and said nothing for a second
 odometry  never_seen, ok, stale, faulty or refused
 x, y, φ   where it is, in the common frame
@@ -91,9 +92,15 @@ fn show(found: &Found, interrupt: &Interrupt) -> Status {
         print_line(&row::row(robot, word, width));
     }
     let mut status = Status::Done;
-    for word in &words {
-        if let Word::Refused(why) = word {
-            status = failed(why);
+    for (robot, word) in found.robots.iter().zip(&words) {
+        match word {
+            Word::Refused(why) => status = failed(why),
+            Word::Estimate(estimate) => {
+                if let Some(why) = why_unfit(estimate) {
+                    print_line(&format!("{} {why}", robot.robot));
+                }
+            }
+            Word::Starting | Word::Silent => {}
         }
     }
     status

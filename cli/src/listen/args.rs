@@ -15,8 +15,8 @@ use crate::place::PlaceArgs;
   coloc listen robot1 --csv --count 1       # where is it now?
 
 The table: age when it was printed; pose in the common frame; ± one standard deviation; forward velocity and turn rate;
-belief (finding, ok, contradicted, lost; unfit: ok, and yet not good enough to drive on); odometry (never_seen, ok, stale,
-faulty, refused).
+belief (finding, ok, contradicted, lost; unfit: ok, and yet not good enough to drive on, for the reason on standard error);
+odometry (never_seen, ok, stale, faulty, refused).
 
 --json, an object a line, and --csv, a heading and then a row each. Without a unit in their name:
   robot            its name (JSON alone)
@@ -26,9 +26,11 @@ faulty, refused).
   covariance, velocity_covariance
                    3×3, row by row, of x_m, y_m, heading_rad and of vx_mps, vy_mps, omega_radps (JSON alone)
   state            finding, ok, contradicted or lost
-  fit              whether it is good enough to drive on
+  fit, unfit       whether it is good enough to drive on, and why not: \"position 1.24 m > 0.50 m\" (σ and [health]); empty: it is
   odometry, relative_pose, position, neighbour, pose
                    how these inputs do: never_seen, ok, stale, faulty or refused
+  odometry_x_m, odometry_y_m, odometry_heading_rad
+                   the second pose: where the wheels alone have taken the robot since its daemon started; it never jumps
 What is not a number is null in JSON and NaN elsewhere.
 --tum, for evaluation tools: timestamp x y z qx qy qz qw, in seconds of `clock` and metres.
 

@@ -5,7 +5,8 @@ use coloc_shm_types::Estimate;
 use super::reading::Reading;
 
 pub(super) const HEADING: &str = "session,sequence,tick,clock,stamp_ns,boot_ns,x_m,y_m,heading_rad,\
-    sigma_x_m,sigma_y_m,sigma_heading_rad,vx_mps,vy_mps,omega_radps,state,fit,odometry,relative_pose,position,neighbour,pose";
+    sigma_x_m,sigma_y_m,sigma_heading_rad,vx_mps,vy_mps,omega_radps,state,fit,odometry,relative_pose,position,neighbour,pose,\
+    odometry_x_m,odometry_y_m,odometry_heading_rad,unfit";
 
 pub(super) fn line(estimate: &Estimate) -> String {
     let Reading {
@@ -31,11 +32,16 @@ pub(super) fn line(estimate: &Estimate) -> String {
         position,
         neighbour,
         pose,
+        odometry_x_m,
+        odometry_y_m,
+        odometry_heading_rad,
+        unfit,
     } = Reading::of(estimate);
     format!(
         "{session},{sequence},{tick},{clock},{stamp_ns},{boot_ns},{x_m},{y_m},{heading_rad},\
          {sigma_x_m},{sigma_y_m},{sigma_heading_rad},{vx_mps},{vy_mps},{omega_radps},{state},{fit},\
-         {odometry},{relative_pose},{position},{neighbour},{pose}"
+         {odometry},{relative_pose},{position},{neighbour},{pose},\
+         {odometry_x_m},{odometry_y_m},{odometry_heading_rad},{unfit}"
     )
 }
 

@@ -145,6 +145,8 @@ impl<'a> Follower<'a> {
         }
         if let Some(text) = self.form.text(estimate, now_ns) {
             print_line(&text);
+            let remark = self.form.remark(estimate);
+            self.say(remark);
         }
     }
 

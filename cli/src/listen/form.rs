@@ -3,6 +3,7 @@
 use coloc_shm_types::{Estimate, RobotName};
 
 use super::args::ListenArgs;
+use super::reading::why_unfit;
 use super::{csv, json, table, tum};
 
 /// For people, five lines in a second.
@@ -26,6 +27,8 @@ pub(super) struct Form {
     last: Option<(u64, i64)>,
     count: Option<u64>,
     printed: u64,
+    /// Why the robot is not fit, as it was last remarked.
+    unfit: u8,
 }
 
 impl Form {
@@ -48,6 +51,7 @@ impl Form {
             last: None,
             count: args.count,
             printed: 0,
+            unfit: 0,
         }
     }
 
@@ -73,6 +77,20 @@ impl Form {
         };
         self.printed += 1;
         Some(text)
+    }
+
+    /// What people should know of the estimate that they were shown, once: programs read it in every line.
+    pub(super) fn remark(&mut self, estimate: &Estimate) -> Option<String> {
+        if self.kind != Kind::Table {
+            return None;
+        }
+        let why = why_unfit(estimate);
+        let unfit = if why.is_some() { estimate.unfit } else { 0 };
+        if std::mem::replace(&mut self.unfit, unfit) == unfit {
+            return None;
+        }
+        let fit = || estimate.is_fit().then(|| "is fit to drive on".into());
+        why.or_else(fit)
     }
 
     /// The first of every interval by the robot's own clock, whatever delays it on its way here.
@@ -129,6 +147,44 @@ mod tests {
         assert_eq!(lines(form(true, Some(0.5), None)), 2);
         assert_eq!(lines(form(false, Some(0.0), None)), 50);
         assert_eq!(lines(form(true, None, Some(3))), 3);
+    }
+
+    #[test]
+    fn why_it_is_not_fit_is_remarked_to_people_when_it_changes() {
+        let of = |unfit, state| Estimate {
+            fit: u8::from(unfit == 0),
+            unfit,
+            state,
+            ..example()
+        };
+        let said = |form: &mut Form| {
+            [
+                (0, 1),
+                (2, 1),
+                (2, 1),
+                (3, 1),
+                (1, 2),
+                (2, 1),
+                (0, 1),
+                (0, 1),
+            ]
+            .map(|(unfit, state)| form.remark(&of(unfit, state)))
+        };
+        let mut people = form(false, None, None);
+        let words = said(&mut people).map(|it| it.map(|text| text.contains("not fit")));
+        let expected = [
+            None,
+            Some(true),
+            None,
+            Some(true),
+            None,
+            Some(true),
+            Some(false),
+            None,
+        ];
+        assert_eq!(words, expected);
+        let mut programs = form(true, None, None);
+        assert!(said(&mut programs).iter().all(Option::is_none));
     }
 
     #[test]

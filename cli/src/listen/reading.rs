@@ -29,11 +29,17 @@ pub(super) struct Reading {
     pub(super) position: &'static str,
     pub(super) neighbour: &'static str,
     pub(super) pose: &'static str,
+    pub(super) odometry_x_m: f64,
+    pub(super) odometry_y_m: f64,
+    pub(super) odometry_heading_rad: f64,
+    /// Empty where it is fit.
+    pub(super) unfit: String,
 }
 
 impl Reading {
     pub(super) fn of(estimate: &Estimate) -> Self {
         let [x_m, y_m, heading_rad] = estimate.pose;
+        let [odometry_x_m, odometry_y_m, odometry_heading_rad] = estimate.odometry;
         let [vx_mps, vy_mps, omega_radps] = estimate.velocity;
         let [sigma_x_m, sigma_y_m, sigma_heading_rad] = sigmas(estimate);
         let health = |input| estimate.health_of(input).name();
@@ -60,6 +66,10 @@ impl Reading {
             position: health(Input::Position),
             neighbour: health(Input::Neighbour),
             pose: health(Input::Pose),
+            odometry_x_m,
+            odometry_y_m,
+            odometry_heading_rad,
+            unfit: unfit(estimate),
         }
     }
 }
@@ -68,6 +78,18 @@ impl Reading {
 pub(super) fn sigmas(estimate: &Estimate) -> [f64; 3] {
     let total = estimate.total();
     [total[0], total[4], total[8]].map(f64::sqrt)
+}
+
+fn unfit(estimate: &Estimate) -> String {
+    let why = estimate.why_unfit();
+    why.map_or_else(String::new, |why| why.to_string())
+}
+
+/// What is to be said where the word for the belief is `unfit`.
+pub(crate) fn why_unfit(estimate: &Estimate) -> Option<String> {
+    let why = estimate.why_unfit()?;
+    let is_known = estimate.state() == BeliefState::Ok;
+    is_known.then(|| format!("is not fit to drive on: {why}"))
 }
 
 /// The state of the belief, in a word that also says whether to drive on it.
@@ -94,11 +116,13 @@ pub(super) fn example() -> Estimate {
         boot_ns: 5_000_000_000,
         tick: 8,
         pose: [1.5, -2.25, 0.5],
+        odometry: [3.5, 4.5, -1.25],
         velocity: [0.75, 0.125, -0.25],
         independent: [0.25, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0025],
         velocity_covariance: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9],
         state: 1,
-        fit: 1,
+        unfit: 2,
+        fit_limit: 0.875,
         ..Estimate::default()
     };
     estimate.health[Input::Odometry as usize] = Health::Ok as u8;
@@ -122,5 +146,7 @@ mod tests {
             words.map(|(state, fit)| belief(&estimate(state, fit))),
             ["finding", "ok", "unfit", "contradicted", "lost"]
         );
+        let said = words.map(|(state, fit)| why_unfit(&estimate(state, fit)).is_some());
+        assert_eq!(said, [false, false, true, false, false]);
     }
 }

@@ -53,7 +53,8 @@ mod tests {
         let line = line(&example(), 5_012_000_000);
         let columns: Vec<&str> = line.split_whitespace().collect();
         let expected = [
-            "12", "1.500", "-2.250", "28.6", "0.500", "1.000", "2.86", "0.75", "-14.3", "ok", "ok",
+            "12", "1.500", "-2.250", "28.6", "0.500", "1.000", "2.86", "0.75", "-14.3", "unfit",
+            "ok",
         ];
         assert_eq!(columns, expected);
         let ends = |line: &str| -> Vec<usize> {

@@ -1,13 +1,19 @@
 //! What `coloc listen` prints, read back.
 
+use coloc_shm_types::Unfit;
 use serde_json::Value;
 
 use crate::program::{Coloc, Ended};
 use crate::robot::{Ground, Robot, stamp_ns, x};
 
 fn listen(form: &str, count: u64) -> Ended {
+    listen_to(form, count, None)
+}
+
+fn listen_to(form: &str, count: u64, unfit: Option<(Unfit, f32)>) -> Ended {
     let ground = Ground::new();
     let mut robot = Robot::start(&ground, "r1", 4);
+    robot.unfit = unfit;
     let words = format!("listen r1 {form} --count {count}");
     Coloc::start(&words, &ground.root()).end(|| robot.say())
 }
@@ -91,6 +97,23 @@ fn tum_is_a_trajectory() {
         ticks.push(tick);
     }
     assert_whole(&ticks, &ended);
+}
+
+#[test]
+fn why_it_is_not_fit_to_drive_on_is_said_once_to_people_and_in_every_line_to_programs() {
+    let unfit = Some((Unfit::Heading, 0.005));
+    let why = "heading 0.6° > 0.3°";
+    let ended = listen_to("", 3, unfit);
+    let said: Vec<_> = ended.said.iter().filter(|it| it.contains("fit")).collect();
+    let expected = format!("coloc: r1 is not fit to drive on: {why}");
+    assert_eq!(said, [&expected], "{ended:?}");
+    assert!(ended.printed[2].contains(" unfit "), "{ended:?}");
+    let ended = listen_to("--json", 3, unfit);
+    for line in &ended.printed {
+        let object: Value = serde_json::from_str(line).unwrap();
+        assert_eq!(object["unfit"], why, "{line}");
+    }
+    assert!(!ended.said.iter().any(|it| it.contains("fit")), "{ended:?}");
 }
 
 /// By the stamps it is 50 Hz: of ten estimates one is shown.

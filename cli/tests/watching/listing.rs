@@ -1,6 +1,6 @@
 //! `coloc list`.
 
-use coloc_shm_types::{Channel, Estimate, Message};
+use coloc_shm_types::{Channel, Estimate, Message, Unfit};
 
 use crate::program::{Coloc, Ended};
 use crate::robot::{Daemon, Ground, Robot, name};
@@ -51,6 +51,23 @@ fn who_runs_is_listed_with_what_it_believes_and_nothing_stays_behind() {
     // Who speaks notices then that a listener has gone.
     robots.iter_mut().for_each(Robot::say);
     assert_eq!(ground.trace(), before);
+}
+
+#[test]
+fn why_one_is_not_fit_to_drive_on_stands_below_the_list() {
+    let ground = Ground::new();
+    let mut robots = [("fit", 1), ("unfit", 2)].map(|(name, id)| Robot::start(&ground, name, id));
+    robots[1].unfit = Some((Unfit::Position, 0.25));
+    let ended = list(&ground, || robots.iter_mut().for_each(Robot::say));
+    assert_eq!(ended.status, Some(0), "{ended:?}");
+    let [_, fit, unfit, why] = ended.printed.as_slice() else {
+        panic!("{ended:?}");
+    };
+    let belief = |line: &str| line.split_whitespace().nth(5).map(str::to_owned);
+    assert_eq!(belief(fit).as_deref(), Some("ok"));
+    assert_eq!(belief(unfit).as_deref(), Some("unfit"));
+    let expected = "unfit is not fit to drive on: position 0.30 m > 0.25 m";
+    assert_eq!(why, expected);
 }
 
 /// One has no channel yet, the other says nothing on its own.

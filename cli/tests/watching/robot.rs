@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use coloc_shm_types::{Claim, Clock, Estimate, Health, Input, Publisher, RobotName, Sender, Space};
+use coloc_shm_types::{
+    Claim, Clock, Estimate, Health, Input, Publisher, RobotName, Sender, Space, Unfit,
+};
 use tempfile::TempDir;
 
 pub(crate) const PREFIX: &str = "watching";
@@ -58,6 +60,8 @@ pub(crate) fn name(robot: &str) -> RobotName {
 
 pub(crate) struct Robot {
     estimates: Publisher<Estimate>,
+    /// [`Unfit`] and the limit.
+    pub(crate) unfit: Option<(Unfit, f32)>,
     sender: Sender,
     _claim: Claim,
 }
@@ -68,6 +72,7 @@ impl Robot {
         Self {
             _claim: space.claim_robot(&name(robot), id).unwrap(),
             estimates: space.publisher(&name(robot)).unwrap(),
+            unfit: None,
             sender: Sender::start(id, Clock::Boottime).unwrap(),
         }
     }
@@ -85,7 +90,9 @@ impl Robot {
             velocity: [0.5, 0.0, 0.25],
             independent: [0.04, 0.0, 0.0, 0.0, 0.09, 0.0, 0.0, 0.0, 0.0001],
             state: 1,
-            fit: 1,
+            fit: u8::from(self.unfit.is_none()),
+            unfit: self.unfit.map_or(0, |(why, _)| why as u8),
+            fit_limit: self.unfit.map_or(0.0, |(_, limit)| limit),
             ..Estimate::default()
         };
         estimate.health[Input::Odometry as usize] = Health::Ok as u8;

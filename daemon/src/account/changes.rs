@@ -60,7 +60,7 @@ impl Changes {
             *byte = health as u8;
         }
         status.state = self.standing.state as u8;
-        status.fit = u8::from(self.standing.fit);
+        (status.fit, status.unfit, status.fit_limit) = self.standing.fitness();
         status.bus = self.bus as u8;
     }
 }
@@ -69,7 +69,7 @@ impl Changes {
 mod tests {
     use std::sync::Arc;
 
-    use coloc_shm_types::BeliefState;
+    use coloc_shm_types::{BeliefState, Unfit};
 
     use super::*;
     use crate::event::Link;
@@ -82,7 +82,10 @@ mod tests {
         let mut health = [Health::NeverSeen; Input::COUNT];
         let mut tell = |health, state, bus| {
             let before = link.waiting();
-            let standing = Standing { state, fit: false };
+            let standing = Standing {
+                state,
+                unfit: Some((Unfit::Heading, 0.25)),
+            };
             changes.health(health, 7, &mut teller);
             changes.standing(standing, 7, &mut teller);
             changes.buses(bus, &mut teller);
@@ -102,5 +105,7 @@ mod tests {
             (status.state(), status.bus_state()),
             (BeliefState::Ok, BusState::Off)
         );
+        let heading = (Some(Unfit::Heading), 0.25_f32.to_bits());
+        assert_eq!((status.unfit(), status.fit_limit.to_bits()), heading);
     }
 }

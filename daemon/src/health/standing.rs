@@ -1,17 +1,38 @@
 //! What a robot may say of its belief.
 
 use coloc_estimator::{Belief, FindingState};
-use coloc_shm_types::{BeliefState, Health, Input};
+use coloc_shm_types::{BeliefState, Health, Input, Unfit, worst_sigmas};
 
 use crate::config;
 
 /// Of the belief of a tick.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Standing {
     /// Whether it knows where it is.
     pub state: BeliefState,
-    /// Whether it knows well enough to drive.
-    pub fit: bool,
+    /// Why it does not know well enough to drive, with the limit that is exceeded \[m, rad; 0 for a state\].
+    pub unfit: Option<(Unfit, f32)>,
+}
+
+impl Default for Standing {
+    /// As long as nothing is known.
+    fn default() -> Self {
+        Self {
+            state: BeliefState::default(),
+            unfit: Some((Unfit::Belief, 0.0)),
+        }
+    }
+}
+
+impl Standing {
+    /// As payloads say it: whether it is fit, why not, and the limit.
+    #[must_use]
+    pub fn fitness(&self) -> (u8, u8, f32) {
+        match self.unfit {
+            None => (1, 0, 0.0),
+            Some((why, limit)) => (0, why as u8, limit),
+        }
+    }
 }
 
 /// The largest σ to drive with.
@@ -44,13 +65,28 @@ impl Limits {
         );
         Standing {
             state,
-            fit: state == BeliefState::Ok && self.allow(belief),
+            unfit: if state == BeliefState::Ok {
+                self.exceeded(belief)
+            } else {
+                Some((Unfit::Belief, 0.0))
+            },
         }
     }
 
-    fn allow(self, belief: &Belief) -> bool {
-        let [position_m, heading_rad] = sigmas(belief);
-        position_m <= self.position_m && heading_rad <= self.heading_rad
+    /// Of the limits that σ exceeds the one by most.
+    #[allow(clippy::cast_possible_truncation)] // For people.
+    fn exceeded(self, belief: &Belief) -> Option<(Unfit, f32)> {
+        let [position_m, heading_rad] = worst_sigmas(&belief.total().to_row_major());
+        if position_m <= self.position_m && heading_rad <= self.heading_rad {
+            return None;
+        }
+        Some(
+            if position_m / self.position_m > heading_rad / self.heading_rad {
+                (Unfit::Position, self.position_m as f32)
+            } else {
+                (Unfit::Heading, self.heading_rad as f32)
+            },
+        )
     }
 }
 
@@ -83,14 +119,6 @@ fn by_gates(health: [Health; Input::COUNT], gated: [bool; Input::COUNT]) -> Beli
         Health::Ok => BeliefState::Ok,
         _ => BeliefState::Finding,
     }
-}
-
-/// σ of the position in its worst direction, and of the heading \[m, rad\].
-fn sigmas(belief: &Belief) -> [f64; 2] {
-    let p = belief.total().to_row_major();
-    let half = f64::midpoint(p[0], p[4]);
-    let worst = half + f64::hypot((p[0] - p[4]) / 2.0, p[1]);
-    [worst, p[8]].map(f64::sqrt)
 }
 
 #[cfg(test)]
@@ -171,20 +199,28 @@ mod tests {
             fit_heading_rad: 0.1,
             ..config::Health::default()
         };
-        let fit = |[x, y]: [f64; 2], correlation: f64, phi: f64, refused: &[Input]| {
+        let why = |[x, y]: [f64; 2], correlation: f64, phi: f64, refused: &[Input]| {
             let xy = correlation * x * y;
             let total = [x * x, xy, 0.0, xy, y * y, 0.0, 0.0, 0.0, phi * phi];
             let covariance = Covariance3::from_row_major(total).unwrap();
             let belief = Belief::independent(Pose::default(), covariance);
-            standing(refused, true, &belief, &config).fit
+            let standing = standing(refused, true, &belief, &config);
+            assert_eq!(standing.fitness().0 == 1, standing.unfit.is_none());
+            standing.unfit
         };
-        assert!(fit([0.49, 0.49], 0.0, 0.09, &[]));
-        assert!(fit([0.49, 0.1], 0.0, 0.09, &[]) && fit([0.1, 0.49], 0.0, 0.09, &[]));
-        let diagonal = fit([0.49, 0.49], 0.9, 0.09, &[]);
-        assert!(!diagonal, "worst in a diagonal direction");
-        assert!(!fit([0.51, 0.1], 0.0, 0.09, &[]) && !fit([0.1, 0.51], 0.0, 0.09, &[]));
-        assert!(!fit([0.49, 0.49], 0.0, 0.11, &[]));
-        let contradicted = fit([0.49, 0.49], 0.0, 0.09, &[Input::Position]);
-        assert!(!contradicted);
+        let position = Some((Unfit::Position, 0.5));
+        let heading = Some((Unfit::Heading, 0.1));
+        for sigmas in [[0.49, 0.49], [0.49, 0.1], [0.1, 0.49]] {
+            assert_eq!(why(sigmas, 0.0, 0.09, &[]), None);
+        }
+        let diagonal = why([0.49, 0.49], 0.9, 0.09, &[]);
+        assert_eq!(diagonal, position, "worst in a diagonal direction");
+        assert_eq!(why([0.51, 0.1], 0.0, 0.09, &[]), position);
+        assert_eq!(why([0.1, 0.51], 0.0, 0.09, &[]), position);
+        assert_eq!(why([0.49, 0.49], 0.0, 0.11, &[]), heading);
+        assert_eq!(why([0.6, 0.1], 0.0, 0.11, &[]), position, "by most");
+        assert_eq!(why([0.6, 0.1], 0.0, 0.13, &[]), heading, "by most");
+        let contradicted = why([0.49, 0.49], 0.0, 0.09, &[Input::Position]);
+        assert_eq!(contradicted, Some((Unfit::Belief, 0.0)));
     }
 }

@@ -4,7 +4,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::Header;
 use crate::layout::layout;
 use crate::matrix::Matrix;
-use crate::{BeliefState, Health, Input, Limits, Reject};
+use crate::{BeliefState, Health, Input, Limits, Reject, Unfit, WhyUnfit, worst_sigmas};
 
 /// `coloc/<robot>/estimate`: the belief of every tick, and whether to drive on it; a late joiner gets the last one.
 /// Where the daemon's time went is on [`Timing`](super::Timing).
@@ -12,7 +12,7 @@ use crate::{BeliefState, Health, Input, Limits, Reject};
 /// The covariance comes in two parts, so that none of them can lose its sign on the way; the whole is [`Self::total`].
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Estimate.v3")]
+#[type_name("coloc.Estimate.v4")]
 pub struct Estimate {
     /// The moment that the pose is of, by the configured clock; `source` is the robot's team number.
     pub header: Header,
@@ -41,13 +41,17 @@ pub struct Estimate {
     pub state: u8,
     /// 1: fit to drive on; read it with [`Self::is_fit`].
     pub fit: u8,
+    /// [`Unfit`]; read it with [`Self::why_unfit`]. 0 where it is fit.
+    pub unfit: u8,
     /// Zero.
-    pub reserved: [u8; 6],
+    pub reserved: u8,
+    /// What is exceeded: the largest σ that is configured for the position (m) or the heading (rad), by `unfit`; else 0.
+    pub fit_limit: f32,
 }
 
 layout!(Estimate, 368;
     header: 0, boot_ns: 40, tick: 48, pose: 56, odometry: 80, velocity: 104, independent: 128, dependent: 200,
-    velocity_covariance: 272, health: 344, state: 360, fit: 361, reserved: 362,
+    velocity_covariance: 272, health: 344, state: 360, fit: 361, unfit: 362, reserved: 363, fit_limit: 364,
 );
 
 impl Estimate {
@@ -84,6 +88,25 @@ impl Estimate {
     #[must_use]
     pub fn is_fit(&self) -> bool {
         self.fit == 1
+    }
+
+    /// Why it is not; `None` where it is.
+    #[must_use]
+    pub fn why_unfit(&self) -> Option<WhyUnfit> {
+        let [sigma_m, sigma_rad] = worst_sigmas(&self.total());
+        let limit = f64::from(self.fit_limit);
+        match Unfit::from_byte(self.unfit) {
+            _ if self.is_fit() => None,
+            Some(Unfit::Position) => Some(WhyUnfit::Position {
+                sigma_m,
+                limit_m: limit,
+            }),
+            Some(Unfit::Heading) => Some(WhyUnfit::Heading {
+                sigma_rad,
+                limit_rad: limit,
+            }),
+            Some(Unfit::Belief) | None => Some(WhyUnfit::Belief(self.state())),
+        }
     }
 
     /// How `input` was doing at this tick.

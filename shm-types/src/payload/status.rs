@@ -3,14 +3,14 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::{CanCounters, Header, Latency, Losses, SourceHealth};
 use crate::layout::layout;
-use crate::{BeliefState, BusState, Health, Input, Limits, Reject};
+use crate::{BeliefState, BusState, Health, Input, Limits, Reject, Unfit};
 
 /// `coloc/<robot>/status`: every counter since the start of the daemon, once a second.
 ///
 /// Counters only grow while `header.session` stays the same; a rate is the difference of two messages.
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Status.v2")]
+#[type_name("coloc.Status.v3")]
 pub struct Status {
     /// When it was counted, by the configured clock; `source` is the robot's team number.
     pub header: Header,
@@ -41,13 +41,15 @@ pub struct Status {
     pub state: u8,
     /// 1: fit to drive on; read it with [`Self::is_fit`].
     pub fit: u8,
-    /// Zero.
-    pub reserved: [u8; 5],
+    /// [`Unfit`]; read it with [`Self::unfit`]. 0 where it is fit.
+    pub unfit: u8,
+    /// What is exceeded: the largest σ that is configured for the position (m) or the heading (rad), by `unfit`; else 0.
+    pub fit_limit: f32,
 }
 
 layout!(Status, 6656;
     header: 0, tick: 40, deadline_misses: 48, worst_lateness_ns: 56, latency: 64, accepted: 104, rejected: 232,
-    can: 4328, losses: 4520, sources: 4584, health: 6632, bus: 6648, state: 6649, fit: 6650, reserved: 6651,
+    can: 4328, losses: 4520, sources: 4584, health: 6632, bus: 6648, state: 6649, fit: 6650, unfit: 6651, fit_limit: 6652,
 );
 
 impl Status {
@@ -112,5 +114,12 @@ impl Status {
     #[must_use]
     pub fn is_fit(&self) -> bool {
         self.fit == 1
+    }
+
+    /// Why it is not; `None` where it is.
+    #[must_use]
+    pub fn unfit(&self) -> Option<Unfit> {
+        let said = Unfit::from_byte(self.unfit);
+        (!self.is_fit()).then_some(said.unwrap_or(Unfit::Belief))
     }
 }
