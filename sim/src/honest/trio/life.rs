@@ -20,17 +20,38 @@ pub(super) struct Life {
     /// Radius of the floor beyond which they turn back \[m\].
     pub(super) floor_m: f64,
     /// What an independent implementation of the same equations found, in another world, with cubature and with the bend carried.
-    pub(super) elsewhere: [&'static str; 2],
+    pub(super) elsewhere: Option<[Elsewhere; 2]>,
 }
 
-const fn life(sort: Sort, exchange: u32, fixes: Option<u32>, elsewhere: [&'static str; 2]) -> Life {
+/// Root mean square error of the position \[m\], and mean NEES.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(super) struct Elsewhere {
+    pub(super) rms_m: f64,
+    pub(super) nees: f64,
+}
+
+const fn life(
+    sort: Sort,
+    exchange: u32,
+    fixes: Option<u32>,
+    [[a, nees_a], [b, nees_b]]: [[f64; 2]; 2],
+) -> Life {
     Life {
         sort,
         exchange,
         fixes,
         heading: HEADING,
         floor_m: FLOOR_M,
-        elsewhere,
+        elsewhere: Some([
+            Elsewhere {
+                rms_m: a,
+                nees: nees_a,
+            },
+            Elsewhere {
+                rms_m: b,
+                nees: nees_b,
+            },
+        ]),
     }
 }
 
@@ -38,6 +59,7 @@ const fn life(sort: Sort, exchange: u32, fixes: Option<u32>, elsewhere: [&'stati
 const fn scattered(life: Life) -> Life {
     Life {
         floor_m: f64::INFINITY,
+        elsewhere: None,
         ..life
     }
 }
@@ -51,20 +73,15 @@ impl Life {
 
 /// In ticks of a tenth of a second.
 pub(super) const LIVES: [Life; 8] = [
-    life(Sort::Sane, 100, Some(600), ["0.56 m / 1.2", "0.56 m / 1.2"]),
+    life(Sort::Sane, 100, Some(600), [[0.56, 1.2], [0.56, 1.2]]),
     Life {
         heading: 0.5,
-        ..life(Sort::Sane, 100, Some(600), ["1.13 m / 4.6", "0.67 m / 1.2"])
+        ..life(Sort::Sane, 100, Some(600), [[1.13, 4.6], [0.67, 1.2]])
     },
-    life(Sort::Paper, 5, Some(200), ["0.68 m / 1.4", "0.67 m / 1.35"]),
-    life(
-        Sort::Paper,
-        100,
-        Some(600),
-        ["3.50 m / 1.7", "3.71 m / 1.1"],
-    ),
-    life(Sort::Paper, 600, Some(600), ["6.6 m / 3.3", "5.7 m / 1.4"]),
-    life(Sort::Paper, 20, None, ["8.45 m / 2.2", "8.5 m / 0.65"]),
-    scattered(life(Sort::Paper, 100, Some(600), ["", ""])),
-    scattered(life(Sort::Paper, 20, None, ["", ""])),
+    life(Sort::Paper, 5, Some(200), [[0.68, 1.4], [0.67, 1.35]]),
+    life(Sort::Paper, 100, Some(600), [[3.5, 1.7], [3.71, 1.1]]),
+    life(Sort::Paper, 600, Some(600), [[6.6, 3.3], [5.7, 1.4]]),
+    life(Sort::Paper, 20, None, [[8.45, 2.2], [8.5, 0.65]]),
+    scattered(life(Sort::Paper, 100, Some(600), [[0.0; 2]; 2])),
+    scattered(life(Sort::Paper, 20, None, [[0.0; 2]; 2])),
 ];

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use super::table::{Table, digits};
 use super::{Finding, Form};
 use crate::random::Noise;
-use life::{LIVES, Life};
+use life::{Elsewhere, LIVES, Life};
 use run::{Outcome, RATE_HZ, Run, SECONDS};
 
 /// Mean NEES, and the root mean square error beside the other's where that one is honest.
@@ -47,6 +47,8 @@ pub fn find(form: &Form) -> Finding {
         "coloc",
         "elsewhere: cubature",
         "elsewhere: bend carried",
+        "coloc over cubature: here, elsewhere",
+        "coloc over elsewhere's",
     ]);
     let mut missed = Vec::new();
     for life in LIVES {
@@ -63,16 +65,17 @@ pub fn find(form: &Form) -> Finding {
             form.runs
         ),
         text: format!(
-            "Root mean square error of position / mean NEES, of all three:\n\n{}",
+            "Root mean square error of position / mean NEES, of all three; in the last two columns ratios of such errors. Of elsewhere's \
+             figures the ways are not known, so that of them only the ratio to cubature's compares:\n\n{}",
             table.text()
         ),
         missed,
     }
 }
 
-fn row(life: &Life, theirs: &Outcome, own: &Outcome) -> [String; 9] {
+fn row(life: &Life, theirs: &Outcome, own: &Outcome) -> [String; 11] {
     let figures = |it: &Outcome| format!("{} m / {}", digits(it.rms_m()), digits(it.score.nees()));
-    let [a, b] = life.elsewhere.map(String::from);
+    let [a, b, to_cubature, to_elsewhere] = beside(life, theirs, own);
     let floor = if life.is_held() {
         format!("{} m", life.floor_m)
     } else {
@@ -88,6 +91,28 @@ fn row(life: &Life, theirs: &Outcome, own: &Outcome) -> [String; 9] {
         figures(own),
         a,
         b,
+        to_cubature,
+        to_elsewhere,
+    ]
+}
+
+/// What was found elsewhere, and how far off the own ones are beside it.
+fn beside(life: &Life, theirs: &Outcome, own: &Outcome) -> [String; 4] {
+    let here = own.rms_m() / theirs.rms_m();
+    let Some([cubature, carried]) = life.elsewhere else {
+        return [
+            String::new(),
+            String::new(),
+            format!("{here:.2}"),
+            String::new(),
+        ];
+    };
+    let figures = |it: Elsewhere| format!("{} m / {}", it.rms_m, it.nees);
+    [
+        figures(cubature),
+        figures(carried),
+        format!("{here:.2}, {:.2}", carried.rms_m / cubature.rms_m),
+        format!("{:.2}", own.rms_m() / carried.rms_m),
     ]
 }
 
