@@ -8,6 +8,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand};
 
 use crate::demo::scene::SceneName;
 use crate::eval::EvalArgs;
+use crate::first_robot::FirstRobotArgs;
 use crate::latency::{LatencyArgs, ReaderArgs};
 use crate::list::ListArgs;
 use crate::listen::ListenArgs;
@@ -50,6 +51,9 @@ pub(crate) enum Command {
     Eval(Box<EvalArgs>),
     /// Find out how soon a new estimate is in other programs' hands, and where the time goes
     Latency(LatencyArgs),
+    /// Draw the pictures of docs/first-robot.md
+    #[command(hide = true)]
+    FirstRobot(FirstRobotArgs),
     /// The process in which `coloc latency` reads the estimates
     #[command(hide = true)]
     LatencyReader(ReaderArgs),

@@ -19,6 +19,7 @@ mod comparison;
 mod daemon;
 mod demo;
 mod eval;
+mod first_robot;
 mod fitted;
 mod home;
 mod latency;
@@ -44,6 +45,7 @@ fn main() -> ExitCode {
     let status = match parse(std::env::args_os()) {
         Ok(Command::Demo(args)) => demo::command(&args),
         Ok(Command::Eval(args)) => eval::command(&args),
+        Ok(Command::FirstRobot(args)) => first_robot::command(&args),
         Ok(Command::Latency(args)) => latency::command(&args),
         Ok(Command::LatencyReader(args)) => latency::reader(&args),
         Ok(Command::List(args)) => list::command(&args),

@@ -61,6 +61,8 @@ fn panel(heading_sigma_deg: f64, [drawn, linearised, cubature]: Colors) -> Ellip
             ),
         ],
         points: points.into_iter().step_by(DRAWN).collect(),
+        points_label: "Monte-Carlo draws",
+        traces: Vec::new(),
     }
 }
 

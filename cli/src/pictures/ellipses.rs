@@ -20,7 +20,18 @@ pub(crate) struct EllipsePanel {
     pub(crate) title: String,
     /// x, y \[m\].
     pub(crate) points: Vec<(f64, f64)>,
+    pub(crate) points_label: &'static str,
+    /// Of those with one label only the last has a cross and is named.
     pub(crate) ellipses: Vec<Ellipse>,
+    pub(crate) traces: Vec<Trace>,
+}
+
+/// A line through places.
+pub(crate) struct Trace {
+    pub(crate) label: &'static str,
+    pub(crate) color: RGBColor,
+    /// x, y \[m\].
+    pub(crate) points: Vec<(f64, f64)>,
 }
 
 /// The ellipse that holds 95 % of a normal distribution.
@@ -77,7 +88,14 @@ fn draw(area: &Area<'_>, caption: &str, panels: &[EllipsePanel]) -> Result<(), F
 
 fn draw_panel(place: &Area<'_>, panel: &EllipsePanel) -> Result<(), Failure> {
     let outlines: Vec<_> = panel.ellipses.iter().map(Ellipse::outline).collect();
-    let all = || outlines.iter().flatten().chain(&panel.points);
+    let traces = || panel.traces.iter().flat_map(|trace| &trace.points);
+    let all = || {
+        outlines
+            .iter()
+            .flatten()
+            .chain(&panel.points)
+            .chain(traces())
+    };
     let (x, y) = (extent(all().map(|p| p.0)), extent(all().map(|p| p.1)));
     let half = 0.55 * (x.1 - x.0).max(y.1 - y.0).max(1e-6);
     let around = |(low, high): (f64, f64)| {
@@ -111,16 +129,29 @@ fn draw_panel(place: &Area<'_>, panel: &EllipsePanel) -> Result<(), Failure> {
         .map(|&at| Circle::new(at, 1, TRUTH.filled()));
     chart
         .draw_series(dots)?
-        .label("Monte-Carlo draws")
+        .label(panel.points_label)
         .legend(|(x, y)| Circle::new((x + 10, y), 2, TRUTH.filled()));
-    for (ellipse, outline) in panel.ellipses.iter().zip(outlines) {
+    for (at, (ellipse, outline)) in panel.ellipses.iter().zip(outlines).enumerate() {
         let style = line(ellipse.color, ellipse.width_px);
-        chart
-            .draw_series([PathElement::new(outline, style)])?
+        let series = chart.draw_series([PathElement::new(outline, style)])?;
+        let later = panel.ellipses.iter().skip(at + 1);
+        if later.into_iter().any(|it| it.label == ellipse.label) {
+            continue;
+        }
+        series
             .label(ellipse.label)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
         let [x, y] = ellipse.mean;
         chart.draw_series([Cross::new((x, y), 5, style)])?;
+    }
+    for trace in &panel.traces {
+        let style = line(trace.color, 2);
+        chart
+            .draw_series([PathElement::new(trace.points.clone(), style)])?
+            .label(trace.label)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+        let end = trace.points.last().copied();
+        chart.draw_series(end.map(|at| Circle::new(at, 4, trace.color.filled())))?;
     }
     chart
         .configure_series_labels()
