@@ -8,6 +8,7 @@
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use coloc_drivers::encoder::Slip;
 use coloc_estimator::{Belief, Decision};
 use coloc_shm_types::{BeliefState, BusState, Health, Input, Reject, SourceState, Timing};
 use crossbeam::atomic::AtomicCell;
@@ -68,6 +69,8 @@ pub enum Event {
         /// Since this tick.
         to: BusState,
     },
+    /// Wheels do not fit one another, or do again.
+    Slips(Option<Slip>),
     /// An input changed nothing.
     Rejected {
         /// Of which kind.

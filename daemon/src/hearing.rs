@@ -199,7 +199,7 @@ mod tests {
         let since = hearing.reception().since(&before);
         assert_eq!(
             (since.samples, since.heard, since.unsure),
-            (2, [3, 4, 0], 0)
+            (2, [3, 4, 0, 0], 0)
         );
         assert_eq!(since.refused[FrameReject::Checksum as usize], 1);
         assert_eq!(since.refused.iter().sum::<u64>(), 1);

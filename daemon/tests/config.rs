@@ -232,7 +232,7 @@ fn a_setting_in_the_wrong_section_is_told_its_own() {
     );
     assert_eq!(
         refusal_of("[wheels]\ntrack_m = 0.3"),
-        "robot.toml:4: wheels belongs in [odometry]"
+        "robot.toml:4: wheels belongs in [odometry] or [odometry.omni]"
     );
 }
 

@@ -139,6 +139,7 @@ fn the_first_frames_only_say_where_counting_starts() {
         stamp_ns: robot.now_ns,
         velocity: [1.0, 0.0, 0.0],
         rest: Rest::Moving,
+        spread: [[0.0; 3]; 3],
     };
     assert_eq!(robot.samples, [expected]);
 }

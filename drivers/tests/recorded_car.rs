@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use coloc_drivers::Database;
 use coloc_drivers::can::{BusSpec, Filter, Id, Log, LogFrame, Received, StandardId};
 use coloc_drivers::encoder::{
-    OdometryConfig, OdometryDecoder, Quantity, Tolerance, WheelConfig, WheelsConfig,
+    OdometryConfig, OdometryDecoder, Quantity, WheelConfig, WheelsConfig,
 };
 use flate2::read::GzDecoder;
 
@@ -113,17 +113,14 @@ fn car(data: &Path) -> OdometryConfig {
             interface: Some("can0".to_owned()),
         }],
         dbc: Some(data.join("toyota_2017.dbc")),
-        max_speed_mps: 70.0,
         max_turn_rate_radps: 2.0,
         wheels: Some(WheelsConfig {
             track_m: 1.56,
+            turning_scale: 1.0,
             left: wheel("RL"),
             right: wheel("RR"),
         }),
-        body: None,
-        messages: Vec::new(),
-        base: None,
-        tolerance: Tolerance::default(),
+        ..OdometryConfig::of(70.0)
     }
 }
 

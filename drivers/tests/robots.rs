@@ -253,10 +253,13 @@ fn the_documented_example_is_a_configuration() {
 fn what_is_wrong_is_named_with_what_is_allowed() {
     let wheels = |wheel: &str| both_wheels("Axle", wheel);
     for (toml, expected) in [
-        (String::new(), "either [odometry.wheels] or [odometry.body]"),
+        (
+            String::new(),
+            "wheels: give one of [odometry.wheels], [odometry.four_wheels], [odometry.bicycle]",
+        ),
         (
             wheels("metres_per_tick = 0.01") + BODY,
-            "either [odometry.wheels] or [odometry.body]",
+            "body: is there beside [odometry.wheels]: give one of [odometry.wheels]",
         ),
         (
             wheels(""),

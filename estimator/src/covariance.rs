@@ -124,6 +124,13 @@ impl Covariance3 {
         Self::clamped_diagonal([LARGEST; 3])
     }
 
+    /// `Σ + other`, of errors that have nothing to do with each other; where that is too large to compute with, every variance is
+    /// the largest.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self(self.0 + other.0).scaled(1.0)
+    }
+
     /// With no variance below that of `floor`, whose variances are added where they are missing.
     #[must_use]
     pub fn with_floor(&self, floor: [f64; 3]) -> Self {

@@ -56,6 +56,15 @@ impl Motion {
         Covariance3::trusted(&self.noise())
     }
 
+    /// The same velocity with noise `Q + more`, over `[v_x, v_y, ω]`.
+    #[must_use]
+    pub fn with_noise_added(&self, more: &Covariance3) -> Self {
+        Self::Holonomic {
+            velocity: self.velocity(),
+            noise: self.covariance().plus(more),
+        }
+    }
+
     /// The same velocity with noise `factor · Q`; a factor that is not a positive finite number counts as zero.
     #[must_use]
     pub fn with_noise_scaled(&self, factor: f64) -> Self {

@@ -1,6 +1,7 @@
 //! How inputs, belief and buses were at the last tick: a change is told, and only then. (Whether to drive on the
 //! belief is said with each estimate, not here.)
 
+use coloc_drivers::encoder::Slip;
 use coloc_shm_types::{BusState, Health, Input, Status};
 
 use super::losses::Teller;
@@ -13,6 +14,7 @@ pub(super) struct Changes {
     health: [Health; Input::COUNT],
     standing: Standing,
     bus: BusState,
+    slips: Option<&'static str>,
 }
 
 impl Changes {
@@ -52,6 +54,14 @@ impl Changes {
         let from = std::mem::replace(&mut self.bus, worst);
         if from != worst {
             teller.tell(Event::Bus { from, to: worst });
+        }
+    }
+
+    /// Another wheel is another slip.
+    pub(super) fn slip(&mut self, slip: Option<Slip>, teller: &mut Teller) {
+        let wheel = slip.map(|slip| slip.wheel);
+        if std::mem::replace(&mut self.slips, wheel) != wheel {
+            teller.tell(Event::Slips(slip));
         }
     }
 

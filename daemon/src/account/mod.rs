@@ -17,6 +17,7 @@ mod verdicts;
 
 use std::sync::Arc;
 
+use coloc_drivers::encoder::Slip;
 use coloc_estimator::{
     Belief, Decision, Estimate, Finding, FindingState, Kind, Measurement, Report, Stamp,
     TickOutputs,
@@ -136,6 +137,11 @@ impl Account {
     pub fn buses(&mut self, worst: BusState, alone: bool) {
         self.watch.buses(worst, alone);
         self.changes.buses(worst, &mut self.teller);
+    }
+
+    /// Wheels that do not fit the others, now.
+    pub fn slip(&mut self, slip: Option<Slip>) {
+        self.changes.slip(slip, &mut self.teller);
     }
 
     /// What was counted of odometry since the start.

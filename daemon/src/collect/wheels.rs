@@ -4,8 +4,10 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::Arc;
 
 use coloc_drivers::can::{self, Bus, Filter};
-use coloc_drivers::encoder::{FrameReject, OdometryCounters, OdometryDecoder, Rest, WheelOdometry};
-use coloc_estimator::{Motion, OdometryNoise, OdometrySample, Stamp};
+use coloc_drivers::encoder::{
+    FrameReject, OdometryConfig, OdometryCounters, OdometryDecoder, Rest, WheelOdometry,
+};
+use coloc_estimator::{Covariance3, Motion, OdometryNoise, OdometrySample, Span, Stamp};
 use coloc_shm_types::{BusState, CanCounters, Input};
 use tracing::warn;
 
@@ -31,12 +33,13 @@ pub struct Wheels {
 
 /// A velocity and its noise, in the words of the drive.
 #[derive(Copy, Clone, Debug)]
-pub(crate) struct ToMotion {
+pub struct ToMotion {
     noise: OdometryNoise,
     holonomic: bool,
     stands_by: StandsBy,
     /// Of a robot that stands.
     creep: Motion,
+    reference_period_s: f64,
 }
 
 impl Wheels {
@@ -146,8 +149,13 @@ impl Wheels {
             hearing.note_buses(&self.buses, decoder);
             let alone = base.is_none_or(|base| base.deaf().is_some());
             account.buses(worst(&self.buses), alone);
+            account.slip(decoder.slip());
         }
-        account.odometry(counters(&self.buses, &counted));
+        account.odometry(CanCounters {
+            slips: decoder.map_or(0, OdometryDecoder::slips),
+            slipping: u64::from(decoder.is_some_and(|it| it.slip().is_some())),
+            ..counters(&self.buses, &counted)
+        });
     }
 
     /// The buses, to be waited on.
@@ -157,28 +165,47 @@ impl Wheels {
 }
 
 impl ToMotion {
-    pub(crate) fn new(config: &Config) -> Self {
-        let body = config.odometry.iter().find_map(|it| it.body.as_ref());
-        let base = config.odometry.iter().find_map(|it| it.base.as_ref());
+    /// As `[motion]` and `[odometry]` say.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
         Self {
             noise: config.motion.noise(),
             stands_by: config.motion.stands_by,
             creep: Motion::standstill(config.motion.creep_variance()),
-            holonomic: body.is_some_and(|body| body.sideways.is_some())
-                || base.is_some_and(|base| base.sideways),
+            holonomic: (config.odometry.as_ref()).is_some_and(OdometryConfig::moves_sideways),
+            reference_period_s: config.motion.reference_period_s,
         }
     }
 
     /// With the noise that is configured.
-    fn sample(self, source: u16, odometry: &WheelOdometry) -> OdometrySample {
+    #[must_use]
+    pub fn sample(self, source: u16, odometry: &WheelOdometry) -> OdometrySample {
         OdometrySample {
             source,
             start: Stamp::from_nanos(odometry.start_ns),
             stamp: Stamp::from_nanos(odometry.stamp_ns),
             motion: self
                 .standing(odometry.rest)
-                .unwrap_or_else(|| self.motion(odometry.velocity)),
+                .unwrap_or_else(|| self.moving(odometry)),
         }
+    }
+
+    /// With what the kinematics add to the noise, which is that of the sample: the history takes noise as that of the reference
+    /// period, and scales it back by the time that passed.
+    pub(crate) fn moving(self, odometry: &WheelOdometry) -> Motion {
+        let motion = self.motion(odometry.velocity);
+        let [[xx, xy, xp], [_, yy, yp], [_, _, pp]] = odometry.spread;
+        if xx == 0.0 && yy == 0.0 && pp == 0.0 {
+            return motion;
+        }
+        let spread = Covariance3::from_row_major([xx, xy, xp, xy, yy, yp, xp, yp, pp]);
+        // Three times its diagonal is larger than any covariance; what has no such diagonal is no number, and not believed.
+        let spread = spread
+            .or_else(|_| Covariance3::diagonal([xx, yy, pp].map(|it| 3.0 * it)))
+            .unwrap_or_default();
+        let ns = odometry.stamp_ns.saturating_sub(odometry.start_ns);
+        let span_s = Span::from_nanos(ns).as_seconds();
+        motion.with_noise_added(&spread.scaled(span_s / self.reference_period_s))
     }
 
     /// The same where nobody knows in advance whether a robot moves sideways.
@@ -202,11 +229,18 @@ impl ToMotion {
 
     /// `[v_x, v_y, ω]` with the noise of such a velocity.
     pub(crate) fn motion(self, velocity: [f64; 3]) -> Motion {
-        let [v, _, omega] = velocity;
+        let [v, sideways, omega] = velocity;
         if self.holonomic {
-            self.noise.holonomic(velocity)
-        } else {
-            self.noise.nonholonomic([v, omega])
+            return self.noise.holonomic(velocity);
+        }
+        let motion = self.noise.nonholonomic([v, omega]);
+        if sideways == 0.0 {
+            return motion;
+        }
+        // Of a car that is just being steered: it does not slip more for it.
+        Motion::Holonomic {
+            velocity,
+            noise: motion.covariance(),
         }
     }
 }
@@ -283,7 +317,7 @@ fn counters(buses: &[Bus], decoded: &OdometryCounters) -> CanCounters {
         other_wraps: decoded.other_wraps,
         late_ways: decoded.late_ways,
         gaps: decoded.gaps,
-        spare: [0; 7],
+        ..CanCounters::default()
     }
 }
 

@@ -143,7 +143,9 @@ mod tests {
         for_each("", Shape::whole(), &mut |path, shape| {
             let is_number = matches!(shape.kind(), Kind::Number | Kind::Whole);
             if is_number && can_be_written(path) {
-                must_refuse(path, "-1", shape);
+                if !shape.holds(-1.0) {
+                    must_refuse(path, "-1", shape);
+                }
                 must_refuse(path, "99999999999999999999999", shape);
                 if !shape.holds(1e12) {
                     must_refuse(path, "1_000_000_000_000", shape);

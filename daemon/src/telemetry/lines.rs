@@ -59,6 +59,14 @@ pub(super) fn write((count, event): Sum) {
             decision,
             ..
         } => decided(count, &format!("{input} {source}"), &decision),
+        Event::Slips(Some(slip)) => warn!(
+            count,
+            "wheels slip: odometry.{} is off by {:.2} m/s against the others, or another of them is; up to {:.2} m/s would fit",
+            slip.wheel,
+            slip.misfit_mps,
+            slip.limit_mps
+        ),
+        Event::Slips(None) => info!(count, "wheels slip no more: they fit one another again"),
         Event::Bus { from, to } => warn!(count, "can: {from} -> {to}"),
         Event::Contested { input, state } if state.contested => warn!(
             count,

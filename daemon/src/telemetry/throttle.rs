@@ -98,6 +98,7 @@ fn kind(event: &Event) -> Kind {
             let word = decision_number(&decision);
             [12, input as u8, word, (source % OWN_LINES) as u8]
         }
+        Event::Slips(slip) => [13, u8::from(slip.is_some()), 0, 0],
         Event::Bus { from, to } => [2, from as u8, to as u8, 0],
         Event::Contested { input, state } => {
             let [high, low] = state.number.to_be_bytes();

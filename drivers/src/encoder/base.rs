@@ -7,7 +7,7 @@ use super::config::OdometryConfig;
 use super::count::Counts;
 use super::counter::Counter;
 use super::counters::OdometryCounters;
-use super::kinematics::Kinematics;
+use super::kinematics::{Kinematics, NO_SPREAD};
 use super::merge::{MAX_CHANNELS, Merge, WheelOdometry};
 use super::plan::positive;
 use super::reject::FrameReject;
@@ -88,11 +88,11 @@ impl BaseDecoder {
             BaseReading::Velocity(velocity) => (Some(&mut self.velocity), rates(velocity)),
             BaseReading::Distances(metres) => {
                 let [left, right] = metres.map(|it| Some(nanometres(it)));
-                (self.distances.as_mut(), [left, right, None])
+                (self.distances.as_mut(), [left, right, None, None])
             }
             BaseReading::Counts(counts) => {
                 let [left, right] = counts.map(|it| Some(Said::Count(it.cast_unsigned())));
-                (self.counts.as_mut(), [left, right, None])
+                (self.counts.as_mut(), [left, right, None, None])
             }
         };
         let merge = merge?;
@@ -122,6 +122,7 @@ impl BaseDecoder {
             stamp_ns,
             velocity,
             rest: self.velocity.rest(velocity, start_ns),
+            spread: NO_SPREAD,
         })
     }
 
@@ -149,7 +150,10 @@ fn body(config: &OdometryConfig, limits: [f64; 3]) -> Merge {
 fn axle(config: &OdometryConfig, track_m: f64, metres_per_count: [f64; 2]) -> Merge {
     let counter = |metres| Counter::new(WIDE, metres, config.max_speed_mps, &config.tolerance);
     let channels = metres_per_count.map(|metres| Channel::new(Measure::Counter(counter(metres))));
-    let kinematics = Kinematics::Axle { track_m };
+    let kinematics = Kinematics::Axle {
+        track_m,
+        turning_scale: 1.0,
+    };
     Merge::new(channels, kinematics, config.tolerance)
 }
 
@@ -161,7 +165,8 @@ fn nanometres(metres: f64) -> Said {
 
 /// In the order of [`Kinematics::Body`].
 fn rates([vx, vy, omega]: [f64; 3]) -> [Option<Said>; MAX_CHANNELS] {
-    [vx, omega, vy].map(|it| Some(Said::Rate(it)))
+    let [forward, turn, sideways] = [vx, omega, vy].map(|it| Some(Said::Rate(it)));
+    [forward, turn, sideways, None]
 }
 
 fn each(

@@ -19,7 +19,7 @@ pub(super) struct Channel {
     period_ns: Option<i64>,
     /// A frame has come since the last sample.
     has_news: bool,
-    /// Counter: distance since the last sample \[m\]. Rate: the newest velocity \[m/s or rad/s\].
+    /// Counter: distance since the last sample \[m\]. Rate: the newest velocity \[m/s or rad/s\]. Angle: the newest \[rad\].
     value: f64,
     /// Where counting began again: a way that began before that counts in part.
     began_ns: Option<i64>,
@@ -29,7 +29,7 @@ pub(super) struct Channel {
 #[derive(Copy, Clone, Debug, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "a robot has three of them at most"
+    reason = "a robot has four of them at most"
 )]
 pub(super) enum Measure {
     /// A cumulative count.
@@ -43,6 +43,28 @@ pub(super) enum Measure {
         /// It says nothing about a time longer than this before it.
         longest_s: f64,
     },
+    /// An angle of the moment of its frame.
+    Angle {
+        /// What its signal says of zero, in its unit.
+        zero: f64,
+        /// From its unit to radians.
+        scale: f64,
+        /// The most that is plausible \[rad\].
+        limit: f64,
+        /// It says nothing about a time longer than this before it.
+        longest_s: f64,
+        /// At the beginning of the interval \[rad\].
+        before: f64,
+    },
+}
+
+/// What a channel says of an interval.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub(super) struct Part {
+    /// A mean speed, or an angle at the end \[m/s, rad/s, rad\].
+    pub(super) value: f64,
+    /// The angle at the beginning; of a speed, the same.
+    pub(super) before: f64,
 }
 
 /// What was said, checked but not applied yet.
@@ -97,6 +119,18 @@ impl Channel {
                 let plausible = (-*limit..=*limit).contains(&rate);
                 plausible
                     .then_some(Update::Rate(rate))
+                    .ok_or(FrameReject::Implausible)
+            }
+            (
+                Said::Rate(value),
+                Measure::Angle {
+                    zero, scale, limit, ..
+                },
+            ) => {
+                let angle = (value - *zero) * *scale;
+                let plausible = (-*limit..=*limit).contains(&angle);
+                plausible
+                    .then_some(Update::Rate(angle))
                     .ok_or(FrameReject::Implausible)
             }
             // Who says it was planned together with the channel.
@@ -161,16 +195,41 @@ impl Channel {
                     return Continuity::Gap;
                 }
             }
+            (
+                Update::Rate(angle),
+                Measure::Angle {
+                    longest_s, before, ..
+                },
+            ) => {
+                self.value = angle;
+                let gap = interval_ns.is_some_and(|ns| seconds(ns) > *longest_s);
+                if gap || interval_ns.is_none() {
+                    *before = angle;
+                }
+                if gap {
+                    return Continuity::Gap;
+                }
+            }
             _ => {}
         }
         Continuity::Continued
     }
 
+    /// What it says of the `dt_s` seconds since the last sample.
+    pub(super) fn part(&self, dt_s: f64) -> Part {
+        let value = self.velocity(dt_s);
+        let before = match self.measure {
+            Measure::Angle { before, .. } => before,
+            Measure::Counter(_) | Measure::Rate { .. } => value,
+        };
+        Part { value, before }
+    }
+
     /// Velocity over the `dt_s` seconds since the last sample.
-    pub(super) fn velocity(&self, dt_s: f64) -> f64 {
+    fn velocity(&self, dt_s: f64) -> f64 {
         match self.measure {
             Measure::Counter(_) => self.value / dt_s,
-            Measure::Rate { .. } => self.value,
+            Measure::Rate { .. } | Measure::Angle { .. } => self.value,
         }
     }
 
@@ -178,19 +237,23 @@ impl Channel {
     pub(super) fn least_s(&self) -> f64 {
         match self.measure {
             Measure::Counter(counter) => self.value.abs() / counter.max_speed_mps(),
-            Measure::Rate { .. } => 0.0,
+            Measure::Rate { .. } | Measure::Angle { .. } => 0.0,
         }
     }
 
     /// A sample has been formed that says this much of the way, or the time before is given up.
     pub(super) fn begin_interval(&mut self, said: f64) {
         self.has_news = false;
-        if let Measure::Counter(_) = self.measure {
-            self.value = if said < 1.0 {
-                self.value * (1.0 - said)
-            } else {
-                0.0
-            };
+        match &mut self.measure {
+            Measure::Counter(_) => {
+                self.value = if said < 1.0 {
+                    self.value * (1.0 - said)
+                } else {
+                    0.0
+                };
+            }
+            Measure::Angle { before, .. } => *before = self.value,
+            Measure::Rate { .. } => {}
         }
     }
 
@@ -199,9 +262,17 @@ impl Channel {
         self.began_ns = Some(stamp_ns);
     }
 
-    /// Whether it says how far it has come, rather than how fast it is.
-    pub(super) fn counts(&self) -> bool {
-        matches!(self.measure, Measure::Counter(_))
+    /// Whether it says how fast the robot is, rather than how far it has come.
+    pub(super) fn is_speed(&self) -> bool {
+        matches!(self.measure, Measure::Rate { .. })
+    }
+
+    /// One count of it \[m\]; 0 where it does not count.
+    pub(super) fn count_m(&self) -> f64 {
+        match self.measure {
+            Measure::Counter(counter) => counter.metres_per_count().abs(),
+            Measure::Rate { .. } | Measure::Angle { .. } => 0.0,
+        }
     }
 
     /// Whether a frame has come since the last sample.

@@ -12,6 +12,12 @@ use crate::can::BusSpec;
 
 use super::tolerance::Tolerance;
 
+mod bicycle;
+mod rolling;
+
+pub use bicycle::{AngleUnit, BicycleConfig, SteeringConfig};
+pub use rolling::{FourWheelsConfig, MecanumConfig, OmniConfig, OmniWheelConfig};
+
 /// Buses, and the signals on them that tell how the robot moves.
 ///
 /// ```toml
@@ -41,10 +47,28 @@ pub struct OdometryConfig {
     #[serde(default = "default_max_turn_rate_radps")]
     #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
     pub max_turn_rate_radps: f64,
-    /// The two wheels of an axle: differential drive, or the rear wheels of a car. Either this or `body`.
+    /// The two wheels of an axle: differential drive, tracks, or the rear wheels of a car. One of this, `four_wheels`, `bicycle`,
+    /// `mecanum`, `omni` and `body`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wheels: Option<WheelsConfig>,
-    /// Velocities of the body, of robots that measure those. Either this or `wheels`.
+    /// Four wheels that point forward, two a side, turning as the sides differ: skid-steer. Instead of `wheels`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = FourWheelsConfig::example())]
+    pub four_wheels: Option<FourWheelsConfig>,
+    /// A steered car by the angle of its front wheels and one speed. Instead of `wheels`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = BicycleConfig::example())]
+    pub bicycle: Option<BicycleConfig>,
+    /// Four mecanum wheels, whose rollers stand at 45°; those that touch the ground make a diamond, seen from above. Instead of
+    /// `wheels`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = MecanumConfig::example())]
+    pub mecanum: Option<MecanumConfig>,
+    /// Three or four omni wheels, each across the line to the robot's middle. Instead of `wheels`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = OmniConfig::example())]
+    pub omni: Option<OmniConfig>,
+    /// Velocities of the body, of robots that measure those. Instead of `wheels`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(example = BodyConfig::example())]
     pub body: Option<BodyConfig>,
@@ -91,6 +115,10 @@ fn default_max_turn_rate_radps() -> f64 {
     10.0
 }
 
+fn one() -> f64 {
+    1.0
+}
+
 /// The two wheels of an axle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -98,6 +126,11 @@ pub struct WheelsConfig {
     /// Distance between the points where the wheels touch the ground \[m\].
     #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
     pub track_m: f64,
+    /// So much of the turn that the wheels say is made: of one radian by `track_m`, so many. Below 1 where wheels or tracks skid
+    /// to turn: measure it by turning on the spot.
+    #[serde(default = "one")]
+    #[schemars(range(max = 10), extend("exclusiveMinimum" = 0))]
+    pub turning_scale: f64,
     /// The left wheel.
     pub left: WheelConfig,
     /// The right wheel.
@@ -250,14 +283,29 @@ impl OdometryConfig {
             ["WheelLeft", "WheelRight"].map(|message| WheelConfig::coloc(message, metres_per_tick));
         Self {
             buses: vec![bus],
-            dbc: None,
-            max_speed_mps,
-            max_turn_rate_radps: default_max_turn_rate_radps(),
             wheels: Some(WheelsConfig {
                 track_m,
+                turning_scale: 1.0,
                 left,
                 right,
             }),
+            ..Self::of(max_speed_mps)
+        }
+    }
+
+    /// Nothing but a speed limit.
+    #[must_use]
+    pub fn of(max_speed_mps: f64) -> Self {
+        Self {
+            buses: Vec::new(),
+            dbc: None,
+            max_speed_mps,
+            max_turn_rate_radps: default_max_turn_rate_radps(),
+            wheels: None,
+            four_wheels: None,
+            bicycle: None,
+            mecanum: None,
+            omni: None,
             body: None,
             messages: Vec::new(),
             base: None,
@@ -265,10 +313,43 @@ impl OdometryConfig {
         }
     }
 
+    /// The tables that say how the robot moves by what is on its buses; exactly one may be there.
+    pub(super) fn kinds(&self) -> impl Iterator<Item = &'static str> {
+        let kinds = [
+            ("wheels", self.wheels.is_some()),
+            ("four_wheels", self.four_wheels.is_some()),
+            ("bicycle", self.bicycle.is_some()),
+            ("mecanum", self.mecanum.is_some()),
+            ("omni", self.omni.is_some()),
+            ("body", self.body.is_some()),
+        ];
+        kinds.into_iter().filter(|(_, there)| *there).map(|it| it.0)
+    }
+
+    /// Each of the wheels whose counts or speeds are read.
+    pub fn each_wheel(&self) -> impl Iterator<Item = &WheelConfig> {
+        let axle = self.wheels.iter().flat_map(|it| [&it.left, &it.right]);
+        let four = self.four_wheels.iter().flat_map(FourWheelsConfig::each);
+        let bicycle = self.bicycle.iter().map(|it| &it.wheel);
+        let mecanum = self.mecanum.iter().flat_map(MecanumConfig::each);
+        let omni = self.omni.iter().flat_map(|it| &it.wheels);
+        let rolling = axle.chain(four).chain(bicycle).chain(mecanum);
+        rolling.chain(omni.map(|it| &it.wheel))
+    }
+
+    /// Whether it measures that the robot moves sideways.
+    #[must_use]
+    pub fn moves_sideways(&self) -> bool {
+        let body = self.body.as_ref();
+        let says = body.is_some_and(|body| body.sideways.is_some());
+        let base = self.base.as_ref().is_some_and(|base| base.sideways);
+        says || base || self.mecanum.is_some() || self.omni.is_some()
+    }
+
     /// Whether anything of it comes over CAN. What has no base has to.
     #[must_use]
     pub fn is_on_can(&self) -> bool {
-        let is_said = !self.buses.is_empty() || self.wheels.is_some() || self.body.is_some();
+        let is_said = !self.buses.is_empty() || self.kinds().next().is_some();
         is_said || self.base.is_none()
     }
 }
@@ -302,6 +383,10 @@ impl WheelConfig {
             modulus: None,
             reversed: false,
         }
+    }
+
+    fn example(message: &str) -> Self {
+        Self::coloc(message, 1e-4)
     }
 
     fn coloc(message: &str, metres_per_tick: f64) -> Self {

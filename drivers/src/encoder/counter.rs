@@ -163,6 +163,11 @@ impl Counter {
         self.counts.number() / 2.0 * self.metres_per_count.abs()
     }
 
+    /// What one count is worth \[m\].
+    pub(super) fn metres_per_count(&self) -> f64 {
+        self.metres_per_count
+    }
+
     /// The most that is plausible \[m/s\].
     pub(super) fn max_speed_mps(&self) -> f64 {
         self.max_speed_mps

@@ -11,6 +11,7 @@ use super::merge::{Merge, WheelOdometry};
 use super::message::Message;
 use super::plan;
 use super::reject::FrameReject;
+use super::slip::Slip;
 
 /// Makes odometry of CAN frames: each is checked against its message's guard, each of its signals against what the channel
 /// said before, and what the channels say is put together to samples (`merge`).
@@ -82,6 +83,18 @@ impl OdometryDecoder {
     /// [`super::Description::expected`].
     pub fn heard(&self) -> impl Iterator<Item = u64> {
         self.messages.iter().map(|message| message.heard)
+    }
+
+    /// How often wheels began to slip.
+    #[must_use]
+    pub fn slips(&self) -> u64 {
+        self.merge.slips()
+    }
+
+    /// Wheels that do not fit the others, now.
+    #[must_use]
+    pub fn slip(&self) -> Option<Slip> {
+        self.merge.slip()
     }
 
     /// What has been counted so far.

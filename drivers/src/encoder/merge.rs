@@ -7,13 +7,15 @@
 //! * What counters count is never lost with a frame: the next sample covers the longer time.
 //! * What comes less than 1 ms apart (a backlog that came at once) goes into one sample.
 //! * What has not moved for [`STILL_AFTER_NS`] while it was listened to stands; after a single sample without a count nobody knows.
+//! * An angle is of the moment of its frame: a sample has that at its beginning and that at its end.
 //! * No sample is faster than the robot can be. Where late frames come at once, their way is spread over what follows.
 
-use super::channel::{Channel, Continuity, Update};
+use super::channel::{Channel, Continuity, Part, Update};
 use super::counters::OdometryCounters;
-use super::kinematics::Kinematics;
+use super::kinematics::{Kinematics, NO_SPREAD, Spread, Twist};
 use super::reject::FrameReject;
 use super::said::Said;
+use super::slip::{Slip, SlipLimits, SlipWatch};
 use super::tolerance::{SHORTEST_INTERVAL_NS, Tolerance, seconds};
 
 /// The mean velocity of the body over `(start_ns, stamp_ns]`.
@@ -27,6 +29,9 @@ pub struct WheelOdometry {
     pub velocity: [f64; 3],
     /// Whether the robot was measured to stand.
     pub rest: Rest,
+    /// Covariance of `velocity` beside the noise that such a velocity has anyway: of a steering angle, of wheels each for itself,
+    /// of slip. Zero where nothing is known of it.
+    pub spread: [[f64; 3]; 3],
 }
 
 /// What says that a robot stands.
@@ -45,7 +50,7 @@ pub enum Rest {
 pub const STILL_AFTER_NS: i64 = 1_000_000_000;
 
 /// The most channels that kinematics take.
-pub const MAX_CHANNELS: usize = 3;
+pub const MAX_CHANNELS: usize = 4;
 
 /// The channels of a robot, and the sample that they are about to make.
 #[derive(Copy, Clone, Debug)]
@@ -60,6 +65,7 @@ pub(super) struct Merge {
     latest_ns: Option<i64>,
     /// Since when nothing has moved, if nothing does \[ns\].
     still_since_ns: Option<i64>,
+    slip: Option<SlipWatch>,
     pub(super) counters: OdometryCounters,
 }
 
@@ -85,8 +91,27 @@ impl Merge {
             held: 0,
             latest_ns: None,
             still_since_ns: None,
+            slip: None,
             counters: OdometryCounters::default(),
         }
+    }
+
+    /// Watches over slip from `limits` on, of which the counts are known here.
+    pub(super) fn watching(mut self, limits: Option<SlipLimits>) -> Self {
+        let counts = |channel: &Option<Channel>| channel.map_or(0.0, |it| it.count_m());
+        let counts_m = self.channels.each_ref().map(counts);
+        self.slip = limits.map(|limits| SlipWatch::new(SlipLimits { counts_m, ..limits }));
+        self
+    }
+
+    /// How often wheels began to slip.
+    pub(super) fn slips(&self) -> u64 {
+        self.slip.as_ref().map_or(0, SlipWatch::count)
+    }
+
+    /// Wheels that do not fit the others, now.
+    pub(super) fn slip(&self) -> Option<Slip> {
+        self.slip.as_ref()?.slip()
     }
 
     /// What was said of channels at one moment; if one refuses, it does not count for any.
@@ -148,7 +173,7 @@ impl Merge {
         if late && dt_s < self.tolerance.longest_wait_s {
             return Ok(None);
         }
-        let velocity = self.velocity(dt_s.max(least_s));
+        let Twist { velocity, spread } = self.twist(dt_s.max(least_s));
         self.begin_interval(stamp_ns, if late { dt_s / least_s } else { 1.0 });
         self.counters.samples += 1;
         self.counters.late_ways += u64::from(late);
@@ -157,6 +182,7 @@ impl Merge {
             stamp_ns,
             velocity,
             rest: self.rest(velocity, start_ns),
+            spread,
         }))
     }
 
@@ -170,10 +196,10 @@ impl Merge {
         if start_ns.saturating_sub(since_ns) < STILL_AFTER_NS {
             return Rest::Moving;
         }
-        if self.channels().all(Channel::counts) {
-            Rest::Counts
-        } else {
+        if self.channels().any(Channel::is_speed) {
             Rest::Speeds
+        } else {
+            Rest::Counts
         }
     }
 
@@ -194,6 +220,9 @@ impl Merge {
     fn begin_anew(&mut self, stamp_ns: i64) {
         self.begin_interval(stamp_ns, 1.0);
         self.still_since_ns = None;
+        if let Some(slip) = &mut self.slip {
+            slip.forget();
+        }
         for channel in self.channels.iter_mut().flatten() {
             channel.begin_anew(stamp_ns);
         }
@@ -246,10 +275,24 @@ impl Merge {
         period_ns.is_none_or(|period_ns| apart_ns <= period_ns / 2)
     }
 
-    fn velocity(&self, dt_s: f64) -> [f64; 3] {
-        let velocity = |channel: &Option<Channel>| channel.map_or(0.0, |it| it.velocity(dt_s));
-        self.kinematics
-            .velocity(self.channels.each_ref().map(velocity))
+    fn twist(&mut self, dt_s: f64) -> Twist {
+        let part = |channel: &Option<Channel>| channel.map_or(Part::default(), |it| it.part(dt_s));
+        let parts = self.channels.each_ref().map(part);
+        let twist = self.kinematics.twist(&parts, dt_s);
+        let slip = self.slip_of(parts.map(|it| it.value), dt_s);
+        let sum =
+            |place: usize| [0, 1, 2].map(|it: usize| twist.spread[place][it] + slip[place][it]);
+        Twist {
+            spread: [0, 1, 2].map(sum),
+            ..twist
+        }
+    }
+
+    fn slip_of(&mut self, speeds: [f64; MAX_CHANNELS], dt_s: f64) -> Spread {
+        match (&mut self.slip, &self.kinematics) {
+            (Some(watch), Kinematics::LeastSquares(wheels)) => watch.note(wheels, speeds, dt_s),
+            _ => NO_SPREAD,
+        }
     }
 
     fn channels(&self) -> impl Iterator<Item = &Channel> {

@@ -1,6 +1,7 @@
 //! From what a person wrote to what the decoder runs: every name looked up, every number checked.
 
 mod axle;
+mod bicycle;
 mod body;
 mod counts;
 mod meaning;
@@ -8,6 +9,7 @@ mod period;
 mod planner;
 mod proof;
 mod reach;
+mod rolling;
 mod scale;
 mod source;
 mod unlikely;
@@ -17,8 +19,10 @@ use crate::database::Database;
 
 use super::config::OdometryConfig;
 use super::description::Description;
+use super::kinematics::Kinematics;
 use super::merge::Merge;
 use super::message::Message;
+use super::slip::SlipLimits;
 use planner::Planner;
 pub(super) use scale::positive;
 
@@ -57,23 +61,63 @@ pub(super) fn plan(config: &OdometryConfig) -> Result<Plan, ConfigError> {
     positive("max_turn_rate_radps", config.max_turn_rate_radps)?;
     let database = Database::load(config.dbc.as_deref())?;
     let mut planner = Planner::new(config, &database)?;
-    let kinematics = match (&config.wheels, &config.body) {
-        (Some(wheels), None) => axle::plan(&mut planner, wheels)?,
-        (None, Some(body)) => body::plan(&mut planner, body)?,
-        _ => {
-            return Err(ConfigError::setting(
-                "wheels",
-                "give either [odometry.wheels] or [odometry.body], one of the two; where [odometry.base] alone is heard, leave \
-                 out buses",
-            ));
-        }
-    };
+    let (kinematics, slip) = kinematics(&mut planner, config)?;
     let (messages, channels, description) = planner.finish();
     Ok(Plan {
         messages,
-        merge: Merge::new(channels, kinematics, config.tolerance),
+        merge: Merge::new(channels, kinematics, config.tolerance).watching(slip),
         description,
     })
+}
+
+/// How the robot moves by what is read, and from what on its wheels slip.
+fn kinematics<'a>(
+    planner: &mut Planner<'a>,
+    config: &'a OdometryConfig,
+) -> Result<(Kinematics, Option<SlipLimits>), ConfigError> {
+    check_kinds(config)?;
+    let rigid = |kinematics| (kinematics, None);
+    let watched = |(kinematics, slip)| (kinematics, Some(slip));
+    if let Some(wheels) = &config.wheels {
+        return axle::plan(planner, wheels).map(rigid);
+    }
+    if let Some(four) = &config.four_wheels {
+        return rolling::four(planner, four).map(watched);
+    }
+    if let Some(bicycle) = &config.bicycle {
+        return bicycle::plan(planner, bicycle).map(rigid);
+    }
+    if let Some(mecanum) = &config.mecanum {
+        return rolling::mecanum(planner, mecanum).map(watched);
+    }
+    if let Some(omni) = &config.omni {
+        return rolling::omni(planner, omni).map(watched);
+    }
+    match &config.body {
+        Some(body) => body::plan(planner, body).map(rigid),
+        None => Err(no_kind()),
+    }
+}
+
+/// Exactly one table says how the robot moves.
+fn check_kinds(config: &OdometryConfig) -> Result<(), ConfigError> {
+    let kinds: Vec<_> = config.kinds().collect();
+    match kinds.as_slice() {
+        [] => Err(no_kind()),
+        [_] => Ok(()),
+        [first, second, ..] => Err(ConfigError::setting(
+            *second,
+            format!("is there beside [odometry.{first}]: {ONE_KIND}"),
+        )),
+    }
+}
+
+const ONE_KIND: &str = "give one of [odometry.wheels], [odometry.four_wheels], [odometry.bicycle], [odometry.mecanum], \
+                        [odometry.omni] and [odometry.body]";
+
+fn no_kind() -> ConfigError {
+    let problem = format!("{ONE_KIND}; where [odometry.base] alone is heard, leave out buses");
+    ConfigError::setting("wheels", problem)
 }
 
 fn check_buses(config: &OdometryConfig) -> Result<(), ConfigError> {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::config::{Quantity, SpeedUnit, TurnUnit};
+use super::config::{AngleUnit, Quantity, SpeedUnit, TurnUnit};
 
 /// What a unit says, as far as it can contradict.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -146,6 +146,25 @@ impl Meaning for TurnUnit {
         match self {
             Self::RadiansPerSecond => unit == Unit::RadiansPerSecond,
             Self::DegreesPerSecond => unit == Unit::DegreesPerSecond,
+        }
+    }
+}
+
+impl Meaning for AngleUnit {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Radians => "radians",
+            Self::Degrees => "degrees",
+        }
+    }
+
+    fn allows(self, unit: Unit) -> bool {
+        match (self, unit) {
+            // Where the word may mean several units it contradicts none.
+            (_, Unit::Angle { per_turn: None }) => true,
+            (Self::Radians, Unit::Angle { per_turn }) => per_turn == Some(TAU),
+            (Self::Degrees, Unit::Angle { per_turn }) => per_turn == Some(360.0),
+            _ => false,
         }
     }
 }

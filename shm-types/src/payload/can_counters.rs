@@ -44,12 +44,16 @@ pub struct CanCounters {
     pub late_ways: u64,
     /// Intervals too long to apply a speed to, left without a sample.
     pub gaps: u64,
+    /// Times that wheels began not to fit one another.
+    pub slips: u64,
+    /// 1 while they do not, else 0; which of them it is the log says.
+    pub slipping: u64,
     /// Zero, for counters to come.
-    pub spare: [u64; 7],
+    pub spare: [u64; 5],
 }
 
 layout!(CanCounters, 192;
     frames: 0, samples: 8, error_frames: 16, checksum_errors: 24, malformed: 32, out_of_range: 40, implausible: 48,
     alive_skips: 56, alive_repeats: 64, out_of_order: 72, rx_overflows: 80, reopens: 88, resynchronised: 96, ambiguous: 104,
-    other_wraps: 112, late_ways: 120, gaps: 128, spare: 136,
+    other_wraps: 112, late_ways: 120, gaps: 128, slips: 136, slipping: 144, spare: 152,
 );

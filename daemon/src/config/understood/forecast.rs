@@ -35,10 +35,9 @@ pub(super) fn standing(config: &Config) -> Doubt {
 
 /// Whether counts or distances are heard, not speeds alone.
 pub(super) fn counts(odometry: &OdometryConfig) -> bool {
-    let of_wheels = odometry.wheels.as_ref().is_some_and(|wheels| {
-        let mut both = [&wheels.left, &wheels.right].into_iter();
-        both.all(|wheel| wheel.quantity == Quantity::CumulativeTicks)
-    });
+    let mut wheels = odometry.each_wheel().peekable();
+    let of_wheels =
+        wheels.peek().is_some() && wheels.all(|wheel| wheel.quantity == Quantity::CumulativeTicks);
     let of_base = odometry.base.as_ref().and_then(|base| base.track_m);
     of_wheels || of_base.is_some()
 }

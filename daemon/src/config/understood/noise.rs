@@ -78,8 +78,7 @@ fn directions(
     odometry: &OdometryConfig,
 ) -> impl Iterator<Item = Direction> + use<> {
     let noise = config.motion.noise();
-    let is_holonomic = (odometry.body.as_ref()).is_some_and(|body| body.sideways.is_some())
-        || (odometry.base.as_ref()).is_some_and(|base| base.sideways);
+    let is_holonomic = odometry.moves_sideways();
     let direction = |name, variance, unit, moves| Direction {
         name,
         variance,

@@ -13,9 +13,12 @@ pub(super) fn findings(config: &Config) -> Vec<Finding> {
     let mut found = Vec::new();
     if let Some(odometry) = &config.odometry {
         found.extend(perfect(config));
-        let sideways = odometry.body.as_ref().and_then(|it| it.sideways.as_ref());
+        let sideways =
+            odometry.moves_sideways() && !odometry.base.as_ref().is_some_and(|it| it.sideways);
         found.extend(
-            sideways.and_then(|_| is_perfect("sideways", config.motion.sideways, "sideways")),
+            sideways
+                .then(|| is_perfect("sideways", config.motion.sideways, "sideways"))
+                .flatten(),
         );
         found.extend(useless(config, odometry.max_speed_mps));
     }

@@ -279,7 +279,7 @@ mod tests {
         let heard = heard(&[(standard(0x100), 10), (standard(0x200), 3)]);
         assert_eq!(
             said("local:/x", BusState::Up, &wheels(), &heard, |it| it.heard =
-                [60, 0, 0]),
+                [60, 0, 0, 0]),
             "no odometry for 1.4 s; local:/x is up and brings 0x100 × 10, 0x200 × 3, wanted and not heard: 0x101 (WheelRight), \
              wanted and heard: 0x100 (WheelLeft) × 60"
         );
@@ -289,7 +289,7 @@ mod tests {
     fn what_was_refused_and_why() {
         let all = heard(&[(standard(0x100), 10), (standard(0x101), 10)]);
         let said = said("local:/x", BusState::Up, &wheels(), &all, |it| {
-            it.heard = [60, 60, 0];
+            it.heard = [60, 60, 0, 0];
             it.refused[FrameReject::Checksum as usize] = 60;
             it.refused[FrameReject::Repeated as usize] = 59;
             it.unsure = 7;

@@ -6,7 +6,7 @@ use super::super::channel::Measure;
 use super::super::config::{Quantity, WheelConfig, WheelsConfig};
 use super::super::counter::Counter;
 use super::super::kinematics::Kinematics;
-use super::super::words::Length;
+use super::super::words::{Length, Rounded};
 use super::period::Period;
 use super::planner::{Planner, Role};
 use super::reach::Reach;
@@ -20,17 +20,56 @@ pub(super) fn plan<'a>(
     wheels: &'a WheelsConfig,
 ) -> Result<Kinematics, ConfigError> {
     let track_m = positive("wheels.track_m", wheels.track_m)?;
-    let left = plan_wheel(planner, "wheels.left", &wheels.left)?;
-    let right = plan_wheel(planner, "wheels.right", &wheels.right)?;
-    let different = unlikely::of_steps(wheels, left, right);
-    planner.description.warn(different);
-    reach::check(planner.config, &planner.counters)?;
-    planner.description.geometry = format!("two wheels of an axle, {} apart", Length(track_m));
-    Ok(Kinematics::Axle { track_m })
+    let turning_scale = positive("wheels.turning_scale", wheels.turning_scale)?;
+    let wheels = [
+        ("wheels.left", &wheels.left),
+        ("wheels.right", &wheels.right),
+    ];
+    plan_wheels(planner, &wheels)?;
+    planner.description.geometry = format!(
+        "two wheels of an axle, {} apart{}",
+        Length(track_m),
+        skidding(track_m, turning_scale)
+    );
+    Ok(Kinematics::Axle {
+        track_m,
+        turning_scale,
+    })
+}
+
+/// What a scale of turning makes of the track, in words.
+pub(super) fn skidding(track_m: f64, turning_scale: f64) -> String {
+    if turning_scale == 1.0 {
+        return String::new();
+    }
+    format!(
+        ", which turn {} of what they say, as if they were {} apart",
+        Rounded(turning_scale),
+        Length(track_m / turning_scale)
+    )
+}
+
+/// Wheels that are made alike, with their settings.
+pub(super) fn plan_wheels<'a>(
+    planner: &mut Planner<'a>,
+    wheels: &[(&'a str, &'a WheelConfig)],
+) -> Result<(), ConfigError> {
+    let mut first: Option<(unlikely::Named<'_>, f64)> = None;
+    for &(setting, wheel) in wheels {
+        let step = plan_wheel(planner, setting, wheel)?;
+        match first {
+            None => first = Some(((setting, wheel), step)),
+            Some((first, of_first)) => {
+                let different = unlikely::of_steps(first, (setting, wheel), step / of_first);
+                planner.description.warn(different);
+            }
+        }
+    }
+    reach::check(planner.config, &planner.counters)
 }
 
 /// What one step of its signal is worth \[m, or m/s\].
-fn plan_wheel<'a>(
+pub(super) fn plan_wheel<'a>(
     planner: &mut Planner<'a>,
     setting: &'a str,
     wheel: &'a WheelConfig,

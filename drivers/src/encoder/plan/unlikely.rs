@@ -3,11 +3,13 @@
 use crate::can::{Id, raw_id};
 use crate::signal::SignalDecoder;
 
-use super::super::config::{OdometryConfig, Quantity, WheelConfig, WheelsConfig};
+use super::super::config::{OdometryConfig, Quantity, WheelConfig};
 use super::super::description::Expected;
 use super::super::unit::Unit;
 use super::super::words::{Length, Rounded};
 use super::scale::metres_per_tick;
+
+mod geometry;
 
 /// Robots that drive on wheels \[m\].
 const TRACKS_M: std::ops::RangeInclusive<f64> = 0.02..=4.0;
@@ -40,11 +42,10 @@ pub(super) fn of_robot(config: &OdometryConfig) -> Vec<String> {
             Rounded(turn / std::f64::consts::TAU)
         )
     });
-    let axle = config.wheels.as_ref().map(of_axle).unwrap_or_default();
     let track_m = config.base.as_ref().and_then(|base| base.track_m);
     let base = track_m.and_then(|track_m| of_track("base.track_m", track_m));
     let robot = fast.into_iter().chain(spin);
-    robot.chain(axle).chain(base).collect()
+    robot.chain(geometry::of(config)).chain(base).collect()
 }
 
 fn of_track(setting: &str, track_m: f64) -> Option<String> {
@@ -53,13 +54,20 @@ fn of_track(setting: &str, track_m: f64) -> Option<String> {
         .then(|| format!("{setting}: the wheels are {apart} apart: is that the unit?"))
 }
 
-fn of_axle(wheels: &WheelsConfig) -> Vec<String> {
-    let odd = of_track("wheels.track_m", wheels.track_m);
-    let sides = [("left", &wheels.left), ("right", &wheels.right)];
-    let each = sides
-        .into_iter()
-        .flat_map(|(side, wheel)| of_wheel(&format!("wheels.{side}"), wheel));
-    odd.into_iter().chain(each).chain(of_pair(wheels)).collect()
+/// A wheel and the setting that it is.
+pub(super) type Named<'a> = (&'a str, &'a WheelConfig);
+
+/// Each by itself, and against the first.
+fn of_wheels(wheels: &[Named<'_>]) -> Vec<String> {
+    let each = wheels
+        .iter()
+        .flat_map(|(setting, wheel)| of_wheel(setting, wheel));
+    let others = wheels.split_first();
+    let pairs = others.into_iter().flat_map(|(first, others)| {
+        let pair = |other: &Named<'_>| of_pair(*first, *other);
+        others.iter().flat_map(pair)
+    });
+    each.chain(pairs).collect()
 }
 
 fn of_wheel(setting: &str, wheel: &WheelConfig) -> Vec<String> {
@@ -94,45 +102,53 @@ fn idle_settings(wheel: &WheelConfig) -> Vec<&'static str> {
     .collect()
 }
 
-/// Wheels of one axle are made alike.
-fn of_pair(wheels: &WheelsConfig) -> Vec<String> {
-    let (left, right) = (&wheels.left, &wheels.right);
+/// `left` of `wheels.left`, `front left` of `mecanum.front_left`, `1` of `omni.wheels.1.wheel`.
+fn name(setting: &str) -> String {
+    let setting = setting.trim_end_matches(".wheel");
+    let last = setting.rsplit('.').next().unwrap_or(setting);
+    last.replace('_', " ")
+}
+
+/// Wheels of one robot are made alike.
+fn of_pair((first, one): Named<'_>, (setting, other): Named<'_>) -> Vec<String> {
     let pairs = [
         (
             "metres_per_tick",
-            left.metres_per_tick,
-            right.metres_per_tick,
+            one.metres_per_tick,
+            other.metres_per_tick,
         ),
-        ("wheel_radius_m", left.wheel_radius_m, right.wheel_radius_m),
+        ("wheel_radius_m", one.wheel_radius_m, other.wheel_radius_m),
         (
             "ticks_per_revolution",
-            left.ticks_per_revolution,
-            right.ticks_per_revolution,
+            one.ticks_per_revolution,
+            other.ticks_per_revolution,
         ),
     ];
-    let differ = |&(_, left, right): &(_, Option<f64>, Option<f64>)| {
-        left.zip(right)
-            .is_some_and(|(left, right)| !(0.9..=1.1).contains(&(left / right)))
+    let differ = |&(_, one, other): &(_, Option<f64>, Option<f64>)| {
+        one.zip(other)
+            .is_some_and(|(one, other)| !(0.9..=1.1).contains(&(one / other)))
     };
     pairs
         .into_iter()
         .filter(differ)
-        .map(|(name, left, right)| {
-            let [left, right] = [left, right].map(|value| Rounded(value.unwrap_or_default()));
-            format!("wheels.right.{name}: is {right}, and that of the left wheel {left}: are the wheels so different?")
+        .map(|(key, one, other)| {
+            let [one, other] = [one, other].map(|value| Rounded(value.unwrap_or_default()));
+            let first = name(first);
+            format!("{setting}.{key}: is {other}, and that of the {first} wheel {one}: are the wheels so different?")
         })
         .collect()
 }
 
-/// One step of each wheel's signal: where nothing that is configured differs, the DBC file may make it.
-pub(super) fn of_steps(wheels: &WheelsConfig, left: f64, right: f64) -> Option<String> {
-    let ratio = (right / left).abs();
-    if !of_pair(wheels).is_empty() || (0.9..=1.1).contains(&ratio) {
+/// One step of a wheel's signal is `ratio` of the first's: where nothing that is configured differs, the DBC file may make it.
+pub(super) fn of_steps(first: Named<'_>, other: Named<'_>, ratio: f64) -> Option<String> {
+    if !of_pair(first, other).is_empty() || (0.9..=1.1).contains(&ratio.abs()) {
         return None;
     }
+    let (setting, _) = other;
     Some(format!(
-        "wheels.right: one step of its signal is {} times as long as one of the left wheel's: are the wheels so different?",
-        Rounded(ratio)
+        "{setting}: one step of its signal is {} times as long as one of the {} wheel's: are the wheels so different?",
+        Rounded(ratio.abs()),
+        name(first.0)
     ))
 }
 
