@@ -2,6 +2,7 @@
 
 pub(crate) mod backlog;
 mod base;
+mod drives;
 pub mod frames;
 pub mod list;
 pub mod messages;

@@ -28,6 +28,7 @@ use std::io::Read;
 use std::path::Path;
 
 use coloc_drivers::can::BusSpec;
+use coloc_drivers::canopen::CanopenConfig;
 use coloc_drivers::encoder::OdometryConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -66,6 +67,9 @@ pub struct Config {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(example = example_of_odometry())]
     pub odometry: Option<OdometryConfig>,
+    /// CANopen drives that are mute until somebody starts them. Without this section nothing is sent on any bus.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub canopen: Option<CanopenConfig>,
     /// Noise of the wheels, and what happens without their samples. A velocity's variance is a + b v² + c ω² + (`per_s` + `per_m` |v| +
     /// `per_rad` |ω|) / T, v in m/s, ω in rad/s, T being `reference_period_s`; `colocd check` says what that makes after 100 m and
     /// after an hour of standing.
@@ -115,6 +119,7 @@ impl Config {
             tick: Tick::default(),
             shm: Shm::default(),
             odometry: None,
+            canopen: None,
             motion: Motion::default(),
             initial: Initial::default(),
             position: Position::default(),

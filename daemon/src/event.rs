@@ -8,6 +8,7 @@
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use coloc_drivers::canopen::CanopenEvent;
 use coloc_drivers::encoder::Slip;
 use coloc_estimator::{Belief, Decision};
 use coloc_shm_types::{BeliefState, BusState, Health, Input, Reject, SourceState, Timing};
@@ -71,6 +72,8 @@ pub enum Event {
     },
     /// Wheels do not fit one another, or do again.
     Slips(Option<Slip>),
+    /// A CANopen node, or who sends SYNC.
+    Canopen(CanopenEvent),
     /// An input changed nothing.
     Rejected {
         /// Of which kind.

@@ -6,6 +6,7 @@
 //! * A bus that is gone is not an error but a state: say so in its health, keep trying, never spin.
 
 pub mod can;
+pub mod canopen;
 mod config_error;
 pub mod crc;
 mod database;

@@ -17,6 +17,7 @@ mod verdicts;
 
 use std::sync::Arc;
 
+use coloc_drivers::canopen::CanopenEvent;
 use coloc_drivers::encoder::Slip;
 use coloc_estimator::{
     Belief, Decision, Estimate, Finding, FindingState, Kind, Measurement, Report, Stamp,
@@ -137,6 +138,11 @@ impl Account {
     pub fn buses(&mut self, worst: BusState, alone: bool) {
         self.watch.buses(worst, alone);
         self.changes.buses(worst, &mut self.teller);
+    }
+
+    /// Of a CANopen node, or of who sends SYNC.
+    pub fn canopen(&mut self, event: CanopenEvent) {
+        self.teller.tell(Event::Canopen(event));
     }
 
     /// Wheels that do not fit the others, now.

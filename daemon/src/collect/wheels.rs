@@ -13,6 +13,7 @@ use tracing::warn;
 
 use super::backlog;
 use super::base::Base;
+use super::drives::Drives;
 use super::frames::Frames;
 use super::way::Way;
 use crate::account::Account;
@@ -26,6 +27,7 @@ use crate::start::StartError;
 pub struct Wheels {
     buses: Vec<Bus>,
     frames: Option<Frames>,
+    drives: Option<Drives>,
     /// Where it says what it hears.
     link: Arc<Link>,
     to_motion: ToMotion,
@@ -53,11 +55,17 @@ impl Wheels {
         let specs = odometry
             .map(|odometry| odometry.buses.as_slice())
             .unwrap_or_default();
+        let drives = Drives::open(config)?;
         let buses = specs.iter().zip(0_u8..).map(|(spec, number)| {
             let ids = decoder
                 .iter()
                 .flat_map(|decoder| decoder.wanted_ids(number));
-            Bus::open(spec, number, Filter::ids(ids))
+            let filter = Filter::ids(ids);
+            let filter = match &drives {
+                Some(drives) => drives.widen(number, filter),
+                None => filter,
+            };
+            Bus::open(spec, number, filter)
         });
         let mut buses = buses.collect::<Result<Vec<_>, _>>()?;
         Bus::play_together(&mut buses);
@@ -71,6 +79,7 @@ impl Wheels {
         Ok(Self {
             frames: decoder.map(|decoder| Frames::new(decoder, clocks)),
             buses,
+            drives,
             to_motion: ToMotion::new(config),
             link,
         })
@@ -83,7 +92,11 @@ impl Wheels {
         };
         for (number, bus) in self.buses.iter_mut().enumerate() {
             if frames.has_room_for(number) {
+                let drives = &mut self.drives;
                 let drained = bus.receive(&mut |received| {
+                    if drives.as_mut().is_some_and(|it| it.hear(received)) {
+                        return;
+                    }
                     frames.take(&can::Received {
                         stamp_ns: time.of_kernel(received.stamp_ns),
                         ..*received
@@ -135,6 +148,9 @@ impl Wheels {
         for bus in &mut self.buses {
             bus.supervise(moment.stamp.as_nanos());
         }
+        if let Some(drives) = &mut self.drives {
+            drives.look(moment.stamp.as_nanos(), account);
+        }
         let decoder = self.frames.as_ref().map(Frames::decoder);
         let own = decoder.map(OdometryDecoder::counters);
         let Some(counted) = sum(own, base.map(Base::counters)) else {
@@ -151,8 +167,11 @@ impl Wheels {
             account.buses(worst(&self.buses), alone);
             account.slip(decoder.slip());
         }
+        let [boot_ups, nodes_missing] = self.drives.as_ref().map_or([0; 2], Drives::counts);
         account.odometry(CanCounters {
             slips: decoder.map_or(0, OdometryDecoder::slips),
+            boot_ups,
+            nodes_missing,
             slipping: u64::from(decoder.is_some_and(|it| it.slip().is_some())),
             ..counters(&self.buses, &counted)
         });

@@ -1,5 +1,6 @@
 //! What is allowed beyond a value by itself: the values against one another, and what only a program can look up.
 
+mod canopen;
 mod files;
 mod history;
 mod noise;
@@ -19,6 +20,7 @@ pub(super) fn check(config: &Config, own: &Path) -> Vec<Finding> {
         root(config),
         prefix(config),
         odometry::refusal(config),
+        canopen::refusal(config),
         history::refusal(config),
         polling(config),
     ];

@@ -5,6 +5,7 @@ use tracing::{debug, info, warn};
 use super::throttle::Sum;
 use crate::clock::ClockStep;
 use crate::event::{Against, Event};
+use coloc_drivers::canopen::CanopenEvent;
 use coloc_estimator::Decision;
 use coloc_shm_types::{BeliefState, Health, Input};
 
@@ -59,6 +60,7 @@ pub(super) fn write((count, event): Sum) {
             decision,
             ..
         } => decided(count, &format!("{input} {source}"), &decision),
+        Event::Canopen(event) => canopen(count, event),
         Event::Slips(Some(slip)) => warn!(
             count,
             "wheels slip: odometry.{} is off by {:.2} m/s against the others, or another of them is; up to {:.2} m/s would fit",
@@ -109,6 +111,28 @@ pub(super) fn write((count, event): Sum) {
             );
         }
         other => debug!("{other:?}"),
+    }
+}
+
+fn canopen(count: Option<u64>, event: CanopenEvent) {
+    match event {
+        CanopenEvent::Booted(node) => warn!(count, "canopen: node {node} has booted"),
+        CanopenEvent::Operational(node) => info!(count, "canopen: node {node} is operational"),
+        CanopenEvent::NotOperational(node) => warn!(
+            count,
+            "canopen: node {node} says that it is not operational, so it sends no odometry"
+        ),
+        CanopenEvent::Missing(node) => warn!(
+            count,
+            "canopen: the heartbeat of node {node} is missing: is it powered, and on this bus?"
+        ),
+        CanopenEvent::SyncTaken => warn!(count, "canopen: nobody sends SYNC; colocd sends it"),
+        CanopenEvent::SyncLeft => {
+            info!(
+                count,
+                "canopen: somebody else sends SYNC; colocd sends none"
+            );
+        }
     }
 }
 

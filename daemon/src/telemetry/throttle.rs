@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::clock::ClockStep;
 use crate::event::Event;
+use coloc_drivers::canopen::CanopenEvent;
 use coloc_estimator::Decision;
 
 const PERIOD: Duration = Duration::from_secs(5);
@@ -98,6 +99,7 @@ fn kind(event: &Event) -> Kind {
             let word = decision_number(&decision);
             [12, input as u8, word, (source % OWN_LINES) as u8]
         }
+        Event::Canopen(event) => canopen_kind(event),
         Event::Slips(slip) => [13, u8::from(slip.is_some()), 0, 0],
         Event::Bus { from, to } => [2, from as u8, to as u8, 0],
         Event::Contested { input, state } => {
@@ -112,6 +114,18 @@ fn kind(event: &Event) -> Kind {
             [7, 0, 0, 0]
         }
     }
+}
+
+fn canopen_kind(event: CanopenEvent) -> Kind {
+    let (word, node) = match event {
+        CanopenEvent::Booted(node) => (0, node),
+        CanopenEvent::Operational(node) => (1, node),
+        CanopenEvent::NotOperational(node) => (2, node),
+        CanopenEvent::Missing(node) => (3, node),
+        CanopenEvent::SyncTaken => (4, 0),
+        CanopenEvent::SyncLeft => (5, 0),
+    };
+    [14, word, node, 0]
 }
 
 fn decision_number(decision: &Decision) -> u8 {

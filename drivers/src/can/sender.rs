@@ -1,4 +1,4 @@
-//! Sending frames: what simulators and tests do; the daemon only listens.
+//! Sending frames: what simulators and tests do; the daemon only listens, unless CANopen drives are to be started.
 
 use std::io::ErrorKind;
 use std::os::fd::OwnedFd;
@@ -33,7 +33,8 @@ pub struct SendCounters {
 
 #[derive(Debug)]
 enum Target {
-    Interface(OwnedFd),
+    /// None while it is not there.
+    Interface(Option<OwnedFd>),
     Local(Peers),
 }
 
@@ -44,9 +45,9 @@ impl Sender {
     /// [`OpenError`]; here also an interface that is not there, and [`OpenError::ReadOnly`] for a log.
     pub fn open(spec: &BusSpec) -> Result<Self, OpenError> {
         let target = match spec {
-            BusSpec::SocketCan { interface } => Target::Interface(
+            BusSpec::SocketCan { interface } => Target::Interface(Some(
                 sending_socket(interface).map_err(|error| OpenError::interface(spec, error))?,
-            ),
+            )),
             BusSpec::Local { directory } => {
                 match listeners(directory) {
                     Err(refusal) if refusal.kind() != ErrorKind::NotFound => {
@@ -64,6 +65,38 @@ impl Sender {
         })
     }
 
+    /// The same, but that an interface need not be there yet: [`Self::reopen`] finds it.
+    ///
+    /// # Errors
+    /// [`OpenError`], where waiting would not help.
+    pub fn awaiting(spec: &BusSpec) -> Result<Self, OpenError> {
+        let BusSpec::SocketCan { interface } = spec else {
+            return Self::open(spec);
+        };
+        let socket = match sending_socket(interface) {
+            Ok(socket) => Some(socket),
+            Err(Errno::NODEV | Errno::NXIO) => None,
+            Err(error) => return Err(OpenError::interface(spec, error)),
+        };
+        Ok(Self {
+            target: Target::Interface(socket),
+            counters: SendCounters::default(),
+        })
+    }
+
+    /// Opens the interface of `spec` again, after an error. What was sent before and not taken is lost. Does not allocate.
+    ///
+    /// # Errors
+    /// It is still not there.
+    pub fn reopen(&mut self, spec: &BusSpec) -> Result<(), Errno> {
+        if let (BusSpec::SocketCan { interface }, Target::Interface(socket)) =
+            (spec, &mut self.target)
+        {
+            *socket = Some(sending_socket(interface)?);
+        }
+        Ok(())
+    }
+
     /// Sends `frame` to everybody on the bus; never blocks. A full queue loses the frame and is counted.
     ///
     /// # Errors
@@ -72,11 +105,14 @@ impl Sender {
         let raw = frame.to_raw();
         let bytes = raw.get(..frame.raw_size()).unwrap_or(&raw);
         match &mut self.target {
-            Target::Interface(socket) => match send(socket, bytes, SendFlags::DONTWAIT) {
-                Ok(_) => {}
-                Err(Errno::NOBUFS | Errno::AGAIN) => self.counters.full += 1,
-                Err(error) => return Err(error),
-            },
+            Target::Interface(socket) => {
+                let socket = socket.as_ref().ok_or(Errno::NODEV)?;
+                match send(socket, bytes, SendFlags::DONTWAIT) {
+                    Ok(_) => {}
+                    Err(Errno::NOBUFS | Errno::AGAIN) => self.counters.full += 1,
+                    Err(error) => return Err(error),
+                }
+            }
             Target::Local(peers) => {
                 let sent = peers.send(bytes);
                 self.counters.full += sent.full;

@@ -48,12 +48,17 @@ pub struct CanCounters {
     pub slips: u64,
     /// 1 while they do not, else 0; which of them it is the log says.
     pub slipping: u64,
+    /// Times that a CANopen node said that it has booted.
+    pub boot_ups: u64,
+    /// CANopen nodes whose heartbeat is missing now; which of them the log says.
+    pub nodes_missing: u64,
     /// Zero, for counters to come.
-    pub spare: [u64; 5],
+    pub spare: [u64; 3],
 }
 
 layout!(CanCounters, 192;
     frames: 0, samples: 8, error_frames: 16, checksum_errors: 24, malformed: 32, out_of_range: 40, implausible: 48,
     alive_skips: 56, alive_repeats: 64, out_of_order: 72, rx_overflows: 80, reopens: 88, resynchronised: 96, ambiguous: 104,
-    other_wraps: 112, late_ways: 120, gaps: 128, slips: 136, slipping: 144, spare: 152,
+    other_wraps: 112, late_ways: 120, gaps: 128, slips: 136, slipping: 144, boot_ups: 152,
+    nodes_missing: 160, spare: 168,
 );

@@ -10,6 +10,7 @@
 mod backlog;
 mod bus_lost;
 mod can_utils;
+mod canopen;
 mod car;
 mod clock_step;
 mod daemon;
@@ -22,8 +23,15 @@ mod kernel_filter;
 mod kernel_stamp;
 mod listen;
 mod load;
+mod mute_drive;
 mod outage;
 mod recorded;
 mod robot;
 mod support;
 mod wheels;
+
+#[test]
+fn a_canopen_drive_is_started_and_given_sync() {
+    let interface = support::Interface::new("vcan1");
+    canopen::a_drive_that_has_to_be_started(&interface.spec());
+}

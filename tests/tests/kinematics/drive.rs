@@ -138,12 +138,12 @@ fn steps(rate_hz: u32, random: &mut ChaCha8Rng) -> Plan {
     Plan::Steps(made)
 }
 
-/// Periods of ten seconds and longer.
+/// Periods of twelve seconds and longer.
 fn swings(random: &mut ChaCha8Rng) -> Plan {
     let mut swing = |width: f64| {
         [
             random.random_range(0.0..0.5 * width),
-            random.random_range(0.02..0.1),
+            random.random_range(0.02..0.08),
             random.random_range(0.0..TAU),
         ]
     };

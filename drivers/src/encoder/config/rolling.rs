@@ -17,11 +17,11 @@ pub struct FourWheelsConfig {
     #[serde(default = "one")]
     #[schemars(range(max = 10), extend("exclusiveMinimum" = 0))]
     pub turning_scale: f64,
-    /// The two wheels of a side slip where their speeds differ by more than this ... \[m/s\].
+    /// The two wheels of a side slip where their speeds differ by more than this and `slip_share` together \[m/s\].
     #[serde(default = "default_slip_mps")]
     #[schemars(range(min = 0, max = 1000))]
     pub slip_mps: f64,
-    /// ... and this part of the fastest wheel's speed, and what whole counts leave open.
+    /// This part of the fastest wheel's speed, to which comes what whole counts leave open.
     #[serde(default = "default_slip_share")]
     #[schemars(range(min = 0, max = 10))]
     pub slip_share: f64,
@@ -50,11 +50,12 @@ pub struct MecanumConfig {
     /// Half the distance between the left and the right wheels' middles \[m\].
     #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
     pub half_width_m: f64,
-    /// Wheels slip where one of them would have to be slower or faster by more than this to fit the others ... \[m/s\].
+    /// Wheels slip where one of them would have to be slower or faster by more than this and `slip_share` together
+    /// to fit the others \[m/s\].
     #[serde(default = "default_slip_mps")]
     #[schemars(range(min = 0, max = 1000))]
     pub slip_mps: f64,
-    /// ... and this part of the fastest wheel's speed, and what whole counts leave open.
+    /// This part of the fastest wheel's speed, to which comes what whole counts leave open.
     #[serde(default = "default_slip_share")]
     #[schemars(range(min = 0, max = 10))]
     pub slip_share: f64,
@@ -77,11 +78,12 @@ pub struct MecanumConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OmniConfig {
-    /// Wheels slip where one of four would have to be slower or faster by more than this to fit the others ... \[m/s\].
+    /// Wheels slip where one of four would have to be slower or faster by more than this and `slip_share` together
+    /// to fit the others \[m/s\].
     #[serde(default = "default_slip_mps")]
     #[schemars(range(min = 0, max = 1000))]
     pub slip_mps: f64,
-    /// ... and this part of the fastest wheel's speed, and what whole counts leave open.
+    /// This part of the fastest wheel's speed, to which comes what whole counts leave open.
     #[serde(default = "default_slip_share")]
     #[schemars(range(min = 0, max = 10))]
     pub slip_share: f64,
