@@ -1,4 +1,4 @@
-//! CANopen drives that are mute until somebody starts them (CiA 301): NMT start, SYNC, heartbeats and boot-ups.
+//! CANopen drives that are mute until somebody starts them (`CiA` 301): NMT start, SYNC, heartbeats and boot-ups.
 //!
 //! | frame | identifier | data |
 //! | --- | --- | --- |

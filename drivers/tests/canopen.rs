@@ -18,6 +18,10 @@ fn is(frame: &Frame, id: u16) -> bool {
 }
 
 /// What is on the bus, and who listens.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is one thing that can fail"
+)]
 struct World {
     now_ms: i64,
     canopen: Canopen,

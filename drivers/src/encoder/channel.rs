@@ -27,10 +27,6 @@ pub(super) struct Channel {
 
 /// What it measures.
 #[derive(Copy, Clone, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a robot has four of them at most"
-)]
 pub(super) enum Measure {
     /// A cumulative count.
     Counter(Counter),

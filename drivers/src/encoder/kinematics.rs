@@ -7,10 +7,6 @@ use super::merge::MAX_CHANNELS;
 
 /// What the channels of a decoder are, and how they make a velocity of the body.
 #[derive(Copy, Clone, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a robot has one, and it is never moved"
-)]
 pub(super) enum Kinematics {
     /// Two wheels of an axle, left and right, that roll without slip: channels `[v_l, v_r]`.
     Axle {

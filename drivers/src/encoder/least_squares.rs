@@ -77,7 +77,8 @@ impl LeastSquares {
         let normal = |i: usize, j: usize| scaled.iter().map(|a| a[i] * a[j]).sum::<f64>();
         let matrix = [0, 1, 2].map(|i| [0, 1, 2].map(|j| normal(i, j)));
         let determinant = determinant(&matrix);
-        if !(determinant > LEAST_DETERMINANT) {
+        // Not-a-number is none either.
+        if determinant.is_nan() || determinant <= LEAST_DETERMINANT {
             return None;
         }
         let cofactors = cofactors(&matrix);
@@ -88,7 +89,9 @@ impl LeastSquares {
             }
         }
         let [_, _, turn] = &mut inverse;
-        turn.iter_mut().for_each(|entry| *entry /= lever_m);
+        for entry in turn {
+            *entry /= lever_m;
+        }
         Some(Self {
             inverse,
             redundant: [unexplained(&scaled), None],
@@ -202,7 +205,7 @@ mod tests {
     fn layouts() -> Vec<(Vec<[f64; 3]>, LeastSquares)> {
         let angles = |angles: &[f64]| -> Vec<[f64; 2]> {
             let wheel = |(place, angle): (usize, &f64)| {
-                [angle.to_radians(), 0.2 + 0.01 * f64::from(place as u8)]
+                [angle.to_radians(), [0.2, 0.21, 0.22, 0.23][place]]
             };
             angles.iter().enumerate().map(wheel).collect()
         };

@@ -280,14 +280,14 @@ mod tests {
     #[test]
     fn the_wheel_that_slips_is_named_at_once_and_while_it_does() {
         for rate_hz in [10, 50, 200] {
-            for wheel in 0..4 {
+            for (wheel, name) in NAMES.into_iter().enumerate() {
                 for by_mps in [0.4, -0.4] {
                     let (watch, seen, _) = drive(rate_hz, wheel, by_mps);
                     let per_s = rate_hz as usize;
                     let first = seen.iter().position(Option::is_some).unwrap();
                     assert!(first >= 2 * per_s && first <= 2 * per_s + 3 * per_s / 10);
                     let slip = seen[5 * per_s - 1].unwrap();
-                    assert_eq!(slip.wheel, NAMES[wheel], "{slip:?}");
+                    assert_eq!(slip.wheel, name, "{slip:?}");
                     assert!((slip.misfit_mps - by_mps).abs() < 1e-9, "{slip:?}");
                     assert_eq!(watch.slip(), None, "it has ended");
                 }

@@ -39,7 +39,7 @@ pub(super) fn plan<'a>(
 
 /// What a scale of turning makes of the track, in words.
 pub(super) fn skidding(track_m: f64, turning_scale: f64) -> String {
-    if turning_scale == 1.0 {
+    if (turning_scale - 1.0).abs() < f64::EPSILON {
         return String::new();
     }
     format!(
