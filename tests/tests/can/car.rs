@@ -38,6 +38,7 @@ fn configuration(data: &Path, bus: &str, root: &Path) -> Config {
     };
     let wheels = WheelsConfig {
         track_m: 1.56,
+        turning_scale: 1.0,
         left: wheel("RL"),
         right: wheel("RR"),
     };
