@@ -59,7 +59,7 @@ pub use rhythm::Rhythm;
 pub use robot_name::{NotARobotName, RobotName};
 pub use space::{
     Claim, Lost, OpenError, PortError, Publisher, ReceiveError, Remark, Running, SendError, Space,
-    Subscriber,
+    Subscriber, WaitError,
 };
 pub use track::{NoPose, PastPose, Track};
 pub use unfit::{Unfit, WhyUnfit, worst_sigmas};

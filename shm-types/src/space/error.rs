@@ -310,3 +310,14 @@ pub struct SendError(pub(crate) iceoryx2::port::SendError);
 #[derive(Copy, Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("messages of a publisher could not be read: {0}")]
 pub struct ReceiveError(pub(crate) iceoryx2::port::ReceiveError);
+
+/// It cannot be waited for messages.
+#[derive(Debug, thiserror::Error)]
+pub enum WaitError {
+    /// There is nothing to be woken by: looking now and then goes on.
+    #[error(transparent)]
+    Bell(#[from] PortError),
+    /// Messages of some publisher could not be read.
+    #[error(transparent)]
+    Receive(#[from] ReceiveError),
+}

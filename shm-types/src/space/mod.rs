@@ -1,4 +1,5 @@
 //! The shared-memory space: a root directory and a prefix, opened once by every process that takes part.
+mod bells;
 mod claim;
 mod config;
 mod disk;
@@ -26,7 +27,7 @@ use iceoryx2::prelude::{LogLevel, NodeBuilder, NodeName, SignalHandlingMode, set
 use rustix::io::Errno;
 
 pub use claim::Claim;
-pub use error::{Lost, OpenError, PortError, ReceiveError, Remark, SendError};
+pub use error::{Lost, OpenError, PortError, ReceiveError, Remark, SendError, WaitError};
 pub use port::{Publisher, Subscriber};
 pub use roll::Running;
 

@@ -1,5 +1,7 @@
 //! The two ends of a channel.
+use std::cell::{Cell, OnceCell};
 use std::fmt::Debug;
+use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -14,13 +16,17 @@ use iceoryx2::service::builder::publish_subscribe::{
     PublishSubscribeOpenOrCreateError as ServiceError,
 };
 
-use super::error::{PortError, ReceiveError, SendError};
+use rustix::io::Errno;
+
+use super::bells::{BELLS, Page, Ringer, Waiter};
+use super::error::{PortError, ReceiveError, SendError, WaitError};
 use super::gate::Pass;
 use super::leftovers::{self, Turn};
 use super::manner::Manner;
 use super::services::Use;
 use super::spoken;
-use super::transport::{self, fault};
+use super::transport;
+use super::transport::fault::{self, Site};
 use super::{Node, Space};
 use crate::{Message, Quality, RobotName};
 
@@ -38,6 +44,9 @@ const MOMENT: Duration = Duration::from_millis(250);
 pub struct Publisher<M: Message> {
     port: iceoryx2::port::publisher::Publisher<transport::Service, M, ()>,
     missed: Missed,
+    bells: Ringer,
+    /// Something was put that was not rung for.
+    put: Cell<bool>,
     stay: Stay,
 }
 
@@ -61,14 +70,35 @@ impl<M: Message> Publisher<M> {
         };
         let name = service_name::<M>(robot);
         let (port, stay) = enter(space, name, Manner::Make, create, explain)?;
-        Ok(Self { port, missed, stay })
+        let bells = stay.page().and_then(Ringer::new);
+        let bells = bells.map_err(|error| stay.refusal(error))?;
+        Ok(Self {
+            port,
+            missed,
+            bells,
+            put: Cell::new(false),
+            stay,
+        })
     }
 
-    /// Sends `message` to whoever listens, without an allocation or a system call while nobody joins.
+    /// Sends `message` to whoever listens, and wakes who waits for it. Without an allocation while nobody joins; with a system call
+    /// for each who waits, that returns at once.
     ///
     /// # Errors
     /// If it did not reach everybody; nothing needs to be done about it.
     pub fn send(&self, message: M) -> Result<(), SendError> {
+        let sent = self.put(message);
+        self.ring();
+        sent
+    }
+
+    /// The first half of [`Self::send`]: nobody is woken before [`Self::ring`]. For who has more urgent things to do meanwhile:
+    /// who is woken may take the processor.
+    ///
+    /// # Errors
+    /// As [`Self::send`].
+    pub fn put(&self, message: M) -> Result<(), SendError> {
+        self.put.set(true);
         let slot = self
             .port
             .loan_uninit()
@@ -78,6 +108,17 @@ impl<M: Message> Publisher<M> {
             return Err(SendError(iceoryx2::port::SendError::UnableToDeliver));
         }
         Ok(())
+    }
+
+    /// Wakes who waits for what was put.
+    pub fn ring(&self) {
+        if self.put.replace(false) {
+            // Who has come since the message was put gets it only so.
+            let welcome = || {
+                let _ = self.port.update_connections();
+            };
+            self.bells.ring(&self.stay.space, welcome);
+        }
     }
 
     /// All of [`Self::send`] but the message: whoever has time does now what sending would do then.
@@ -91,9 +132,9 @@ impl<M: Message> Publisher<M> {
     /// # Errors
     /// If one of them could not be connected.
     pub fn refresh(&self) -> Result<(), SendError> {
-        self.port
-            .update_connections()
-            .map_err(|error| SendError(error.into()))
+        let connected = self.port.update_connections();
+        self.bells.greet(&self.stay.space);
+        connected.map_err(|error| SendError(error.into()))
     }
 }
 
@@ -101,6 +142,8 @@ impl<M: Message> Publisher<M> {
 #[derive(Debug)]
 pub struct Subscriber<M: Message> {
     port: iceoryx2::port::subscriber::Subscriber<transport::Service, M, ()>,
+    /// Once somebody wants to wait.
+    bell: OnceCell<Waiter>,
     stay: Stay,
 }
 
@@ -121,16 +164,75 @@ impl<M: Message> Subscriber<M> {
         };
         let name = service_name::<M>(robot);
         let (port, stay) = enter(space, name, manner, create, explain)?;
-        Ok(Self { port, stay })
+        Ok(Self {
+            port,
+            bell: OnceCell::new(),
+            stay,
+        })
     }
 
     /// The next message, copied out of shared memory: what is checked afterwards can no longer change.
     ///
-    /// Neither allocates nor makes a system call while nobody joins. Messages of one publisher come in its order.
+    /// Neither allocates nor makes a system call while nobody joins. Messages of one publisher come in its order. After
+    /// [`Self::wait`] or [`Self::bell`] it costs a system call to find nothing.
     ///
     /// # Errors
     /// If a publisher's messages could not be read; those of the others come with the next calls.
     pub fn receive(&self) -> Result<Option<M>, ReceiveError> {
+        let message = self.look()?;
+        match self.bell.get() {
+            Some(bell) if message.is_none() && bell.arm() => self.look(),
+            _ => Ok(message),
+        }
+    }
+
+    /// The next message, asleep until there is one; `None` if none came for as long as `timeout`, or a signal was handled.
+    ///
+    /// A message that is there already is returned at once, the oldest first: a reader that comes late or was busy gets the newest
+    /// of those that the channel keeps for it, and no wake-up is lost in between. Publishers wake it that are of this crate;
+    /// what programs in other languages say is found when it wakes up for another reason.
+    ///
+    /// # Errors
+    /// As [`Self::receive`]; and with the first call, if there is nothing to be woken by.
+    pub fn wait(&self, timeout: Duration) -> Result<Option<M>, WaitError> {
+        let bell = self.waiter()?;
+        let start = Instant::now();
+        loop {
+            if let Some(message) = self.receive()? {
+                return Ok(Some(message));
+            }
+            let left = timeout.saturating_sub(start.elapsed());
+            match bell.sleep(left) {
+                Ok(true) => {}
+                Ok(false) | Err(Errno::INTR) => return Ok(self.receive()?),
+                Err(error) => return Err(self.stay.refusal(error).into()),
+            }
+        }
+    }
+
+    /// What is readable after a message has come, for `poll`, `epoll` and runtimes (tokio's `AsyncFd`), level- or edge-triggered.
+    /// From now on: whenever [`Self::receive`] has found nothing, the next message makes it readable. It is to be waited on, never
+    /// read from; sometimes there is nothing to receive after all.
+    ///
+    /// # Errors
+    /// If there is nothing to be woken by.
+    pub fn bell(&self) -> Result<BorrowedFd<'_>, PortError> {
+        Ok(self.waiter()?.as_fd())
+    }
+
+    fn waiter(&self) -> Result<&Waiter, PortError> {
+        if let Some(bell) = self.bell.get() {
+            return Ok(bell);
+        }
+        let pass = self.stay.space.gate().pass();
+        let place = self.stay.space.place();
+        let bell = (self.stay.page()).and_then(|page| Waiter::new(place, page));
+        drop(pass);
+        let bell = bell.map_err(|error| self.stay.refusal(error))?;
+        Ok(self.bell.get_or_init(|| bell))
+    }
+
+    fn look(&self) -> Result<Option<M>, ReceiveError> {
         Ok(self
             .port
             .receive()
@@ -165,6 +267,9 @@ impl<M: Message> Drop for Subscriber<M> {
 #[derive(Debug)]
 struct Stay {
     used: Option<Use>,
+    service: String,
+    /// By which iceoryx2 knows it.
+    hash: String,
     /// Held while the port is dropped.
     pass: Option<Pass>,
     space: Space,
@@ -175,8 +280,31 @@ impl Stay {
         let hash = factory.service_hash().as_str();
         Self {
             used: Some(space.services().enter(space.place(), service, hash)),
+            service: service.into(),
+            hash: hash.into(),
             pass: None,
             space: space.clone(),
+        }
+    }
+
+    /// Where it stands who waits.
+    fn page(&self) -> Result<Page, Errno> {
+        Page::open(self.space.place(), &self.hash)
+    }
+
+    fn refusal(&self, error: Errno) -> PortError {
+        let service = self.service.clone();
+        if error == Errno::USERS {
+            return PortError::Full {
+                service,
+                port: "waiting subscriber",
+                limit: BELLS,
+            };
+        }
+        PortError::Refused {
+            service,
+            source: error.into(),
+            advice: Site::Memory.advice(error),
         }
     }
 

@@ -3,6 +3,7 @@
 //!
 //! Whoever uses or makes a file has it open or mapped, however long it is stopped. So what nobody holds is dead, and the
 //! kernel tells ([`Lease`]). Where it does not, files stay until the space is empty.
+mod bells;
 mod broom;
 mod lease;
 mod nodes;
@@ -37,7 +38,17 @@ pub(crate) fn remove(place: &Place, turn: Turn) -> usize {
     let nodes = nodes::remove(place.root(), place.prefix(), turn);
     Node::try_cleanup_dead_nodes(place.config());
     let segments = segments::list(place);
-    nodes + services::remove(place, &segments, turn) + segments::remove(&segments, turn)
+    nodes
+        + services::remove(place, &segments, turn)
+        + bells::remove(&segments, turn)
+        + segments::remove(&segments, turn)
+}
+
+/// Removes the file at `path`, if nobody holds it.
+pub(crate) fn remove_unheld(path: &Path) {
+    if let Some(file) = Found::look(path.into()) {
+        remove_unless_held(&[&file]);
+    }
 }
 
 impl Found {

@@ -25,7 +25,7 @@ use iceoryx2_cal::{
 };
 
 pub(crate) use connection::waiting;
-pub(crate) use segment::DIRECTORY as SHARED_MEMORY;
+pub(crate) use segment::{DIRECTORY as SHARED_MEMORY, Draft, Refusal, Segment};
 pub(crate) use storage::is_complete;
 
 type Memory<A> = shared_memory::common::details::Memory<

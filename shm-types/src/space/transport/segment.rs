@@ -20,7 +20,7 @@ const PRIVATE: Mode = Mode::RUSR.union(Mode::WUSR);
 
 /// Why a segment is not opened.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub(super) enum Refusal {
+pub(crate) enum Refusal {
     /// There is none.
     Missing,
     /// It is not complete, and will never be if its maker is dead.
@@ -33,7 +33,7 @@ pub(super) enum Refusal {
 
 /// Memory that is there to the last byte for as long as this lives.
 #[derive(Debug)]
-pub(super) struct Segment {
+pub(crate) struct Segment {
     base: NonNull<u8>,
     length: usize,
     /// Device and inode.
@@ -47,7 +47,7 @@ unsafe impl Sync for Segment {}
 
 impl Segment {
     /// Maps what has this name, at once or not at all.
-    pub(super) fn open(name: &FileName, access: AccessMode) -> Result<Self, Refusal> {
+    pub(crate) fn open(name: &FileName, access: AccessMode) -> Result<Self, Refusal> {
         // Not waiting either for whoever looks whether it is dead.
         let flags = OFlags::RDWR | OFlags::CLOEXEC | OFlags::NOFOLLOW | OFlags::NONBLOCK;
         let file = rustix::fs::open(path(name), flags, Mode::empty()).map_err(refusal)?;
@@ -57,11 +57,11 @@ impl Segment {
         Self::map(file.as_fd(), length, protection(access)).map_err(Refusal::System)
     }
 
-    pub(super) fn base(&self) -> NonNull<u8> {
+    pub(crate) fn base(&self) -> NonNull<u8> {
         self.base
     }
 
-    pub(super) fn length(&self) -> usize {
+    pub(crate) fn length(&self) -> usize {
         self.length
     }
 
@@ -102,14 +102,14 @@ impl Drop for Segment {
 
 /// A segment that nobody finds yet.
 #[derive(Debug)]
-pub(super) struct Draft {
+pub(crate) struct Draft {
     segment: Segment,
     file: Unfinished,
 }
 
 impl Draft {
     /// Reserves `length` bytes, all zero.
-    pub(super) fn new(name: &FileName, length: usize) -> Result<Self, Errno> {
+    pub(crate) fn new(name: &FileName, length: usize) -> Result<Self, Errno> {
         let file = Unfinished::new(path(name))?;
         reserve(file.as_fd(), length)?;
         let segment = Segment::map(file.as_fd(), length, protection(AccessMode::ReadWrite))?;
@@ -121,7 +121,7 @@ impl Draft {
     }
 
     /// Lets everybody find it, unless there is something of its name.
-    pub(super) fn publish(self) -> Result<Segment, (Self, Errno)> {
+    pub(crate) fn publish(self) -> Result<Segment, (Self, Errno)> {
         match self.file.publish(PRIVATE) {
             Ok(()) => Ok(self.segment),
             Err(error) => Err((self, error)),
