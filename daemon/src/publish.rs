@@ -61,10 +61,17 @@ impl Publish {
         })
     }
 
-    /// Sends the estimate.
+    /// Puts the estimate where everybody finds it who looks.
     pub fn estimate(&mut self, estimate: &Estimate, with: &Circumstances, moment: &Moment) {
         let message = self.message(estimate, with, moment);
-        self.undelivered += u64::from(self.estimates.send(message).is_err());
+        self.undelivered += u64::from(self.estimates.put(message).is_err());
+    }
+
+    /// Wakes those who wait for what was said, once all of it was: a reader of a higher priority takes the processor at once.
+    pub fn ring(&self) {
+        self.estimates.ring();
+        let ports = self.peers.iter().filter_map(|peer| peer.port.as_ref());
+        ports.for_each(Publisher::ring);
     }
 
     /// The robots whose channels have no place for this one.
@@ -78,7 +85,7 @@ impl Publish {
         self.estimates.rehearse();
     }
 
-    /// Tells the robots that were seen.
+    /// Tells the robots that were seen; who waits is not woken yet.
     pub fn neighbours(&mut self, outgoing: &[OutgoingPose], moment: &Moment) {
         for pose in outgoing {
             let Some(peer) = self.peers.iter_mut().find(|peer| peer.id == pose.to.0) else {
@@ -144,7 +151,7 @@ impl Peer {
             dependent: pose.parts.dependent.to_row_major(),
         };
         let port = self.port.as_ref();
-        port.is_some_and(|port| port.send(message).is_ok())
+        port.is_some_and(|port| port.put(message).is_ok())
     }
 }
 

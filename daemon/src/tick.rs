@@ -250,6 +250,7 @@ impl Robot {
             .estimate(&outputs.estimate, &circumstances, moment);
         let sent_ns = self.time.now_ns();
         self.publish.neighbours(outputs.outgoing, moment);
+        self.publish.ring();
         stages.publish_ns = watch.lap(&*self.time);
         // account
         let lines = record::of_inputs(self.account.tick(), step, &inputs);

@@ -1,7 +1,7 @@
 //! Prints the estimates of a robot as they come: `watch_estimates <robot> [<root> <prefix>]`.
 use std::io::{ErrorKind, Write, stderr, stdout};
 use std::{error::Error, ffi::OsString, path::Path, process::ExitCode};
-use std::{sync::Arc, thread::sleep, time::Duration};
+use std::{sync::Arc, time::Duration};
 
 use coloc_shm_types::{Estimate, RobotName, Space};
 use signal_hook::{consts::SIGXFSZ, flag};
@@ -43,25 +43,23 @@ fn watch(robot: &str, place: Option<(&str, &str)>) -> Result<(), Box<dyn Error>>
         None => Space::open_default("watch_estimates")?,
     };
     let estimates = space.subscriber::<Estimate>(&RobotName::new(robot)?)?;
-    let mut heard = false;
-    for second in 0_u64.. {
-        for _ in 0..100 {
-            while let Some(estimate) = estimates.receive()? {
-                heard = true;
-                if !say(&line(&estimate))? {
-                    return Ok(());
-                }
+    let mut silent_for = Some(0);
+    loop {
+        if let Some(estimate) = estimates.wait(Duration::from_secs(1))? {
+            silent_for = None;
+            if !say(&line(&estimate))? {
+                return Ok(());
             }
-            sleep(Duration::from_millis(10));
+            continue;
         }
         space.check()?;
-        if second == 1 && !heard {
+        silent_for = silent_for.map(|seconds| seconds + 1);
+        if silent_for == Some(2) {
             let said =
                 format!("watch_estimates: {robot} is silent so far: does its colocd run here?\n");
             let _ = stderr().write_all(said.as_bytes());
         }
     }
-    Ok(())
 }
 
 fn line(estimate: &Estimate) -> String {

@@ -162,6 +162,14 @@ impl Surroundings {
         self.sent += 1;
     }
 
+    /// From now on whoever listens is woken by what the robot publishes, and has to be.
+    pub fn wait(&self) {
+        let _ = self.estimates.bell().unwrap();
+        for told in &self.told {
+            let _ = told.bell().unwrap();
+        }
+    }
+
     /// Takes what the robot has published since the last time.
     #[must_use]
     pub fn receive(&self) -> Heard {

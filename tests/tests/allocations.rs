@@ -25,8 +25,18 @@ fn no_tick_on_a_frame_allocates() {
     ticks_without_allocation(Trigger::Encoder, 10_000);
 }
 
+#[test]
+fn no_tick_allocates_for_those_who_wait() {
+    let mut scene = Scene::new(Trigger::Timer);
+    scene.surroundings.wait();
+    without_allocation(&mut scene, 10_000);
+}
+
 fn ticks_without_allocation(trigger: Trigger, ticks: u64) {
-    let mut scene = Scene::new(trigger);
+    without_allocation(&mut Scene::new(trigger), ticks);
+}
+
+fn without_allocation(scene: &mut Scene, ticks: u64) {
     let (mut calls, mut heard, mut counted) = (Calls::NONE, Heard::default(), 0);
     scene.with_telemetry(|scene| {
         while counted < ticks {

@@ -67,7 +67,7 @@ fn every_block_has_a_language_that_is_run_here() {
 }
 
 /// Lines that are not run, each with the reason.
-const LEFT_OUT: [(&str, &str); 8] = [
+const LEFT_OUT: [(&str, &str); 10] = [
     ("tests/run", "runs this test"),
     ("cargo build --release", "this test is built already"),
     (
@@ -89,6 +89,14 @@ const LEFT_OUT: [(&str, &str); 8] = [
     (
         "cargo run --release -p coloc-tests --bin fuzz",
         "minutes; tests/tests/fuzz.rs plays a moment of it",
+    ),
+    (
+        "cargo run --release -p coloc-tests --bin wakeups",
+        "minutes; a step of tests/run",
+    ),
+    (
+        "cargo run --release -p coloc-benches --bin wake_up",
+        "figures of one machine",
     ),
     ("tests/hil/run", "a step of tests/run"),
 ];

@@ -2,11 +2,11 @@
 //! processes can do.
 //!
 //! ```text
-//! wake_up [SECONDS]    both by turns at 50 Hz each, in real time where that is granted; prints microseconds and ratios
+//! wake_up [SECONDS]    each by turns at 50 Hz, in real time where that is granted; prints microseconds and ratios
 //! ```
 //!
-//! Every turn both are measured, 10 ms apart, so that whatever else the machine does meets both. Between them everybody sleeps:
-//! caches are as cold as on a robot.
+//! All are measured by turns, so that whatever else the machine does meets each. Between them everybody sleeps: caches are as cold as on
+//! a robot. `rehearsed`: the publisher did everything but the message just before, as one may who waits for a last input.
 
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
@@ -16,7 +16,6 @@ use std::io::{BufRead, BufReader};
 use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::process::{Child, Command, ExitCode, Stdio};
-use std::time::Duration;
 
 use coloc_daemon::config::{Realtime, Scheduler};
 use coloc_daemon::realtime;
@@ -34,7 +33,7 @@ const PERIOD_NS: i64 = SECOND_NS / 50;
 /// At the start, when everything is touched for the first time.
 const WARM_UP: usize = 25;
 /// Who hears nothing for so long ends.
-const PATIENCE: Duration = Duration::from_secs(2);
+const PATIENCE: std::time::Duration = std::time::Duration::from_secs(2);
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -43,15 +42,19 @@ fn main() -> ExitCode {
         ["--read-datagrams", directory] => read_datagrams(Path::new(directory)),
         ["--read-estimates", directory] => read_estimates(Path::new(directory)),
         [] => measure(60),
-        [seconds] => seconds
-            .parse()
-            .map_or_else(|_| Err(USAGE.into()), measure),
+        [seconds] => seconds.parse().map_or_else(|_| Err(USAGE.into()), measure),
         _ => Err(USAGE.into()),
     };
     end("wake_up", result.map(|()| ExitCode::SUCCESS))
 }
 
 const USAGE: &str = "usage: wake_up [SECONDS]";
+
+/// Whose, and how long \[ns\].
+type Duration = (u16, i64);
+/// As sources of estimates.
+const COLD: u16 = 0;
+const REHEARSED: u16 = 1;
 
 type Done = Result<(), Box<dyn Error>>;
 
@@ -62,13 +65,13 @@ fn measure(seconds: usize) -> Done {
         Reader::start("--read-estimates", directory.path())?,
     ];
     publish(directory.path(), WARM_UP + 50 * seconds)?;
-    let [datagram, estimate] = readers.each_mut().map(Reader::finish);
-    let (datagram, estimate) = (datagram?, estimate?);
-    print_line(&row("Unix datagram", &datagram));
-    print_line(&row("estimate, waited for", &estimate));
-    let ratio = |percent| at(&estimate, percent) / at(&datagram, percent);
-    let [p50, p90, p99] = [50, 90, 99].map(ratio);
-    print_line(&format!("ratio: p50 {p50:.2}, p90 {p90:.2}, p99 {p99:.2}"));
+    let [datagrams, estimates] = readers.each_mut().map(Reader::finish);
+    let (datagrams, estimates) = (datagrams?, estimates?);
+    let floor = sorted(&datagrams, 0)?;
+    print_line(&row("Unix datagram", &floor, &floor));
+    for (name, source) in [("estimate", COLD), ("estimate, rehearsed", REHEARSED)] {
+        print_line(&row(name, &sorted(&estimates, source)?, &floor));
+    }
     let load = read_to_string("/proc/loadavg").unwrap_or_default();
     print_line(&format!("load {}", load.trim()));
     Ok(())
@@ -86,15 +89,21 @@ fn publish(directory: &Path, count: usize) -> Done {
     for _ in 0..count {
         sleep_until(due_ns);
         socket.send(&bytes(now_ns()))?;
-        sleep_until(due_ns + PERIOD_NS / 2);
-        let header = Header {
-            stamp_ns: now_ns(),
-            ..Header::default()
-        };
-        estimates.send(Estimate {
-            header,
-            ..Estimate::default()
-        })?;
+        for (turn, source) in (1..).zip([COLD, REHEARSED]) {
+            sleep_until(due_ns + turn * PERIOD_NS / 3);
+            if source == REHEARSED {
+                estimates.rehearse();
+            }
+            let header = Header {
+                stamp_ns: now_ns(),
+                source,
+                ..Header::default()
+            };
+            estimates.send(Estimate {
+                header,
+                ..Estimate::default()
+            })?;
+        }
         due_ns += PERIOD_NS;
     }
     // Who leaves takes what was not received along.
@@ -118,7 +127,7 @@ fn read_datagrams(directory: &Path) -> Done {
     while socket.recv(&mut buffer).is_ok() {
         let now = now_ns();
         let (stamp, _) = buffer.split_first_chunk().ok_or("too short")?;
-        durations.push(now - i64::from_ne_bytes(*stamp));
+        durations.push((0, now - i64::from_ne_bytes(*stamp)));
     }
     print(&durations);
     Ok(())
@@ -133,16 +142,17 @@ fn read_estimates(directory: &Path) -> Done {
     let mut durations = Vec::with_capacity(1 << 20);
     // The first one may take as long as the publisher takes to start.
     while let Some(estimate) = estimates.wait(PATIENCE)? {
-        durations.push(now_ns() - estimate.header.stamp_ns);
+        let duration = now_ns() - estimate.header.stamp_ns;
+        durations.push((estimate.header.source, duration));
     }
     print(&durations);
     Ok(())
 }
 
-fn print(durations: &[i64]) {
-    durations
-        .iter()
-        .for_each(|duration| print_line(&duration.to_string()));
+fn print(durations: &[Duration]) {
+    for (source, ns) in durations {
+        print_line(&format!("{source} {ns}"));
+    }
 }
 
 /// A process that reads.
@@ -166,18 +176,27 @@ impl Reader {
         }
     }
 
-    /// The durations that it saw, sorted \[ns\].
-    fn finish(&mut self) -> Result<Vec<i64>, Box<dyn Error>> {
+    /// What it saw.
+    fn finish(&mut self) -> Result<Vec<Duration>, Box<dyn Error>> {
         let mut durations = Vec::new();
-        for line in self.lines.by_ref().skip(WARM_UP) {
-            durations.push(line?.parse()?);
-        }
-        durations.sort_unstable();
-        if durations.is_empty() {
-            return Err("nothing was received".into());
+        for line in self.lines.by_ref() {
+            let line = line?;
+            let (source, ns) = line.split_once(' ').ok_or("not a duration")?;
+            durations.push((source.parse()?, ns.parse()?));
         }
         Ok(durations)
     }
+}
+
+/// Those of `source`, after the warm-up, by length \[ns\].
+fn sorted(durations: &[Duration], source: u16) -> Result<Vec<i64>, Box<dyn Error>> {
+    let own = durations.iter().filter(|(of, _)| *of == source);
+    let mut own: Vec<i64> = own.skip(WARM_UP).map(|(_, ns)| *ns).collect();
+    if own.is_empty() {
+        return Err("nothing was received".into());
+    }
+    own.sort_unstable();
+    Ok(own)
 }
 
 impl Drop for Reader {
@@ -199,10 +218,15 @@ fn settle(cpu: usize) {
     }
 }
 
-fn row(name: &str, sorted: &[i64]) -> String {
-    let [p50, p90, p99] = [50, 90, 99].map(|percent| at(sorted, percent));
+fn row(name: &str, sorted: &[i64], floor: &[i64]) -> String {
+    let percents = [50, 90, 99];
+    let [p50, p90, p99] = percents.map(|percent| at(sorted, percent));
+    let [r50, r90, r99] = percents.map(|percent| at(sorted, percent) / at(floor, percent));
     let count = sorted.len();
-    format!("{name:<22} p50 {p50:>6.1} µs, p90 {p90:>6.1}, p99 {p99:>6.1} ({count})")
+    format!(
+        "{name:<22} p50 {p50:>6.1} µs, p90 {p90:>6.1}, p99 {p99:>6.1} ({count}); \
+         ratio p50 {r50:.2}, p90 {r90:.2}, p99 {r99:.2}"
+    )
 }
 
 /// That percentile \[µs\].

@@ -10,7 +10,7 @@ use crate::args::seconds;
 
 /// Starts a real `colocd`, sends it encoder frames, fixes, sightings and neighbours' poses whether it keeps up or not, and
 /// reads its estimates in another process. First polling, everybody at ordinary priority: what the program takes. Then
-/// sleeping, as robots run it: what the scheduler adds.
+/// sleeping, reader and daemon, as robots run it: what the scheduler adds.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   coloc latency
@@ -38,6 +38,9 @@ pub(crate) struct LatencyArgs {
     /// Only this way of waiting [default: one after the other]
     #[arg(long, value_enum)]
     pub(crate) wait: Option<WaitArg>,
+    /// How the reader waits for an estimate [default: as the daemon waits for frames]
+    #[arg(long, value_enum)]
+    pub(crate) reader: Option<WaitArg>,
     /// Busy threads beside it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=256))]
     pub(crate) load: u16,
@@ -134,6 +137,9 @@ pub(crate) struct ReaderArgs {
     /// About how many estimates there will be
     #[arg(long, default_value_t = 0)]
     pub(crate) expect: usize,
+    /// How to wait for them
+    #[arg(long, value_enum)]
+    pub(crate) wait: WaitArg,
     /// Processors to run on
     #[arg(long, value_delimiter = ',')]
     pub(crate) cpus: Vec<usize>,

@@ -46,13 +46,14 @@ impl Floors {
         bus: &BusSpec,
         root: &Path,
         mode: WaitArg,
+        reader: WaitArg,
         placement: &Placement,
         schedule: impl Fn() -> Schedule,
     ) -> Result<Self, LatencyError> {
         Ok(Self {
             sent: u64::try_from(schedule().count).unwrap_or(0),
             frame: frame(bus, mode, placement, schedule())?,
-            transport: transport(root, mode, placement, schedule())?,
+            transport: transport(root, [mode, reader], placement, schedule())?,
             clock: clock(),
         })
     }
@@ -108,14 +109,14 @@ fn read_frames(mut bus: Bus, mode: WaitArg, end_ns: i64) -> Result<Vec<i64>, Lat
 
 fn transport(
     root: &Path,
-    mode: WaitArg,
+    [mode, reader]: [WaitArg; 2],
     placement: &Placement,
     schedule: Schedule,
 ) -> Result<Durations, LatencyError> {
     const NAME: &str = "floor";
     let expect = usize::try_from(schedule.count).unwrap_or(0);
     let until_ns = schedule.end_ns();
-    let reader = Reader::start(root, NAME, until_ns, expect, placement)?;
+    let reader = Reader::start(root, NAME, until_ns, expect, reader, placement)?;
     let (root, cpus) = (root.to_owned(), placement.daemon.clone());
     let writer = on_thread("writer", move || -> Result<(), LatencyError> {
         let space = Space::open(&root, PREFIX, "coloc-latency-floor").map_err(LatencyError::shm)?;

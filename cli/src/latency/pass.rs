@@ -52,6 +52,7 @@ pub(crate) struct Setting {
     rate_hz: f64,
     trigger: TriggerArg,
     neighbours: u16,
+    reader: Option<WaitArg>,
 }
 
 impl Setting {
@@ -70,6 +71,7 @@ impl Setting {
             rate_hz: args.rate,
             trigger: args.trigger,
             neighbours: args.neighbours,
+            reader: args.reader,
         })
     }
 
@@ -183,14 +185,17 @@ fn turn(setting: &Setting, mode: WaitArg) -> Result<Pass, LatencyError> {
         ..
     } = setting;
     interrupted::check()?;
+    let wait = setting.reader.unwrap_or(mode);
     let stolen_before_ms = stolen_ms();
-    let floors = Floors::measure(bus, root, mode, placement, || setting.floor_schedule())?;
+    let floors = Floors::measure(bus, root, mode, wait, placement, || {
+        setting.floor_schedule()
+    })?;
     let daemon = Daemon::start(setting, mode)?;
     let class = scheduling_class(daemon.child.id(), "colocd-tick");
     let schedule = setting.schedule();
     let until_ns = schedule.end_ns() + GRACE_NS;
     let expect = 2 * usize::try_from(schedule.count).unwrap_or(0);
-    let reader = Reader::start(root, ROBOT, until_ns, expect, placement)?;
+    let reader = Reader::start(root, ROBOT, until_ns, expect, wait, placement)?;
     let sender = Sender::of_everything(bus, root, setting.neighbours, schedule, placement)?;
     // Who sends is told the same, and is waited for in any case.
     let _ = interrupted::sleep_until(schedule.due_ns(schedule.count * 4 / 5));

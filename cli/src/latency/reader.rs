@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use coloc_shm_types::{Estimate, RobotName, Space, Subscriber, Timing};
 
-use super::args::ReaderArgs;
+use super::args::{ReaderArgs, WaitArg};
 use super::error::LatencyError;
 use super::matching::Seen;
 use super::place::PREFIX;
@@ -27,10 +27,14 @@ const TURNS_PER_YIELD: u64 = 64;
 const TOLD_WITHIN: Duration = Duration::from_secs(2);
 const BETWEEN_LOOKS: Duration = Duration::from_millis(10);
 
-/// Being that process: busy, at ordinary priority, until the time is over. Prints what it saw, a line each.
+/// How long the end may be late for a reader that sleeps.
+const SLEEP: Duration = Duration::from_millis(100);
+
+/// Being that process until the time is over: busy at ordinary priority, or asleep and in real time, where that is granted. Prints
+/// what it saw, a line each.
 pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
     end_with_parent().map_err(LatencyError::Reader)?;
-    settle(&args.cpus, false);
+    settle(&args.cpus, args.wait == WaitArg::Sleep);
     let space =
         Space::open(&args.root, PREFIX, "coloc-latency-reader").map_err(LatencyError::shm)?;
     let robot = RobotName::new(&args.robot).map_err(LatencyError::shm)?;
@@ -38,16 +42,11 @@ pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
     let timings: Subscriber<Timing> = space.subscriber(&robot).map_err(LatencyError::shm)?;
     let mut seen = Vec::with_capacity(args.expect);
     let mut told = Vec::with_capacity(args.expect);
+    let mut next = take(args.wait, &estimates)?;
     print_line(READY);
     let mut now = now_ns();
-    for turn in 1_u64.. {
-        if now >= args.until_ns {
-            break;
-        }
-        if turn.is_multiple_of(TURNS_PER_YIELD) {
-            std::thread::yield_now();
-        }
-        let estimate = estimates.receive().map_err(LatencyError::shm)?;
+    while now < args.until_ns {
+        let estimate = next()?;
         now = now_ns();
         if let Some(estimate) = estimate {
             seen.push(note(&estimate, now));
@@ -63,6 +62,28 @@ pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
     }
     complete(&mut seen, &told);
     print(&seen).map_err(|error| LatencyError::Reader(error.to_string()))
+}
+
+/// What takes the next estimate, if there is one.
+fn take(
+    wait: WaitArg,
+    estimates: &Subscriber<Estimate>,
+) -> Result<impl FnMut() -> Result<Option<Estimate>, LatencyError>, LatencyError> {
+    if wait == WaitArg::Sleep {
+        // Now, so that the first one is not measured with it.
+        estimates.bell().map_err(LatencyError::shm)?;
+    }
+    let mut turn = 0_u64;
+    Ok(move || match wait {
+        WaitArg::Sleep => estimates.wait(SLEEP).map_err(LatencyError::shm),
+        WaitArg::Poll => {
+            turn += 1;
+            if turn.is_multiple_of(TURNS_PER_YIELD) {
+                std::thread::yield_now();
+            }
+            estimates.receive().map_err(LatencyError::shm)
+        }
+    })
 }
 
 fn listen(timings: &Subscriber<Timing>, told: &mut Vec<Timing>) -> Result<(), LatencyError> {
@@ -123,6 +144,7 @@ impl Reader {
         robot: &str,
         until_ns: i64,
         expect: usize,
+        wait: WaitArg,
         placement: &Placement,
     ) -> Result<Self, LatencyError> {
         let spawn = |error: std::io::Error| LatencyError::Spawn(format!("the reader: {error}"));
@@ -130,7 +152,7 @@ impl Reader {
         let mut command = Command::new(std::env::current_exe().map_err(spawn)?);
         command.arg("latency-reader").arg("--root").arg(root);
         command.args(["--robot", robot, "--until-ns", &until_ns.to_string()]);
-        command.args(["--expect", &expect.to_string()]);
+        command.args(["--expect", &expect.to_string(), "--wait", wait.name()]);
         if !cpus.is_empty() {
             command.args(["--cpus", &cpus.join(",")]);
         }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::args::LatencyArgs;
+use super::args::{LatencyArgs, WaitArg};
 use super::facts::Facts;
 use super::pass::Pass;
 use crate::demo::bus::Buses;
@@ -25,6 +25,8 @@ pub(crate) struct Settings {
     pub(crate) can: &'static str,
     pub(crate) can_because: String,
     pub(crate) load_threads: u16,
+    /// How the reader waits, if not as the daemon.
+    pub(crate) reader: Option<&'static str>,
 }
 
 impl Report {
@@ -37,6 +39,7 @@ impl Report {
             can: buses.kind,
             can_because: buses.reason.clone(),
             load_threads: args.load,
+            reader: args.reader.map(WaitArg::name),
         };
         Self {
             facts,

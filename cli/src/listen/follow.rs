@@ -17,8 +17,10 @@ use crate::demo::interrupt::Interrupt;
 use crate::output::{complain, print_line, takes_no_more};
 use crate::status::Status;
 
-/// Between two looks. A robot says a thousand estimates a second at most, and 16 wait.
+/// Between two looks, where nothing wakes it. A robot says a thousand estimates a second at most, and 16 wait.
 const PAUSE: Duration = Duration::from_millis(5);
+/// Where every estimate does: for a robot that is silent, and for an end that is asked for just before it sleeps.
+const LONG_PAUSE: Duration = Duration::from_millis(100);
 const SECOND_NS: i64 = 1_000_000_000;
 
 pub(super) fn run(args: &ListenArgs) -> Result<Status, ListenError> {
@@ -97,15 +99,20 @@ impl<'a> Follower<'a> {
 
     fn follow(&mut self, ear: &Ear, interrupt: &Interrupt) -> Parting {
         self.checked_ns = now_ns();
+        // Before the first look, so that nothing comes unnoticed after it.
+        let bell = ear.estimates().bell().ok();
         while !interrupt.is_there() {
-            self.listen(ear.estimates());
+            let took_all = self.listen(ear.estimates());
             if self.is_done() {
                 break;
             }
             if let Some(parting) = self.look_after(ear, now_ns()) {
                 return parting;
             }
-            outlet::pause(PAUSE);
+            match bell {
+                Some(bell) if took_all => outlet::pause_until(bell, LONG_PAUSE),
+                _ => outlet::pause(PAUSE),
+            }
         }
         Parting::Enough
     }
@@ -123,18 +130,23 @@ impl<'a> Follower<'a> {
         ));
     }
 
-    /// Takes what is there, for as long as somebody takes it from here.
-    fn listen(&mut self, estimates: &Subscriber<Estimate>) {
+    /// Takes what is there, for as long as somebody takes it from here; whether that is all.
+    fn listen(&mut self, estimates: &Subscriber<Estimate>) -> bool {
         while !self.is_done() {
             if !outlet::is_ready() {
-                return self.hearing.was_not_asked(now_ns());
+                self.hearing.was_not_asked(now_ns());
+                return false;
             }
             match estimates.receive() {
                 Ok(Some(estimate)) => self.take(&estimate),
-                Ok(None) => return,
-                Err(_) => return self.unreadable += 1,
+                Ok(None) => return true,
+                Err(_) => {
+                    self.unreadable += 1;
+                    return false;
+                }
             }
         }
+        false
     }
 
     fn take(&mut self, estimate: &Estimate) {

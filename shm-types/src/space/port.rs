@@ -143,7 +143,7 @@ impl<M: Message> Publisher<M> {
 pub struct Subscriber<M: Message> {
     port: iceoryx2::port::subscriber::Subscriber<transport::Service, M, ()>,
     /// Once somebody wants to wait.
-    bell: OnceCell<Waiter>,
+    bell: OnceCell<Box<Waiter>>,
     stay: Stay,
 }
 
@@ -229,7 +229,8 @@ impl<M: Message> Subscriber<M> {
         let bell = (self.stay.page()).and_then(|page| Waiter::new(place, page));
         drop(pass);
         let bell = bell.map_err(|error| self.stay.refusal(error))?;
-        Ok(self.bell.get_or_init(|| bell))
+        bell.arm();
+        Ok(self.bell.get_or_init(|| Box::new(bell)))
     }
 
     fn look(&self) -> Result<Option<M>, ReceiveError> {

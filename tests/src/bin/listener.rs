@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 use std::io::{Write, stderr, stdout};
-use std::{error::Error, process::ExitCode, thread::sleep, time::Duration};
+use std::{error::Error, process::ExitCode, time::Duration};
 
 use coloc_shm_types::{Estimate, RobotName, Space};
 
@@ -16,12 +16,10 @@ fn listen() -> Result<Infallible, Box<dyn Error>> {
     let space = Space::open_default("listener")?;
     let estimates = space.subscriber::<Estimate>(&RobotName::new("robot1")?)?;
     loop {
-        for _ in 0..100 {
-            while let Some(estimate) = estimates.receive()? {
-                writeln!(stdout(), "{:?} {:?}", estimate.pose, estimate.total())?;
-            }
-            sleep(Duration::from_millis(10));
+        match estimates.wait(Duration::from_secs(1))? {
+            Some(estimate) => writeln!(stdout(), "{:?} {:?}", estimate.pose, estimate.total())?,
+            // Where shared memory was deleted, a robot that starts again is not heard.
+            None => space.check()?,
         }
-        space.check()?; // Where shared memory was deleted, a robot that starts again is not heard.
     }
 }

@@ -18,6 +18,7 @@ use std::time::Duration;
 use coloc_daemon::config::Trigger;
 use coloc_drivers::can::Sender;
 use coloc_drivers::encoder::WheelFrames;
+use coloc_shm_types::{Estimate, Subscriber};
 use coloc_tests::scene::Scene;
 use coloc_tests::surroundings::{Surroundings, realtime_ns};
 use rustix::io::Errno;
@@ -87,12 +88,65 @@ fn send_one_after_the_other(mut wheels: Sender, stop: &Receiver<()>) {
     }
 }
 
-/// Ticks, each after what `prepare` made has brought it its inputs.
+#[test]
+fn a_tick_calls_once_for_each_who_waits_and_for_nobody_else() {
+    let prepare = |scene: &Scene| {
+        // It hears one estimate, and does not come back: for it nothing is done any more.
+        let space = scene.config.open_space("forgetful").unwrap();
+        let forgetful: Subscriber<Estimate> = space.subscriber(&scene.config.robot.name).unwrap();
+        assert!(forgetful.wait(Duration::ZERO).unwrap().is_none());
+        scene.surroundings.estimates.bell().unwrap();
+        move |surroundings: &mut Surroundings| {
+            let _ = &forgetful;
+            surroundings.send();
+        }
+    };
+    let Some(ticks) = ticks(Trigger::Timer, prepare) else {
+        return;
+    };
+    for Tick { calls, locks } in &ticks {
+        assert_eq!((calls.of(libc::SYS_sendto), *locks), (1, 0), "{calls:?}");
+        assert!(!unexpected(calls, &[libc::SYS_sendto]), "{calls:?}");
+    }
+    hold_number(&ticks, MOST_CALLS + 1);
+}
+
+/// Ticks, each after what `prepare` made has brought it its inputs, while nobody waits.
 fn hold<A>(trigger: Trigger, prepare: impl FnOnce(&Scene) -> A + Send)
 where
     A: FnMut(&mut Surroundings),
 {
-    let ticks = on_a_counted_thread(|counter| {
+    let Some(ticks) = ticks(trigger, prepare) else {
+        return;
+    };
+    for Tick { calls, locks } in &ticks {
+        assert_eq!(calls.of(libc::SYS_futex), 0, "waits for a lock: {calls:?}");
+        assert!(!unexpected(calls, &[]), "by number: {calls:?}");
+        assert_eq!(*locks, 0, "locks of the C library");
+    }
+    hold_number(&ticks, MOST_CALLS);
+}
+
+fn unexpected(calls: &SystemCalls, besides: &[libc::c_long]) -> bool {
+    let mut made = calls.made();
+    made.any(|(number, _)| !EXPECTED.contains(&number) && !besides.contains(&number))
+}
+
+fn hold_number(ticks: &[Tick], most: u32) {
+    let mut totals: Vec<u32> = ticks.iter().map(|tick| tick.calls.total()).collect();
+    let (_, median, _) = totals.select_nth_unstable(TICKS / 2);
+    assert!(
+        (1..=most).contains(median),
+        "{median} calls; the last ticks: {:?}",
+        &ticks[TICKS - 5..]
+    );
+}
+
+fn ticks<A>(trigger: Trigger, prepare: impl FnOnce(&Scene) -> A + Send) -> Option<Vec<Tick>>
+where
+    A: FnMut(&mut Surroundings),
+{
+    on_a_counted_thread(|counter| {
         let mut scene = Scene::new(trigger);
         let mut arrive = prepare(&scene);
         scene.with_telemetry(|scene| {
@@ -104,27 +158,7 @@ where
                 .map(|_| tick(scene, &mut arrive, counter))
                 .collect::<Vec<_>>())
         })
-    });
-    let Some(ticks) = ticks else { return };
-
-    let unexpected = |calls: &SystemCalls| {
-        calls
-            .made()
-            .find(|(number, _)| !EXPECTED.contains(number))
-            .is_some()
-    };
-    for Tick { calls, locks } in &ticks {
-        assert_eq!(calls.of(libc::SYS_futex), 0, "waits for a lock: {calls:?}");
-        assert!(!unexpected(calls), "by number: {calls:?}");
-        assert_eq!(*locks, 0, "locks of the C library");
-    }
-    let mut totals: Vec<u32> = ticks.iter().map(|tick| tick.calls.total()).collect();
-    let (_, median, _) = totals.select_nth_unstable(TICKS / 2);
-    assert!(
-        (1..=MOST_CALLS).contains(median),
-        "{median} calls; the last ticks: {:?}",
-        &ticks[TICKS - 5..]
-    );
+    })
 }
 
 /// What the real-time thread does in a tick.
