@@ -217,17 +217,15 @@ fn who_is_not_asleep_is_not_rung_for() {
     let (publisher, subscriber) = (publisher(&space), subscriber(&space));
     publisher.refresh().unwrap();
     let bell = subscriber.bell().unwrap();
-    for tick in 0..100 {
-        publisher.send(estimate(tick)).unwrap();
+    for _ in 0..3 {
+        for tick in 0..100 {
+            publisher.send(estimate(tick)).unwrap();
+        }
+        // One ring for all of them, which is gone with the first look that finds nothing.
+        assert!(is_readable(bell));
+        assert_eq!(ticks(&subscriber).len(), 16);
+        assert!(!is_readable(bell));
     }
-    assert!(!is_readable(bell), "it has not looked yet");
-    assert_eq!(ticks(&subscriber).len(), 16);
-    for tick in 0..100 {
-        publisher.send(estimate(tick)).unwrap();
-    }
-    assert_eq!(ticks(&subscriber).len(), 16);
-    // One ring for all of them, which is gone.
-    assert!(!is_readable(bell));
 }
 
 #[test]
