@@ -96,6 +96,7 @@ impl Robot {
             },
             position: [1000.0 * f64::from(number), 0.0],
             covariance,
+            lever: [0.0; 2],
             slow: SlowError::default(),
         })
     }
@@ -165,6 +166,7 @@ impl Robot {
             origin: Origin::counted(sequence),
             position: [self.pose.x, self.pose.y],
             covariance,
+            lever: [0.0; 2],
             slow: SlowError::default(),
         }));
         self.tick()

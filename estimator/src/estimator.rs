@@ -38,7 +38,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
     pub fn starting(settings: Settings, stamp: Stamp, start: &Start, storage: S) -> Self {
         Self {
             settings,
-            history: History::new(stamp, Filter::starting(stamp, start), storage),
+            history: History::new(stamp, &Filter::starting(stamp, start), storage),
             found: Found::new(stamp, start),
             now: stamp,
             outbox: Outbox::new(),

@@ -10,7 +10,8 @@ use crate::covariance::Covariance3;
 use crate::fix::FixUpdate;
 use crate::found::{Gauge, Start, WIDE};
 use crate::fusion::fuse;
-use crate::kind::{Measured, PositionFix};
+use crate::heading::{self, HeadingNoise};
+use crate::kind::{HeadingFix, Measured, PositionFix};
 use crate::motion::{Motion, drive, propagate};
 use crate::output::Verdict;
 use crate::pace::Pace;
@@ -19,7 +20,7 @@ use crate::pose::Pose;
 use crate::settings::{Propagation, Settings};
 use crate::stamp::Stamp;
 use crate::terms::Terms;
-use crate::{fix, slow};
+use crate::{fix, lever, slow};
 
 /// What is carried from one measurement to the next.
 #[derive(Copy, Clone, Debug, Default)]
@@ -32,6 +33,10 @@ pub(crate) struct Filter {
     nowhere: bool,
     /// When a fix with a slow error was heard last.
     slow_heard: Stamp,
+    /// When a heading with a slow error was heard last.
+    slow_heading_heard: Option<Stamp>,
+    /// `[v, ω]` of the last motion \[m/s, rad/s\]; NaN of a base that can move sideways.
+    velocity: [f64; 2],
     /// Of the neighbours' poses up to here.
     pace: Pace,
     /// Where the wheels alone have taken the robot since its start: no measurement moves it.
@@ -46,6 +51,8 @@ impl Filter {
             exchanged: false,
             nowhere: false,
             slow_heard: stamp,
+            slow_heading_heard: None,
+            velocity: [f64::NAN; 2],
             driven: Pose::default(),
             pace: if belief.parts.dependent == Covariance3::ZERO {
                 Pace::beginning(stamp)
@@ -69,6 +76,10 @@ impl Filter {
         self.close();
         self.belief = propagate(&self.belief, motion, dt_s, propagation);
         self.driven = drive(self.driven, motion, dt_s);
+        self.velocity = match motion {
+            Motion::Nonholonomic { velocity, .. } => *velocity,
+            Motion::Holonomic { .. } => [f64::NAN; 2],
+        };
     }
 
     /// Where the wheels alone have taken the robot since its start.
@@ -154,13 +165,35 @@ impl Filter {
         }
     }
 
+    /// Where the antenna is, and back at the heading that the belief has then.
     fn corrected(
         &self,
         fix: &PositionFix,
         gate: f64,
         settings: &Settings,
     ) -> (FixUpdate, [f64; 2]) {
-        let own = &self.belief;
+        if lever::is_none(fix.lever) {
+            return self.corrected_at(&self.belief, fix, gate, settings);
+        }
+        let antenna = lever::moved(&self.belief, fix.lever);
+        let (update, normalised) = self.corrected_at(&antenna, fix, gate, settings);
+        let belief = lever::moved(&update.belief, lever::back(fix.lever));
+        let accepted = update.accepted && belief.is_finite();
+        let update = FixUpdate {
+            belief: if accepted { belief } else { self.belief },
+            accepted,
+            ..update
+        };
+        (update, normalised)
+    }
+
+    fn corrected_at(
+        &self,
+        own: &Belief,
+        fix: &PositionFix,
+        gate: f64,
+        settings: &Settings,
+    ) -> (FixUpdate, [f64; 2]) {
         if !fix.slow.is_there() {
             return fix::judged(own, fix.position, &fix.covariance, gate);
         }
@@ -172,6 +205,32 @@ impl Filter {
         let since = fix.stamp - self.slow_heard;
         let belief = slow::update(own, fix, since, &settings.fusion);
         (FixUpdate { belief, ..update }, normalised)
+    }
+
+    /// A heading, and what the gate said.
+    pub(crate) fn turn(&mut self, fix: &HeadingFix, terms: &Terms<'_>) -> Verdict {
+        self.close();
+        let Some(heading) = self.looking(fix) else {
+            return Verdict::NotMoving;
+        };
+        if self.nowhere {
+            return Verdict::Heard;
+        }
+        let since = self.slow_heading_heard.map(|last| fix.stamp - last);
+        let noise = HeadingNoise::of(fix.variance, &fix.slow, since);
+        let update = heading::update(&self.belief, heading, &noise, terms.settings.heading_gate);
+        if update.accepted {
+            self.belief = update.belief;
+            if fix.slow.is_there() {
+                self.slow_heading_heard = Some(fix.stamp);
+            }
+        }
+        verdict(update.accepted, update.d2)
+    }
+
+    /// Where the body looks, as `fix` has it; `None` if it says nothing of that.
+    pub(crate) fn looking(&self, fix: &HeadingFix) -> Option<f64> {
+        fix.looking(self.velocity)
     }
 
     /// It is not known where the robot is.

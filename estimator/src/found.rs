@@ -33,6 +33,7 @@ mod settings;
 mod start;
 mod stride;
 mod takeover;
+mod turned;
 mod vote;
 mod word;
 
@@ -45,12 +46,15 @@ use lifted::Lifted;
 use nalgebra::{Matrix2, Vector2};
 use seat::Seat;
 pub(crate) use stride::Stride;
+pub(crate) use turned::Looking;
+use turned::Turned;
 use vote::{Vote, Weight};
 use word::Test;
 pub(crate) use word::{Gauge, Word};
 
 use crate::belief::Belief;
 use crate::kind::{Kind, PoseSaid};
+use crate::lever;
 use crate::list::FixedList;
 use crate::motion::Motion;
 use crate::output::Source;
@@ -105,6 +109,8 @@ pub(crate) struct Found {
     seated: usize,
     /// A position that is known from the start, for every source.
     seed: Option<Lifted>,
+    /// The headings that it heard.
+    seed_turned: Turned,
     /// Whether there is a belief.
     knows: bool,
     /// Words that the belief took.
@@ -133,6 +139,7 @@ impl Found {
             seats: [None; SEATS],
             seated: 0,
             seed,
+            seed_turned: Turned::default(),
             knows: start.is_known(),
             confirmed: 0,
             last_taken: stamp,
@@ -231,6 +238,21 @@ impl Found {
         self.take_over(word, prior, settings).unwrap_or(ruling)
     }
 
+    /// A heading has left the history. It says nothing of where the robot is; `prior` is the belief before it.
+    pub(crate) fn turn(&mut self, said: &Looking, source: Source, prior: &Belief) -> Ruling {
+        for seat in self.seats[..self.seated].iter_mut().flatten() {
+            if let Some(hypothesis) = &mut seat.hypothesis {
+                hypothesis.turn(said);
+            }
+        }
+        if let Some(seed) = &mut self.seed {
+            self.seed_turned.take(said, seed);
+        }
+        let ruling = self.follow_seed(said.stamp, source, prior);
+        self.driven = self.seed.is_some() || self.hypotheses().next().is_some();
+        ruling.unwrap_or(Ruling::Stands)
+    }
+
     /// A pose that a person set has left the history; `prior` is the belief before it.
     pub(crate) fn set(&mut self, said: &PoseSaid, prior: &Belief) -> Ruling {
         let (source, now) = (Source::new(Kind::Pose, said.origin.source), said.stamp);
@@ -280,7 +302,8 @@ impl Found {
         let Some(seat) = &mut self.seats[at] else {
             return true;
         };
-        let own = shared_of_refusal(word, prior, &test);
+        let seen = &lever::moved(prior, word.lever());
+        let own = shared_of_refusal(word, seen, &test);
         let weight = weigh(word, &test, news, own);
         let is_near = |it: &Hypothesis| is_near(&it.lifted, prior);
         let may_end = is_same_heading(seat.hypothesis.as_ref(), prior)
@@ -343,17 +366,18 @@ impl Found {
         if knows && !refused && !wide && !seat.needs_hypothesis(word.stamp) {
             return;
         }
-        let seed = self.seed;
+        let (seed, seed_turned) = (self.seed, self.seed_turned);
         let needs_one = !knows || refused || seat.disagrees(word.stamp) || word.is_watched();
         match (&mut seat.hypothesis, seed) {
             (hypothesis, _) if wide => {
-                *hypothesis = Some(Hypothesis::from(&Lifted::of(prior), word, gap));
+                let turned = Turned::by_belief(word.stamp);
+                *hypothesis = Some(Hypothesis::from(&Lifted::of(prior), turned, word, gap));
                 self.forget_votes_on(at);
                 self.feed(at, word, lever);
             }
             (Some(_), _) => self.feed(at, word, lever),
             (none, Some(seed)) if needs_one && !knows && word.is_fix() => {
-                *none = Some(Hypothesis::from(&seed, word, gap));
+                *none = Some(Hypothesis::from(&seed, seed_turned, word, gap));
                 self.forget_votes_on(at);
                 self.feed(at, word, lever);
             }
@@ -418,7 +442,8 @@ impl Found {
             return Ruling::Dropped;
         }
         if refused && self.has_second_chance(at, word, prior) {
-            let mut hypothesis = Hypothesis::from(&Lifted::of(prior), word, Span::ZERO);
+            let turned = Turned::by_belief(word.stamp);
+            let mut hypothesis = Hypothesis::from(&Lifted::of(prior), turned, word, Span::ZERO);
             hypothesis.take(word, settings.fusion.heading_lever_m);
             if let Some(seat) = &mut self.seats[at] {
                 seat.hypothesis = Some(hypothesis);
@@ -503,7 +528,7 @@ impl Found {
     }
 }
 
-/// The belief's own error is common to refusals that follow each other: of each of them so much is the word's own.
+/// The belief's own error, that of the place that the word is of, is common to refusals that follow each other: of each of them so much is the word's own.
 fn shared_of_refusal(word: &Word, prior: &Belief, test: &Test) -> f64 {
     if !word.is_fix() || test.is_gross() {
         return 1.0;
@@ -576,6 +601,7 @@ mod tests {
             },
             position: [x, 0.0],
             covariance: crate::covariance::Covariance2::diagonal([0.01; 2]).unwrap(),
+            lever: [0.0; 2],
             slow: SlowError::default(),
         };
         Word::of(stamp, &Measurement::Fix(fix), gauge).unwrap()

@@ -1,5 +1,8 @@
 //! Ellipsoidal gates: quantiles of the χ² distribution.
 
+/// χ² with one degree of freedom, 99 %: headings.
+pub const CHI2_1_99: f64 = 6.634_896_601_021_214;
+
 /// χ² with two degrees of freedom, 99 %: position fixes.
 pub const CHI2_2_99: f64 = 9.210_340_371_976_182;
 
@@ -19,6 +22,12 @@ mod tests {
     #[test]
     fn the_quantile_is_that_of_99_percent() {
         assert!((CHI2_2_99 + 2.0 * libm::log(0.01)).abs() < 1e-14);
+    }
+
+    /// With one the distribution function is `erf √(x/2)`.
+    #[test]
+    fn the_quantile_of_one_is_that_of_99_percent() {
+        assert!((libm::erf(libm::sqrt(CHI2_1_99 / 2.0)) - 0.99).abs() < 1e-14);
     }
 
     /// With three the distribution function is `erf √(x/2) − √(2x/π) e^(−x/2)`.

@@ -72,11 +72,11 @@ pub(crate) struct History<S> {
 
 impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// An empty history that begins with `filter` at `stamp`.
-    pub(crate) fn new(stamp: Stamp, filter: Filter, storage: S) -> Self {
+    pub(crate) fn new(stamp: Stamp, filter: &Filter, storage: S) -> Self {
         Self {
             base: Checkpoint {
                 stamp,
-                filter,
+                filter: *filter,
                 samples: 0,
             },
             base_odometry: None,

@@ -4,12 +4,14 @@
 //! what is reported of it. Its line in the list below is the only other thing that it takes.
 
 mod fix;
+mod heading;
 mod neighbour;
 mod odometry;
 mod pose;
 mod sighting;
 
 pub use fix::{PositionFix, SlowError};
+pub use heading::{HeadingFix, HeadingOf};
 pub use neighbour::NeighbourPose;
 pub use odometry::OdometrySample;
 pub use pose::PoseSaid;
@@ -149,6 +151,9 @@ kinds! {
     Sighting(Sighting),
     /// Own pose, as another robot has it.
     Neighbour(NeighbourPose),
+    /// Own heading, from a compass, two antennas or the course over ground. It comes before the fixes: it turns their lever arms
+    /// the right way, and a heading that is too uncertain for a fix is not so any more.
+    Heading(HeadingFix),
     /// Own position, from satellites or a beacon.
     Fix(PositionFix),
     /// Own pose, as a person or a map says it.
@@ -270,7 +275,20 @@ mod tests {
             origin,
             position: [0.0; 2],
             covariance: Covariance2::ZERO,
+            lever: [0.0; 2],
             slow: SlowError::default(),
+        }
+        .key()
+    }
+
+    fn heading(stamp: i64, sequence: u64) -> Key {
+        HeadingFix {
+            stamp: Stamp::from_nanos(stamp),
+            origin: Origin::counted(sequence),
+            heading_rad: 0.0,
+            variance: 0.0,
+            slow: SlowError::default(),
+            of: HeadingOf::Body,
         }
         .key()
     }
@@ -306,6 +324,7 @@ mod tests {
             neighbour(2, 3, 7),
             neighbour(2, 3, 8),
             neighbour(2, 4, 1),
+            heading(2, 5),
             fix(2, Origin::counted(0)),
             fix(2, Origin::counted(1)),
             pose(2, 0),

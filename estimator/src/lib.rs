@@ -32,11 +32,13 @@ pub mod fix;
 pub mod found;
 pub mod fusion;
 pub mod gate;
+pub mod heading;
 pub mod history;
 pub mod honest;
 pub mod input;
 pub mod join;
 pub mod kind;
+mod lever;
 mod list;
 pub mod motion;
 pub mod noise;
@@ -68,8 +70,8 @@ pub use history::{MOST_SLOTS, Slot};
 pub use honest::{Bend, Increments};
 pub use input::TickInputs;
 pub use kind::{
-    Kind, Measurement, NeighbourPose, OdometrySample, Origin, PoseSaid, PositionFix, RobotId,
-    Sighting, SlowError,
+    HeadingFix, HeadingOf, Kind, Measurement, NeighbourPose, OdometrySample, Origin, PoseSaid,
+    PositionFix, RobotId, Sighting, SlowError,
 };
 pub use motion::{Motion, propagate};
 pub use noise::OdometryNoise;

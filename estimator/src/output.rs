@@ -85,6 +85,8 @@ pub enum Verdict {
     NotFinite,
     /// A variance in it is zero: it claims to know something exactly, or says that it does not know how well.
     NoNoise,
+    /// A course over ground while the wheels do not say that the robot moves, or of a robot that can move sideways.
+    NotMoving,
     /// The history's storage is full of newer entries, or of entries that wait for a later tick.
     NoRoom,
 }

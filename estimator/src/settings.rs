@@ -1,7 +1,7 @@
 //! How the estimator is to behave. `Default` is coloc's own choice; [`Settings::paper`] is the paper to the letter.
 
 use crate::found::FoundSettings;
-use crate::gate::{CHI2_2_99, CHI2_3_99};
+use crate::gate::{CHI2_1_99, CHI2_2_99, CHI2_3_99};
 use crate::motion::Motion;
 use crate::stamp::Span;
 
@@ -84,6 +84,8 @@ pub struct Floors {
     pub neighbour: [f64; 3],
     /// Position fixes `[x, y]` \[m²\].
     pub fix: [f64; 2],
+    /// Headings \[rad²\].
+    pub heading: f64,
 }
 
 /// All settings of one estimator.
@@ -95,6 +97,8 @@ pub struct Settings {
     pub fusion: FusionSettings,
     /// Accept a fix if d² is at most this (χ² with two degrees of freedom).
     pub position_gate: f64,
+    /// Accept a heading if d² is at most this (χ² with one degree of freedom).
+    pub heading_gate: f64,
     /// A robot that does not know where it is, or no longer.
     pub found: FoundSettings,
     /// What is not believed to be better.
@@ -176,6 +180,7 @@ impl Default for Settings {
             propagation: Propagation::default(),
             fusion: FusionSettings::default(),
             position_gate: CHI2_2_99,
+            heading_gate: CHI2_1_99,
             found: FoundSettings::default(),
             floors: Floors::default(),
             odometry: OdometrySettings::default(),

@@ -54,6 +54,7 @@ fn fix(stamp: i64, x: f64) -> PositionFix {
         origin: Origin::default(),
         position: [x, 0.0],
         covariance,
+        lever: [0.0; 2],
         slow: SlowError::default(),
     }
 }

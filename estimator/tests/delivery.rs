@@ -5,9 +5,9 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Estimator, Measurement, Motion, NeighbourPose,
-    OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Settings, Sighting, Slot,
-    SlowError, Span, Stamp, TickInputs, Verdict, step,
+    Belief, Covariance2, Covariance3, Estimator, HeadingFix, HeadingOf, Measurement, Motion,
+    NeighbourPose, OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Settings,
+    Sighting, Slot, SlowError, Span, Stamp, TickInputs, Verdict, step,
 };
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -160,6 +160,24 @@ fn odd_sample() -> impl Strategy<Value = Measurement> {
         })
 }
 
+fn levers() -> impl Strategy<Value = [f64; 2]> {
+    prop_oneof![Just([0.0; 2]), [-0.5..0.5, -0.5..0.5]]
+}
+
+fn slow_errors() -> impl Strategy<Value = SlowError> {
+    let some = (0.001..0.1, 1..1000_i64).prop_map(|(variance, memory_ms)| SlowError {
+        variance,
+        memory: Span::from_millis(memory_ms),
+    });
+    prop_oneof![Just(SlowError::default()), some]
+}
+
+fn courses() -> impl Strategy<Value = HeadingOf> {
+    let course =
+        (0.1..0.6, levers()).prop_map(|(least_m_s, lever)| HeadingOf::Course { least_m_s, lever });
+    prop_oneof![2 => Just(HeadingOf::Body), 1 => course]
+}
+
 /// Its sequence is filled in by [`world`].
 fn measurement() -> impl Strategy<Value = Measurement> {
     let robots = || (2..6_u16).prop_map(RobotId);
@@ -191,16 +209,31 @@ fn measurement() -> impl Strategy<Value = Measurement> {
             })
         },
     );
-    let fix = (stamps(), -0.5..0.5, -0.5..0.5).prop_map(|(stamp, x, y)| {
-        let covariance = Covariance2::diagonal([0.01, 0.01]).unwrap();
-        Measurement::Fix(PositionFix {
-            stamp,
-            origin: Origin::default(),
-            position: [x, y],
-            covariance,
-            slow: SlowError::default(),
-        })
-    });
+    let fix = (stamps(), -0.5..0.5, -0.5..0.5, levers(), slow_errors()).prop_map(
+        |(stamp, x, y, lever, slow)| {
+            let covariance = Covariance2::diagonal([0.01, 0.01]).unwrap();
+            Measurement::Fix(PositionFix {
+                stamp,
+                origin: Origin::default(),
+                position: [x, y],
+                covariance,
+                lever,
+                slow,
+            })
+        },
+    );
+    let heading = (stamps(), -0.5..0.5, 0.001..0.1, slow_errors(), courses()).prop_map(
+        |(stamp, heading_rad, variance, slow, of)| {
+            Measurement::Heading(HeadingFix {
+                stamp,
+                origin: Origin::default(),
+                heading_rad,
+                variance,
+                slow,
+                of,
+            })
+        },
+    );
     let said = (stamps(), poses(), covariances(), any::<bool>()).prop_map(
         |(stamp, pose, covariance, set)| {
             Measurement::Pose(PoseSaid {
@@ -212,7 +245,7 @@ fn measurement() -> impl Strategy<Value = Measurement> {
             })
         },
     );
-    prop_oneof![2 => sighting, 6 => neighbour, 4 => fix, 1 => said]
+    prop_oneof![2 => sighting, 6 => neighbour, 4 => fix, 3 => heading, 1 => said]
 }
 
 fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
@@ -220,6 +253,7 @@ fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
         Measurement::Odometry(_) => {}
         Measurement::Sighting(sighting) => sighting.origin.sequence = sequence,
         Measurement::Neighbour(neighbour) => neighbour.origin.sequence = sequence,
+        Measurement::Heading(heading) => heading.origin.sequence = sequence,
         Measurement::Fix(fix) => fix.origin.sequence = sequence,
         Measurement::Pose(said) => said.origin.sequence = sequence,
     }
@@ -353,6 +387,7 @@ fn check<T: std::fmt::Debug>(cases: &impl Strategy<Value = T>, property: impl Fn
 #[test]
 fn any_order_of_delivery_gives_the_same_bits() {
     let (accepted, gated, sent) = (Cell::new(0), Cell::new(0), Cell::new(0));
+    let not_moving = Cell::new(0);
     check(&(settings(), world()), |(settings, mut deliveries)| {
         deliveries.retain(|delivery| delivery.is_possible(&settings));
         let (mut prompt, mut late) = (start(settings), start(settings));
@@ -387,8 +422,10 @@ fn any_order_of_delivery_gives_the_same_bits() {
             count(|verdict| matches!(verdict, Verdict::Accepted { .. })),
             count(|verdict| matches!(verdict, Verdict::Gated { .. })),
         );
+        let still = count(|verdict| *verdict == Verdict::NotMoving);
+        not_moving.set(not_moving.get() + still);
         assert_eq!(
-            fused + refused + repeated + heard,
+            fused + refused + repeated + heard + still,
             account.verdicts.len(),
             "{:?}",
             account.verdicts
@@ -401,6 +438,7 @@ fn any_order_of_delivery_gives_the_same_bits() {
         accepted.get() > 1000 && gated.get() > 100 && sent.get() > 100,
         "the cases exercise everything"
     );
+    assert!(not_moving.get() > 100, "{}", not_moving.get());
 }
 
 #[test]
@@ -436,6 +474,7 @@ fn refused(now: i64, settings: &Settings, known: Measurement) -> Vec<(Measuremen
             origin: Origin::counted(900),
             position: [0.1, 0.1],
             covariance,
+            lever: [0.0; 2],
             slow: SlowError::default(),
         })
     };

@@ -207,6 +207,7 @@ impl Robot {
             origin: Origin::counted(self.sequence),
             position: [pose.x, pose.y],
             covariance: Covariance2::diagonal([0.01 * self.random.signed().powi(2), 0.01]).unwrap(),
+            lever: [0.0; 2],
             slow: SlowError::default(),
         })
     }

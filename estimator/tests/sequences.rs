@@ -173,6 +173,7 @@ impl Fleet {
                     origin: Origin::default(),
                     position: fix.y,
                     covariance: noise,
+                    lever: [0.0; 2],
                     slow: SlowError::default(),
                 });
             let measurements: Vec<Measurement> = neighbours

@@ -49,6 +49,7 @@ fn fix(tick: i64, position: [f64; 2]) -> Measurement {
         origin: Origin::default(),
         position,
         covariance: Covariance2::diagonal([0.01, 0.01]).unwrap(),
+        lever: [0.0; 2],
         slow: SlowError::default(),
     }
     .into()

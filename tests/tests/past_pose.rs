@@ -51,6 +51,7 @@ fn fix(tick: i64, robot: &Robot) -> Option<PositionFix> {
         origin: Origin::default(),
         position: [pose.x + 0.05, pose.y - 0.03],
         covariance: Covariance2::diagonal([0.04, 0.04]).unwrap(),
+        lever: [0.0; 2],
         slow: SlowError::default(),
     })
 }

@@ -52,6 +52,7 @@ mod tests {
             origin: Origin::counted(0),
             position: [0.0; 2],
             covariance: Covariance2::ZERO,
+            lever: [0.0; 2],
             slow: SlowError::default(),
         })
     }

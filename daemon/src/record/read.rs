@@ -147,6 +147,7 @@ impl RecordedTick {
                 origin: origin(source, session, sequence),
                 position,
                 covariance: Covariance2::from_row_major(covariance)?,
+                lever: [0.0; 2],
                 slow: SlowError {
                     variance: slow_variance,
                     memory: Span::from_nanos(slow_memory_ns),
@@ -420,6 +421,7 @@ mod tests {
                     origin: origin(1, 3, 1),
                     position: [1e-300, 0.1],
                     covariance: Covariance2::diagonal([0.01, 0.1]).unwrap(),
+                    lever: [0.0; 2],
                     slow: SlowError {
                         variance: 1.0 / 3.0,
                         memory: Span::from_nanos(59_999_999_999),

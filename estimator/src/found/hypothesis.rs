@@ -2,6 +2,7 @@
 
 use super::lifted::{Lifted, Wandering};
 use super::stride::Stride;
+use super::turned::{Looking, Turned};
 use super::word::{Said, Test, Word};
 use crate::belief::Belief;
 use crate::stamp::{Span, Stamp};
@@ -34,6 +35,10 @@ pub(crate) struct Hypothesis {
     /// Variance of its source's slow error \[m²\], and how long that lasts \[s\].
     slow: f64,
     memory_s: f64,
+    /// How far its source's antenna swings when the robot turns by a radian \[m\].
+    lever_m: f64,
+    /// The headings that it heard.
+    pub(crate) turned: Turned,
 }
 
 /// What became of a word.
@@ -51,10 +56,11 @@ impl Hypothesis {
         let lifted = match &word.said {
             Said::Fix {
                 position,
+                lever,
                 white,
                 slow,
                 ..
-            } => Lifted::at_fix(*position, white, *slow),
+            } => Lifted::at_fix(*position, *lever, white, *slow),
             Said::Pose { pose, parts } => Lifted::of(&Belief::gaussian(*pose, *parts)),
         };
         Self {
@@ -64,11 +70,15 @@ impl Hypothesis {
     }
 
     /// Goes on from `lifted`, of a position and a heading that somebody else knew, and then hears `word`.
-    pub(crate) fn from(lifted: &Lifted, word: &Word, gap: Span) -> Self {
-        Self::continuing(&lifted.for_source(word.slow()), word, gap)
+    pub(crate) fn from(lifted: &Lifted, turned: Turned, word: &Word, gap: Span) -> Self {
+        Self {
+            turned,
+            ..Self::continuing(&lifted.for_source(word.slow()), word, gap)
+        }
     }
 
     fn continuing(lifted: &Lifted, word: &Word, gap: Span) -> Self {
+        let [forward, left] = word.lever();
         Self {
             lifted: *lifted,
             born: word.stamp,
@@ -80,6 +90,8 @@ impl Hypothesis {
             gap,
             slow: word.slow(),
             memory_s: word.memory_s(),
+            lever_m: libm::hypot(forward, left),
+            turned: Turned::default(),
         }
     }
 
@@ -88,6 +100,16 @@ impl Hypothesis {
         let wandering = Wandering::over(dt_s, self.slow, self.memory_s);
         self.lifted.step(stride, wandering);
         self.way_m += libm::sqrt(stride.way.norm_sqr());
+        if self.lever_m > 0.0 {
+            self.way_m += self.lever_m * libm::atan2(stride.turn.im, stride.turn.re).abs();
+        }
+    }
+
+    /// A heading, which every hypothesis hears.
+    pub(crate) fn turn(&mut self, said: &Looking) {
+        if self.turned.take(said, &mut self.lifted) {
+            self.tellings = self.tellings.saturating_add(1);
+        }
     }
 
     /// The source's next word, and how the hypothesis took it.
@@ -101,7 +123,11 @@ impl Hypothesis {
         let contradicted =
             self.refused >= CONTRADICTED || self.lifted.direction().contradicts_wheels();
         if contradicted || !self.lifted.is_finite() {
-            *self = Self::beginning(word, self.gap);
+            let turned = self.turned.contradicted();
+            *self = Self {
+                turned,
+                ..Self::beginning(word, self.gap)
+            };
             return (test, Fed::Anew);
         }
         (test, Fed::Judged)
@@ -116,8 +142,11 @@ impl Hypothesis {
         self.refused = (self.refused - FORGIVEN).max(0.0);
         match &word.said {
             Said::Fix {
-                position, white, ..
-            } => self.lifted.correct(*position, white),
+                position,
+                lever,
+                white,
+                ..
+            } => self.lifted.correct(*position, *lever, white),
             Said::Pose { pose, parts } => {
                 // How it is correlated with what was said before is not known: the better one stays.
                 let said = Lifted::of(&Belief::gaussian(*pose, *parts));

@@ -13,14 +13,23 @@
 //! ```
 //!
 //! The blocks of C are kept as moments of complex numbers ([`super::moments`]), in which T and R are products.
+//!
+//! An antenna at `l` in the body frame is at `p + l_x u + l_y J u`, as linear: a fix of it is `z = [I, L, I] X + noise`, `L` made of l as
+//! T of t. To move X to the antenna and back is the same, and exact.
+//!
+//! A heading z with noise of variance σ² tells u, in the frame in which z is ahead, `(e, 0)` with the variances of a direction
+//! `Ω_a` and `C_b` and `e = exp(−σ²/2)`: what is known of `u` if nothing but z is. Where the direction is known better than that, it tells what
+//! lies across it alone, `Jᵀû z/e = Jᵀû u + noise` of variance `sinh σ²`.
 
 use nalgebra::{Matrix2, Matrix2x6, Matrix6, Vector2, Vector6};
 
 use super::moments::{Crossed, Point, Squared, left};
 use super::stride::Stride;
+use crate::angle::wrap;
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::honest::Circle;
+use crate::lever;
 use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::symmetric::Symmetric3;
@@ -92,14 +101,38 @@ impl Lifted {
         }
     }
 
-    /// At a fix with white noise `white` and a slow error of variance `slow`, looking anywhere.
-    pub(crate) fn at_fix(position: [f64; 2], white: &Matrix2<f64>, slow: f64) -> Self {
+    /// At a fix with white noise `white` and a slow error of variance `slow`, looking anywhere; the antenna is at `lever`.
+    pub(crate) fn at_fix(
+        position: [f64; 2],
+        lever: [f64; 2],
+        white: &Matrix2<f64>,
+        slow: f64,
+    ) -> Self {
         let error = slow * Matrix2::identity();
-        Self {
+        let lifted = Self {
             bb: Squared::of(&error),
             pb: Crossed::of(&-error),
             ..Self::placed(position, &(white + error))
+        };
+        lifted.at(lever::back(lever))
+    }
+
+    /// Of the place at `lever` in the body frame: u and b stay what they are.
+    pub(crate) fn at(mut self, lever: [f64; 2]) -> Self {
+        if lever::is_none(lever) {
+            return self;
         }
+        let [forward, left] = lever;
+        let away = Point::new(forward, left);
+        let (uu, pu, ub) = (self.uu, self.pu, self.ub);
+        self.p += away * self.u;
+        self.pp.length += 2.0 * (pu.with_conjugate * away.conj()).re + away.norm_sqr() * uu.length;
+        self.pp.plain += away * (2.0 * pu.plain + away * uu.plain);
+        self.pu.with_conjugate += uu.length * away;
+        self.pu.plain += away * uu.plain;
+        self.pb.with_conjugate += away * ub.with_conjugate;
+        self.pb.plain += away * ub.plain;
+        self
     }
 
     /// Exact moments of a belief.
@@ -204,14 +237,27 @@ impl Lifted {
         moved
     }
 
-    /// d² of an own fix with white noise `white`.
-    pub(crate) fn distance(&self, position: [f64; 2], white: &Matrix2<f64>) -> f64 {
-        let innovation = self.innovation(position);
-        quadratic(&(self.seen_by_source() + white), innovation)
+    /// d² of an own fix with white noise `white`, of the antenna at `lever`.
+    pub(crate) fn distance(
+        &self,
+        position: [f64; 2],
+        lever: [f64; 2],
+        white: &Matrix2<f64>,
+    ) -> f64 {
+        let antenna = self.at(lever);
+        let innovation = antenna.innovation(position);
+        quadratic(&(antenna.seen_by_source() + white), innovation)
     }
 
-    /// After an own fix with white noise `white`, in Joseph's form.
-    pub(crate) fn correct(&mut self, position: [f64; 2], white: &Matrix2<f64>) {
+    /// After an own fix with white noise `white`, of the antenna at `lever`.
+    pub(crate) fn correct(&mut self, position: [f64; 2], lever: [f64; 2], white: &Matrix2<f64>) {
+        let mut antenna = self.at(lever);
+        antenna.correct_here(position, white);
+        *self = antenna.at(lever::back(lever));
+    }
+
+    /// In Joseph's form.
+    fn correct_here(&mut self, position: [f64; 2], white: &Matrix2<f64>) {
         let innovation = self.innovation(position);
         let Some(inverse) = (self.seen_by_source() + white).try_inverse() else {
             return;
@@ -235,6 +281,66 @@ impl Lifted {
         self.p += Point::new(px, py);
         self.u += Point::new(ux, uy);
         self.b += Point::new(bx, by);
+    }
+
+    /// d² of a heading with noise of variance `error`, one degree of freedom; nothing contradicts a direction that is none.
+    pub(crate) fn turn_distance(&self, heading: f64, error: f64) -> f64 {
+        let direction = self.direction();
+        if !direction.is_resolved() {
+            return 0.0;
+        }
+        let apart = wrap(heading - direction.heading());
+        apart * apart / (direction.variance() + error)
+    }
+
+    /// After a heading with noise of `variance`.
+    pub(crate) fn turn(&mut self, heading: f64, variance: f64) {
+        let (sin, cos) = libm::sincos(heading);
+        let direction = self.direction();
+        let circle = Circle::of(variance, 0.0);
+        if direction.variance() < variance {
+            let said = Point::new(cos, sin) / circle.mean;
+            self.turn_across(left(direction.along), said, libm::sinh(variance));
+            return;
+        }
+        let frame = Matrix2::new(cos, -sin, sin, cos);
+        let squares = Matrix2::new(circle.along, 0.0, 0.0, circle.sine);
+        let noise = frame * squares * frame.transpose();
+        let innovation = circle.mean * Vector2::new(cos, sin) - Vector2::new(self.u.re, self.u.im);
+        let Some(inverse) = (self.uu.matrix() + noise).try_inverse() else {
+            return;
+        };
+        let gain = self.covariance().fixed_columns::<2>(2) * inverse;
+        let mut kept = Matrix6::identity();
+        let mut cut = kept.fixed_columns_mut::<2>(2);
+        cut -= gain;
+        self.take(
+            &kept,
+            &(gain * innovation),
+            &(gain * noise * gain.transpose()),
+        );
+    }
+
+    /// After what was said of the direction `across` the own one, with noise of `variance`.
+    fn turn_across(&mut self, across: Point, said: Point, variance: f64) {
+        let observed = Vector6::new(0.0, 0.0, across.re, across.im, 0.0, 0.0);
+        let with_it = self.covariance() * observed;
+        let sum = observed.dot(&with_it) + variance;
+        if !(sum > 0.0 && sum.is_finite()) {
+            return;
+        }
+        let gain = with_it / sum;
+        let innovation = (across.conj() * (said - self.u)).re;
+        let kept = Matrix6::identity() - gain * observed.transpose();
+        let brought = variance * gain * gain.transpose();
+        self.take(&kept, &(gain * innovation), &brought);
+    }
+
+    /// In Joseph's form.
+    fn take(&mut self, kept: &Matrix6<f64>, correction: &Vector6<f64>, brought: &Matrix6<f64>) {
+        let joseph = kept * self.covariance() * kept.transpose() + brought;
+        self.add_to_mean(correction);
+        self.set_covariance(&(0.5 * (joseph + joseph.transpose())));
     }
 
     /// C
@@ -524,7 +630,7 @@ mod tests {
     #[test]
     fn who_drives_and_has_fixes_finds_its_heading() {
         let noise = Matrix2::identity() * 0.01;
-        let mut lifted = Lifted::at_fix([0.0, 0.0], &noise, 0.0);
+        let mut lifted = Lifted::at_fix([0.0; 2], [0.0; 2], &noise, 0.0);
         assert!(!lifted.direction().is_resolved());
         let heading = 2.0;
         let motion = Motion::Nonholonomic {
@@ -535,8 +641,8 @@ mod tests {
             lifted.step(&Stride::of(&motion, 0.2), Wandering::NONE);
             let way = 0.2 * f64::from(k);
             let fix = [way * libm::cos(heading), way * libm::sin(heading)];
-            assert!(lifted.distance(fix, &noise) < 1.0);
-            lifted.correct(fix, &noise);
+            assert!(lifted.distance(fix, [0.0; 2], &noise) < 1.0);
+            lifted.correct(fix, [0.0; 2], &noise);
             assert!(least_eigenvalue(&lifted) > -1e-15);
         }
         let direction = lifted.direction();
@@ -550,10 +656,10 @@ mod tests {
     #[test]
     fn fixes_that_do_not_move_as_the_wheels_do_contradict_them() {
         let noise = Matrix2::identity() * 0.01;
-        let mut lifted = Lifted::at_fix([0.0, 0.0], &noise, 0.0);
+        let mut lifted = Lifted::at_fix([0.0; 2], [0.0; 2], &noise, 0.0);
         for k in 0..50 {
             lifted.step(&Stride::of(&motion(k), 0.2), Wandering::NONE);
-            lifted.correct([0.0, 0.0], &noise);
+            lifted.correct([0.0; 2], [0.0; 2], &noise);
         }
         assert!(lifted.direction().contradicts_wheels());
     }
@@ -580,7 +686,7 @@ mod tests {
     /// All of it is forgotten in time and no more than all comes back.
     #[test]
     fn a_slow_error_wanders_within_its_variance() {
-        let mut lifted = Lifted::at_fix([0.0, 0.0], &Matrix2::identity(), 4.0);
+        let mut lifted = Lifted::at_fix([0.0; 2], [0.0; 2], &Matrix2::identity(), 4.0);
         let still = Motion::standstill([0.0; 3]);
         for _ in 0..1000 {
             let wandering = Wandering::over(1.0, 4.0, 60.0);
@@ -590,5 +696,121 @@ mod tests {
         assert!((error.m11 - 4.0).abs() < 1e-9 && (error.m22 - 4.0).abs() < 1e-9);
         assert!(lifted.pb.matrix().norm() < 1e-6);
         assert_eq!(Wandering::over(1.0, 0.0, 60.0), Wandering::NONE);
+    }
+
+    /// Of mean zero and variance one; splitmix64, Box and Muller.
+    fn normals() -> impl FnMut() -> f64 {
+        let mut state = 5_u64;
+        let mut uniform = move || {
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = state;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            f64::from(((z ^ (z >> 31)) >> 32) as u32) / 4_294_967_296.0
+        };
+        move || {
+            let (length, turn) = (uniform(), uniform());
+            libm::sqrt(-2.0 * libm::log(1.0 - length)) * libm::cos(core::f64::consts::TAU * turn)
+        }
+    }
+
+    fn mean_of(lifted: &Lifted) -> Vector6<f64> {
+        let Lifted { p, u, b, .. } = lifted;
+        Vector6::new(p.re, p.im, u.re, u.im, b.re, b.im)
+    }
+
+    /// Of many robots drawn from what a belief says, and of what `tells` makes each of them know: the mean square of the error
+    /// in units of what is claimed, for position and direction.
+    fn mean_square_error(
+        sigma: f64,
+        tells: impl Fn(&mut Lifted, [f64; 3], &mut dyn FnMut() -> f64),
+    ) -> [f64; 4] {
+        let mut normal = normals();
+        let count = 20_000;
+        let mut sums = [0.0; 4];
+        for _ in 0..count {
+            let [x, y, phi] = [0.2 * normal(), 0.3 * normal(), 2.5 + sigma * normal()];
+            let variances = [0.04, 0.09, sigma * sigma];
+            let belief = Belief::independent(
+                Pose::new(0.0, 0.0, 2.5),
+                Covariance3::diagonal(variances).unwrap(),
+            );
+            let mut lifted = Lifted::of(&belief);
+            tells(&mut lifted, [x, y, phi], &mut normal);
+            let truth = [x, y, libm::cos(phi), libm::sin(phi)];
+            for (at, sum) in sums.iter_mut().enumerate() {
+                let error = mean_of(&lifted)[at] - truth[at];
+                *sum += error * error / (lifted.covariance()[(at, at)] * f64::from(count));
+            }
+        }
+        sums
+    }
+
+    /// The best linear estimate of position and direction: its covariance is that of its error, at any heading.
+    #[test]
+    fn a_fix_of_an_antenna_off_the_axle_leaves_the_error_that_is_claimed() {
+        let (lever, white) = ([1.2, -0.7], Matrix2::identity() * 0.01);
+        for sigma in [0.02, 0.3, 1.0] {
+            let squares = mean_square_error(sigma, |lifted, [x, y, phi], normal| {
+                let (sin, cos) = libm::sincos(phi);
+                let at = [x + cos * 1.2 + sin * 0.7, y + sin * 1.2 - cos * 0.7];
+                let fix = at.map(|it| it + 0.1 * normal());
+                assert!(lifted.distance(fix, lever, &white) < 40.0);
+                lifted.correct(fix, lever, &white);
+            });
+            for square in squares {
+                assert!((square - 1.0).abs() < 0.04, "{sigma}: {squares:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_heading_leaves_the_error_that_is_claimed_to_the_second_order() {
+        for (sigma, noise) in [
+            (0.02, 0.05),
+            (0.3, 0.05),
+            (1.0, 0.05),
+            (1.0, 0.3),
+            (0.1, 0.3),
+        ] {
+            let squares = mean_square_error(sigma, |lifted, [_, _, phi], normal| {
+                lifted.turn(phi + noise * normal(), noise * noise);
+            });
+            let [x, y, ..] = squares;
+            assert!((x - 1.0).abs() < 0.04 && (y - 1.0).abs() < 0.04);
+            let [.., cos, sin] = squares;
+            assert!(
+                cos < 1.25 && sin < 1.25 && cos + sin > 1.5,
+                "{sigma} {noise}: {squares:?}"
+            );
+        }
+    }
+
+    /// The same as with `H = [I, L, I]`.
+    #[test]
+    fn a_lever_only_moves_what_is_seen() {
+        let noise = Matrix2::identity() * 0.01;
+        let lever = [0.8, 0.3];
+        let before = Lifted::at_fix([1.0, 2.0], lever, &noise, 0.25);
+        assert_close(
+            before.pp.matrix().m11,
+            0.01 + 0.25 + 0.5 * (0.64 + 0.09),
+            "xx",
+        );
+        let mut observed = Matrix2x6::zeros();
+        observed.fixed_columns_mut::<2>(0).fill_diagonal(1.0);
+        observed.fixed_columns_mut::<2>(4).fill_diagonal(1.0);
+        observed
+            .fixed_columns_mut::<2>(2)
+            .copy_from(&Matrix2::new(0.8, -0.3, 0.3, 0.8));
+        let sum = observed * before.covariance() * observed.transpose() + noise;
+        let gain = before.covariance() * observed.transpose() * sum.try_inverse().unwrap();
+        let innovation = Vector2::new(1.3, 1.9) - observed * mean_of(&before);
+        let mean = mean_of(&before) + gain * innovation;
+        let covariance = before.covariance() - gain * sum * gain.transpose();
+        let mut after = before;
+        after.correct([1.3, 1.9], lever, &noise);
+        assert!((mean_of(&after) - mean).amax() < 1e-12);
+        assert!((after.covariance() - covariance).amax() < 1e-12);
     }
 }

@@ -9,6 +9,7 @@ use super::lifted::Lifted;
 use super::seat::Seat;
 use super::{CONFIRMED, Decision, Found, Ruling, SEATS, TrustJump, Word};
 use crate::belief::Belief;
+use crate::output::Source;
 use crate::settings::Settings;
 use crate::stamp::{Span, Stamp};
 
@@ -70,6 +71,31 @@ impl Found {
             (None, Some(at)) if self.knows => self.give_up(at, now, prior),
             _ => None,
         }
+    }
+
+    /// Where the robot starts is given, no source has said anything else, and headings tell which way it looks: nothing is missing.
+    pub(super) fn follow_seed(
+        &mut self,
+        now: Stamp,
+        source: Source,
+        prior: &Belief,
+    ) -> Option<Ruling> {
+        let lifted = self.seed.filter(|_| !self.knows)?;
+        let turned = self.seed_turned;
+        let grown =
+            turned.first.is_some_and(|first| now - first >= GROWN) && turned.taken >= GROWN_WORDS;
+        if !grown || !lifted.direction().is_resolved() || self.hypotheses().next().is_some() {
+            return None;
+        }
+        let distance_m = self.distance(&lifted, prior);
+        (self.knows, self.seed, self.last_taken) = (true, None, now);
+        let decision = Decision::Followed {
+            source,
+            distance_m,
+            votes: [1, 0],
+        };
+        self.finding.decide(now, decision);
+        Some(Ruling::Replaced(lifted.as_belief()))
     }
 
     /// With trust in the receiver a jump is its own, and passes.

@@ -42,9 +42,11 @@ pub(crate) struct Word {
 /// What was said.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) enum Said {
-    /// A position with white noise and a slow error of a variance, forgotten within a time \[m, m², m², s\].
+    /// A position of the antenna at `lever` with white noise and a slow error of a variance, forgotten within a time
+    /// \[m, m, m², m², s\].
     Fix {
         position: [f64; 2],
+        lever: [f64; 2],
         white: Matrix2<f64>,
         slow: f64,
         memory_s: f64,
@@ -89,6 +91,7 @@ impl Word {
             },
             Measurement::Odometry(_)
             | Measurement::Sighting(_)
+            | Measurement::Heading(_)
             | Measurement::Pose(PoseSaid { .. }) => {
                 return None;
             }
@@ -103,6 +106,14 @@ impl Word {
 
     pub(crate) fn is_fix(&self) -> bool {
         matches!(self.said, Said::Fix { .. })
+    }
+
+    /// Where what it says the position of is, in the body frame \[m\].
+    pub(crate) fn lever(&self) -> [f64; 2] {
+        match self.said {
+            Said::Fix { lever, .. } => lever,
+            Said::Pose { .. } => [0.0; 2],
+        }
     }
 
     /// The variance of a receiver's slow error, zero where it has none \[m²\].
@@ -145,7 +156,7 @@ impl Word {
         }
     }
 
-    /// Its distance from a pose.
+    /// Its distance from the pose of what it says the position of.
     pub(crate) fn innovation(&self, from: &Pose) -> [f64; 3] {
         match self.said {
             Said::Fix { position, .. } => [position[0] - from.x, position[1] - from.y, 0.0],
@@ -166,6 +177,7 @@ impl Word {
 
     /// On another source's hypothesis; `doubled` where a neighbour is behind that one or this.
     pub(crate) fn test_hypothesis(&self, lifted: &Lifted, doubled: bool) -> Test {
+        let lifted = &lifted.at(self.lever());
         let with_heading = !self.is_fix() && lifted.direction().sigma() < COMPARABLE;
         let factor = if doubled { 2.0 } else { 1.0 };
         let sum = (lifted.pose_covariance() + self.noise()) * factor;
@@ -182,8 +194,11 @@ impl Word {
     pub(crate) fn test_own(&self, lifted: &Lifted) -> Test {
         let d2 = match &self.said {
             Said::Fix {
-                position, white, ..
-            } => lifted.distance(*position, white),
+                position,
+                lever,
+                white,
+                ..
+            } => lifted.distance(*position, *lever, white),
             Said::Pose { parts, .. } => {
                 let sum = lifted.pose_covariance() * 2.0 + halved_weights(parts);
                 let [x, y, _] = self.innovation(&lifted.pose());
@@ -216,6 +231,7 @@ impl Said {
     fn of_fix(fix: &PositionFix) -> Self {
         Self::Fix {
             position: fix.position,
+            lever: fix.lever,
             white: *fix.covariance.matrix(),
             slow: if fix.slow.is_there() {
                 fix.slow.variance

@@ -138,6 +138,7 @@ mod tests {
             origin: Origin::default(),
             position: [0.0; 2],
             covariance: Covariance2::ZERO,
+            lever: [0.0; 2],
             slow: SlowError::default(),
         })
     }

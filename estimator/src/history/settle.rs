@@ -3,8 +3,8 @@
 use super::entry::Checkpoint;
 use super::{History, Slot};
 use crate::belief::Belief;
-use crate::found::{Found, Ruling, Word};
-use crate::kind::{Measurement, PoseSaid};
+use crate::found::{Found, Looking, Ruling, Word};
+use crate::kind::{HeadingFix, Measured, Measurement, PoseSaid};
 use crate::outbox::Outbox;
 use crate::settings::Settings;
 use crate::stamp::Stamp;
@@ -64,7 +64,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         self.drive_hypotheses(stamp, court);
         match word {
             Some(word) => self.judge(&word, court),
-            None => self.fold_oldest(),
+            None => self.turn_or_fold_oldest(court),
         }
     }
 
@@ -86,6 +86,39 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         self.base.rule(&ruling);
         if suspicions_changed || ruling != Ruling::Stands {
             self.mark_from(0);
+        }
+    }
+
+    /// A heading turns whoever does not know where the robot looks.
+    fn turn_or_fold_oldest(&mut self, court: &mut Court<'_>) {
+        let heading = self.oldest_heading().copied();
+        let Some(fix) = heading.filter(|_| court.found.is_driven()) else {
+            self.fold_oldest();
+            return;
+        };
+        let mut prior = self.base;
+        self.predict(&mut prior, fix.stamp, court.settings);
+        self.fold_oldest();
+        let Some(heading) = prior.filter.looking(&fix) else {
+            return;
+        };
+        let said = Looking {
+            stamp: fix.stamp,
+            heading,
+            variance: fix.variance,
+            slow: fix.slow,
+        };
+        let ruling = court.found.turn(&said, fix.source(), prior.filter.belief());
+        self.base.rule(&ruling);
+        if ruling != Ruling::Stands {
+            self.mark_from(0);
+        }
+    }
+
+    fn oldest_heading(&self) -> Option<&HeadingFix> {
+        match &self.entries.get(0)?.measurement {
+            Measurement::Heading(heading) => Some(heading),
+            _ => None,
         }
     }
 

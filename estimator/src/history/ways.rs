@@ -174,7 +174,7 @@ mod tests {
     fn history() -> History<[Slot; 24]> {
         let begins = at(-30);
         let filter = Filter::beginning(begins, Belief::default());
-        History::new(begins, filter, [Slot::default(); 24])
+        History::new(begins, &filter, [Slot::default(); 24])
     }
 
     fn hear(history: &mut History<[Slot; 24]>, from: i64, to: i64, velocity: f64) {

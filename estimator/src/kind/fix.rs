@@ -21,15 +21,17 @@ pub struct PositionFix {
     pub position: [f64; 2],
     /// `R_A` \[m²\]: of what is new in each fix.
     pub covariance: Covariance2,
+    /// Where the antenna is in the body frame, forward and left \[m\]: what it says depends on the heading, and teaches it.
+    pub lever: [f64; 2],
     /// Of what is not.
     pub slow: SlowError,
 }
 
-/// The slow error of a receiver in each coordinate: atmosphere, orbits, reflections; a first-order Gauss–Markov process, shared by
-/// fixes that follow each other.
+/// The slow error of a sensor, in each coordinate that it measures: atmosphere, orbits and reflections of a receiver, iron and currents
+/// near a compass; a first-order Gauss–Markov process, shared by measurements that follow each other.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct SlowError {
-    /// `σ_s²` \[m²\], zero where there is none.
+    /// `σ_s²` \[m² of a fix, rad² of a heading\], zero where there is none.
     pub variance: f64,
     /// τ, how long it lasts.
     pub memory: Span,
@@ -55,6 +57,7 @@ impl Measured for PositionFix {
 
     fn check(&self) -> Result<(), Verdict> {
         check_numbers(&self.position)?;
+        check_numbers(&self.lever)?;
         check_numbers(&[self.slow.variance])?;
         check_variances(&self.covariance.variances())
     }

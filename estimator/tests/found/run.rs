@@ -165,6 +165,7 @@ fn said(sender: &Sender, tick: i64, origin: Origin, input: &[f64]) -> Measuremen
             origin,
             position: [input[1], input[2]],
             covariance: Covariance2::diagonal([white; 2]).unwrap(),
+            lever: [0.0; 2],
             slow: SlowError {
                 variance: slow,
                 memory: Span::from_seconds(sender.tau_s),

@@ -260,6 +260,7 @@ impl Step {
             origin: Origin::default(),
             position: fix.y,
             covariance: covariance2(&fix.R),
+            lever: [0.0; 2],
             slow: SlowError::default(),
         });
         let all = [

@@ -271,6 +271,7 @@ impl Source {
             origin,
             position,
             covariance: Covariance2::diagonal([white_m * white_m; 2]).unwrap_or_default(),
+            lever: [0.0; 2],
             slow: SlowError {
                 variance: slow_m * slow_m,
                 memory: Span::from_seconds(memory_s),

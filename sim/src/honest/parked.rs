@@ -205,6 +205,7 @@ impl Two {
             origin: Origin::counted(u64::from(self.tick)),
             position: [x + FIX_M * a, y + FIX_M * b],
             covariance: Covariance2::diagonal([FIX_M * FIX_M; 2]).unwrap_or_default(),
+            lever: [0.0; 2],
             slow: SlowError::default(),
         }
         .into()

@@ -114,6 +114,7 @@ impl Stepwise {
                 origin: Origin::counted(inputs.step as u64),
                 position: fix.position,
                 covariance: self.settings.fix,
+                lever: [0.0; 2],
                 slow: SlowError::default(),
             })
         })

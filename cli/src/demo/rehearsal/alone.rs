@@ -75,6 +75,7 @@ fn fix(stage: &Stage, received: &Received, stamp: Stamp, step: usize) -> Measure
         },
         position: received.position,
         covariance: Covariance2::diagonal([variance; 2]).unwrap(),
+        lever: [0.0; 2],
         slow: SlowError::default(),
     })
 }
