@@ -7,6 +7,7 @@ pub mod frames;
 pub mod list;
 pub mod messages;
 mod port;
+pub mod sensors;
 mod team;
 pub mod way;
 pub mod wheels;

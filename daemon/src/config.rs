@@ -19,6 +19,7 @@ mod presets;
 pub mod reference;
 mod review;
 pub mod sections;
+pub mod sensors;
 mod shape;
 pub mod understood;
 mod unlikely;
@@ -37,6 +38,8 @@ use toml::de::DeTable;
 use error::Fault;
 
 pub use error::ConfigError;
+pub use sensors::{Compass, Heading, Receiver, RelativePose, Sensor};
+
 pub use sections::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, InitialHeading,
     InitialPose, LogLevel, Member, Motion, Position, Preset, Propagation, Realtime, Robot,
@@ -81,6 +84,12 @@ pub struct Config {
     /// Receivers of a position: satellites, beacons.
     #[serde(default)]
     pub position: Position,
+    /// Lasers and cameras that see other robots.
+    #[serde(default)]
+    pub relative_pose: RelativePose,
+    /// Sensors of the heading: compass, two antennas, course over ground.
+    #[serde(default)]
+    pub heading: Heading,
     /// How poses and fixes are fused.
     #[serde(default)]
     pub fusion: Fusion,
@@ -123,6 +132,8 @@ impl Config {
             motion: Motion::default(),
             initial: Initial::default(),
             position: Position::default(),
+            relative_pose: RelativePose::default(),
+            heading: Heading::default(),
             fusion: Fusion::default(),
             history: History::default(),
             health: Health::default(),

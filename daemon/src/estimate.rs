@@ -87,6 +87,7 @@ pub fn settings(config: &Config) -> Settings {
         propagation: propagation(&config.fusion),
         fusion: fusion(&config.fusion),
         position_gate: config.fusion.position_gate,
+        heading_gate: config.fusion.heading_gate,
         found: FoundSettings {
             enabled: !config.fusion.paper,
             trust_jump: match config.position.trust_jump {
@@ -118,6 +119,7 @@ fn floors(fusion: &config::Fusion) -> Floors {
         sighting: fusion.relative_pose_floor.map(square),
         neighbour: fusion.neighbour_floor.map(square),
         fix: fusion.position_floor.map(square),
+        heading: square(fusion.heading_floor),
     }
 }
 
@@ -191,13 +193,14 @@ mod tests {
     fn floors_reach_the_estimator_as_variances() {
         let floors = settings(&config(
             "[fusion]\nrelative_pose_floor = [0.5, 0.25, 0.125]\nneighbour_floor = [1.0, 2.0, 3.0]\n\
-             position_floor = [0.25, 4.0]\n",
+             position_floor = [0.25, 4.0]\nheading_floor = 0.5\n",
         ))
         .floors;
         let expected = Floors {
             sighting: [0.25, 0.0625, 0.015_625],
             neighbour: [1.0, 4.0, 9.0],
             fix: [0.0625, 16.0],
+            heading: 0.25,
         };
         assert_eq!(floors, expected);
     }

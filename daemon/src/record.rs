@@ -14,8 +14,8 @@ mod read;
 mod write;
 
 use coloc_estimator::{
-    Estimate, Measurement, Motion, NeighbourPose, OdometrySample, PoseSaid, PositionFix, Sighting,
-    Start, TickInputs,
+    Estimate, HeadingFix, HeadingOf, Measurement, Motion, NeighbourPose, OdometrySample, PoseSaid,
+    PositionFix, Sighting, SlowError, Start, TickInputs,
 };
 use serde::{Deserialize, Serialize};
 
@@ -136,6 +136,38 @@ pub enum Record {
         /// How long it lasts.
         #[serde(default, skip_serializing_if = "is_no_time")]
         slow_memory_ns: i64,
+        /// Where the antenna is in the body frame \[m\].
+        #[serde(default, skip_serializing_if = "is_no_lever")]
+        lever: [f64; 2],
+    },
+    /// Heading.
+    Heading {
+        /// When.
+        stamp_ns: i64,
+        /// Which sensor.
+        #[serde(default)]
+        source: u16,
+        /// Which life of it.
+        #[serde(default)]
+        session: u64,
+        /// Its count.
+        sequence: u64,
+        /// \[rad\]
+        heading: f64,
+        /// \[rad²\]
+        variance: f64,
+        /// Variance of the slow error \[rad²\].
+        #[serde(default, skip_serializing_if = "is_zero")]
+        slow_variance: f64,
+        /// How long it lasts.
+        #[serde(default, skip_serializing_if = "is_no_time")]
+        slow_memory_ns: i64,
+        /// Of a course over ground its least speed \[m/s\].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        least_m_s: Option<f64>,
+        /// Where its antenna is in the body frame \[m\].
+        #[serde(default, skip_serializing_if = "is_no_lever")]
+        lever: [f64; 2],
     },
     /// Pose from a person or a map.
     Pose {
@@ -194,6 +226,10 @@ impl Known {
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature.
 fn is_zero(variance: &f64) -> bool {
     *variance == 0.0
+}
+
+fn is_no_lever([forward, left]: &[f64; 2]) -> bool {
+    *forward == 0.0 && *left == 0.0
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature.
@@ -259,6 +295,7 @@ impl From<&Measurement> for Record {
             Measurement::Odometry(sample) => sample.into(),
             Measurement::Sighting(sighting) => sighting.into(),
             Measurement::Neighbour(neighbour) => neighbour.into(),
+            Measurement::Heading(heading) => heading.into(),
             Measurement::Fix(fix) => fix.into(),
             Measurement::Pose(said) => said.into(),
         }
@@ -323,11 +360,38 @@ impl From<&PositionFix> for Record {
             position: fix.position,
             covariance: fix.covariance.to_row_major(),
             slow_variance: fix.slow.variance,
-            slow_memory_ns: match fix.slow.variance {
-                0.0 => 0,
-                _ => fix.slow.memory.as_nanos(),
-            },
+            slow_memory_ns: memory_ns(&fix.slow),
+            lever: fix.lever,
         }
+    }
+}
+
+impl From<&HeadingFix> for Record {
+    fn from(heading: &HeadingFix) -> Self {
+        let (least_m_s, lever) = match heading.of {
+            HeadingOf::Body => (None, [0.0; 2]),
+            HeadingOf::Course { least_m_s, lever } => (Some(least_m_s), lever),
+        };
+        Self::Heading {
+            stamp_ns: heading.stamp.as_nanos(),
+            source: heading.origin.source,
+            session: heading.origin.session,
+            sequence: heading.origin.sequence,
+            heading: heading.heading_rad,
+            variance: heading.variance,
+            slow_variance: heading.slow.variance,
+            slow_memory_ns: memory_ns(&heading.slow),
+            least_m_s,
+            lever,
+        }
+    }
+}
+
+/// Of an error that is none nothing is written.
+fn memory_ns(slow: &SlowError) -> i64 {
+    match slow.variance {
+        0.0 => 0,
+        _ => slow.memory.as_nanos(),
     }
 }
 

@@ -12,7 +12,7 @@ use coloc_daemon::event::{Event, Link};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{
-    Header, Input, Neighbour, Odometry, OdometryKind, Pose, Position, RelativePose,
+    Header, Heading, Input, Neighbour, Odometry, OdometryKind, Pose, Position, RelativePose,
 };
 
 const TICKS: u64 = 10_000;
@@ -29,6 +29,17 @@ fn drain(link: &Link, done: &AtomicBool) {
 }
 
 /// By a map; now and then somebody sets it.
+fn looking(header: Header) -> Heading {
+    Heading {
+        header,
+        quality: 1,
+        variance: 0.01,
+        slow_sigma_rad: 0.1,
+        slow_time_s: 10.0,
+        ..Heading::default()
+    }
+}
+
 fn said(header: Header, pose: [f64; 3]) -> Pose {
     Pose {
         header,
@@ -51,6 +62,7 @@ fn ticks_allocate_nothing() {
     let mut robot = world.robot("a", 1, &settings);
     let base = world.publisher::<Odometry>("a");
     let map = world.publisher::<Pose>("a");
+    let compass = world.publisher::<Heading>("a");
     let (laser, dgps, neighbour) = (
         world.publisher::<RelativePose>("a"),
         world.publisher::<Position>("a"),
@@ -95,11 +107,13 @@ fn ticks_allocate_nothing() {
             quality,
             position: [way_m, 0.0],
             covariance: [0.01, 0.0, 0.0, 0.01],
+            lever_m: [0.3, 0.1],
             ..Position::default()
         })
         .unwrap();
         let pose = [way_m, 0.0, 0.0];
         map.send(said(header, pose)).unwrap();
+        compass.send(looking(header)).unwrap();
         neighbour
             .send(Neighbour {
                 header: Header {

@@ -17,7 +17,8 @@ use coloc_daemon::wait::Wake;
 use coloc_drivers::can::{Frame, Sender};
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{
-    Header, Health, Input, Message, Neighbour, Pose, Position, Publisher, Reject, RelativePose,
+    Header, Heading, Health, Input, Message, Neighbour, Pose, Position, Publisher, Reject,
+    RelativePose,
 };
 
 #[test]
@@ -106,6 +107,17 @@ fn a_sighting_helps_the_robot_that_was_seen() {
     );
 }
 
+fn heading(header: Header) -> Heading {
+    Heading {
+        header,
+        what: Heading::COMPASS,
+        quality: 1,
+        heading: 0.5,
+        variance: 0.01,
+        ..Heading::default()
+    }
+}
+
 fn set(header: Header, pose: [f64; 3]) -> Pose {
     Pose {
         header,
@@ -146,8 +158,30 @@ fn a_robot_is_where_it_was_told_within_two_seconds() {
     assert_eq!(decided.count(), 1);
 }
 
+fn send_bad_headings(world: &World) -> (Publisher<Heading>, u64) {
+    let compasses = world.publisher::<Heading>("a");
+    let good = heading(world.header(0));
+    let bad_headings = [
+        Heading { quality: 0, ..good },
+        Heading { what: 3, ..good },
+        Heading {
+            variance: 0.0,
+            ..good
+        },
+        Heading {
+            heading: f64::NAN,
+            ..good
+        },
+    ];
+    for (heading, sequence) in bad_headings.into_iter().zip(0..) {
+        let header = world.header(sequence);
+        compasses.send(Heading { header, ..heading }).unwrap();
+    }
+    (compasses, bad_headings.len() as u64)
+}
+
 /// One message of every kind that must change nothing. What a publisher sent is gone with it, so they come back too.
-fn send_garbage(world: &World) -> (impl Sized, [u64; 4]) {
+fn send_garbage(world: &World) -> (impl Sized, [u64; 5]) {
     let fixes = world.publisher::<Position>("a");
     let good = Position {
         header: world.header(0),
@@ -234,9 +268,16 @@ fn send_garbage(world: &World) -> (impl Sized, [u64; 4]) {
     for pose in bad_poses {
         poses.send(pose).unwrap();
     }
+    let (compasses, bad_headings) = send_bad_headings(world);
     (
-        (fixes, sightings, neighbours, poses),
-        [bad_fixes.len() as u64, 1, 2, bad_poses.len() as u64],
+        (fixes, sightings, neighbours, poses, compasses),
+        [
+            bad_fixes.len() as u64,
+            1,
+            2,
+            bad_poses.len() as u64,
+            bad_headings,
+        ],
     )
 }
 
@@ -263,12 +304,44 @@ fn what_is_rejected_changes_no_bit() {
             Input::RelativePose,
             Input::Neighbour,
             Input::Pose,
+            Input::Heading,
         ];
         let rejected = inputs.map(|input| status.rejected_total(input));
         assert_eq!(rejected, expected.unwrap_or_default());
         estimates
     };
     assert_eq!(run(true), run(false));
+}
+
+/// A compass turns the belief; the course over ground of a robot that stands says nothing.
+#[test]
+fn a_heading_turns_the_belief_and_a_course_without_a_way_does_not() {
+    let world = World::new();
+    let mut robot = world.robot("a", 1, "");
+    let compasses = world.publisher::<Heading>("a");
+    robot.tick();
+    compasses.send(heading(world.header(0))).unwrap();
+    let gated = robot.tick();
+    assert_eq!(gated.pose[2], 0.0, "half a radian off is too much");
+    let near = Heading {
+        heading: 0.1,
+        ..heading(world.header(1))
+    };
+    compasses.send(near).unwrap();
+    let turned = robot.tick();
+    assert!((0.005..0.1).contains(&turned.pose[2]), "{:?}", turned.pose);
+    assert_eq!(turned.health_of(Input::Heading), Health::Ok);
+    let course = Heading {
+        what: Heading::COURSE,
+        ..heading(world.header(2))
+    };
+    compasses.send(course).unwrap();
+    robot.tick();
+    let status = robot.robot.account().status();
+    let rejected = |reason| status.rejected_of(Input::Heading, reason);
+    assert_eq!(rejected(Reject::NotMoving), 1);
+    assert_eq!(rejected(Reject::Gated), 1);
+    assert_eq!(status.accepted_of(Input::Heading), 1);
 }
 
 /// It waits in the history like any other, so the belief is propagated in two legs: equal but for rounding.
@@ -371,8 +444,14 @@ fn a_tick_has_room_for_all_that_it_takes_in() {
         set: Pose::SAID,
         ..set(header, [0.0; 3])
     });
+    let (_compasses, headings) = crowd(&world, (0..1, 64), |header| Heading {
+        header,
+        quality: 1,
+        variance: 0.01,
+        ..Heading::default()
+    });
     robot.tick();
-    let all = sightings + fixes + words + said + 1;
+    let all = sightings + fixes + words + said + headings + 1;
     assert_eq!(robot.recorded_ticks(), [(Step::Own, all)]);
 }
 

@@ -4,6 +4,7 @@ use core::fmt;
 
 use nalgebra::{Matrix2, Matrix3};
 
+use crate::rotate::rotated;
 use crate::symmetric::Symmetric3;
 
 /// Why a matrix is not a covariance.
@@ -129,6 +130,13 @@ impl Covariance3 {
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         Self(self.0 + other.0).scaled(1.0)
+    }
+
+    /// Of a pose in a frame that is turned by `angle`, in the frame that is not \[rad\].
+    #[must_use]
+    pub fn turned(&self, angle: f64) -> Self {
+        let (sin, cos) = libm::sincos(angle);
+        Self::trusted(&rotated(&self.0, sin, cos))
     }
 
     /// With no variance below that of `floor`, whose variances are added where they are missing.

@@ -4,7 +4,9 @@ use core::fmt::Debug;
 
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::{Estimate, Header, Neighbour, Odometry, Pose, Position, RelativePose, Status, Timing};
+use crate::{
+    Estimate, Header, Heading, Neighbour, Odometry, Pose, Position, RelativePose, Status, Timing,
+};
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
@@ -19,6 +21,8 @@ pub enum Channel {
     Neighbour,
     /// The pose, as a person or a map says it.
     Pose,
+    /// Headings.
+    Heading,
     /// The belief.
     Estimate,
     /// Where the daemon's time goes.
@@ -145,7 +149,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 8] = [
+    pub const TABLE: [Told; 9] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
@@ -189,6 +193,13 @@ impl Channel {
             publishers: 8,
             subscribers: 8,
             buffer: 16,
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::Heading,
+            name: "heading",
+            what: "which way the robot looks: a compass, two antennas, the course over ground",
+            size: size_of::<Heading>(),
             ..DRIVERS
         },
         Told {
@@ -313,6 +324,7 @@ travels! {
     Position "v2",
     Neighbour "v2",
     Pose "v1",
+    Heading "v1",
     Estimate "v4",
     Timing "v2",
     Status "v3",
@@ -350,6 +362,7 @@ mod tests {
         assert_named::<Position>();
         assert_named::<Neighbour>();
         assert_named::<Pose>();
+        assert_named::<Heading>();
         assert_named::<Estimate>();
         assert_named::<Timing>();
         assert_named::<Status>();

@@ -16,11 +16,13 @@ pub enum Input {
     Neighbour = 3,
     /// Poses that a person or a map says.
     Pose = 4,
+    /// Headings: a compass, two antennas, the course over ground.
+    Heading = 5,
 }
 
 impl Input {
     /// How many there are.
-    pub const COUNT: usize = 5;
+    pub const COUNT: usize = 6;
     /// So many have a place in the payloads; those without a name are spare.
     pub const PLACES: usize = 16;
     /// All of them, in the order of their numbers.
@@ -30,6 +32,7 @@ impl Input {
         Self::Position,
         Self::Neighbour,
         Self::Pose,
+        Self::Heading,
     ];
 
     /// As it is printed.
@@ -41,6 +44,7 @@ impl Input {
             Self::Position => "position",
             Self::Neighbour => "neighbour",
             Self::Pose => "pose",
+            Self::Heading => "heading",
         }
     }
 }
@@ -61,7 +65,14 @@ mod tests {
         let names = Input::ALL.map(|input| input.to_string());
         assert_eq!(
             names,
-            ["odometry", "relative_pose", "position", "neighbour", "pose"]
+            [
+                "odometry",
+                "relative_pose",
+                "position",
+                "neighbour",
+                "pose",
+                "heading"
+            ]
         );
     }
 

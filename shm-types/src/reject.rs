@@ -70,6 +70,9 @@ reasons! {
     /// The configuration lacks what it takes to understand it.
     NotConfigured = 19, "not_configured",
         "[odometry.base] does not say what it takes to understand it: track_m for wheels, metres_per_count for counts";
+    /// A course over ground while the robot does not move, or may move sideways.
+    NotMoving = 20, "not_moving",
+        "it is a course over ground, and the wheels do not say that the robot moves as fast as heading.least_speed_m_s";
 }
 
 impl Reject {

@@ -1,6 +1,6 @@
 //! Every reason, every boundary, every scale.
 use coloc_shm_types::{
-    BeliefState, Clock, Estimate, Header, Limits, Neighbour, Odometry, OdometryKind, Pose,
+    BeliefState, Clock, Estimate, Header, Heading, Limits, Neighbour, Odometry, OdometryKind, Pose,
     Position, Present, Reject, RelativePose, Status, Unfit,
 };
 use proptest::prelude::*;
@@ -68,6 +68,45 @@ fn neighbour() -> Neighbour {
     }
 }
 
+fn heading() -> Heading {
+    Heading {
+        header: from(0),
+        what: Heading::ANTENNAS,
+        quality: 4,
+        variance: 1.0,
+        ..Heading::default()
+    }
+}
+
+/// A sensor that has none says so, and none that has one is as certain as zero.
+#[test]
+fn a_heading_is_one_only_if_the_sensor_has_it() {
+    for quality in [0, 6, 255] {
+        let looking = Heading {
+            quality,
+            ..heading()
+        };
+        assert_eq!(looking.validate(&LIMITS), Err(Reject::BadQuality));
+    }
+    let exact = Heading {
+        variance: 0.0,
+        ..heading()
+    };
+    assert_eq!(exact.validate(&LIMITS), Err(Reject::NoCovariance));
+    for change in [
+        |it: &mut Heading| it.variance = -1.0,
+        |it: &mut Heading| it.slow_sigma_rad = -1.0,
+        |it: &mut Heading| it.slow_time_s = -1.0,
+    ] {
+        let mut looking = heading();
+        change(&mut looking);
+        assert_eq!(
+            looking.validate(&LIMITS),
+            Err(Reject::NotPositiveSemidefinite)
+        );
+    }
+}
+
 fn pose() -> Pose {
     Pose {
         header: at(NOW_NS),
@@ -107,6 +146,9 @@ fn what_is_in_order_passes() {
     assert_eq!(fix().validate(&LIMITS), Ok(()));
     assert_eq!(neighbour().validate(&LIMITS), Ok(()));
     assert_eq!(pose().validate(&LIMITS), Ok(()));
+    assert_eq!(heading().validate(&LIMITS), Ok(()));
+    let lever_m = [-999.0, 0.1];
+    assert_eq!(Position { lever_m, ..fix() }.validate(&LIMITS), Ok(()));
     assert_eq!(odometry().validate(&LIMITS), Ok(()));
     assert_eq!(estimate().validate(&LIMITS), Ok(()));
     assert_eq!(status().validate(&LIMITS), Ok(()));
@@ -116,6 +158,17 @@ fn what_is_in_order_passes() {
 #[test]
 fn every_number_must_be_finite() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e61, -1e61] {
+        let changes: [fn(&mut Heading, f64); 4] = [
+            |it, bad| it.heading = bad,
+            |it, bad| it.variance = bad,
+            |it, bad| it.slow_sigma_rad = bad,
+            |it, bad| it.slow_time_s = bad,
+        ];
+        for change in changes {
+            let mut looking = heading();
+            change(&mut looking, bad);
+            assert_eq!(looking.validate(&LIMITS), Err(Reject::NotFinite));
+        }
         for place in 0..3 {
             let (mut sighting, mut neighbour, mut said) = (sighting(), neighbour(), pose());
             let [mut estimate, mut driven, mut moving] = [estimate(); 3];
@@ -379,9 +432,10 @@ fn robots_must_be_known_and_others() {
 }
 
 /// What comes of a message of every kind whose header was changed.
-fn all_with(limits: &Limits, change: impl Fn(&mut Header)) -> [Result<(), Reject>; 7] {
-    let mut said = pose();
+fn all_with(limits: &Limits, change: impl Fn(&mut Header)) -> [Result<(), Reject>; 8] {
+    let (mut said, mut looking) = (pose(), heading());
     change(&mut said.header);
+    change(&mut looking.header);
     let (mut seen, mut place, mut near) = (sighting(), fix(), neighbour());
     let (mut wheels, mut own, mut counted) = (odometry(), estimate(), status());
     change(&mut seen.header);
@@ -393,6 +447,7 @@ fn all_with(limits: &Limits, change: impl Fn(&mut Header)) -> [Result<(), Reject
     [
         seen.validate(limits),
         said.validate(limits),
+        looking.validate(limits),
         place.validate(limits),
         near.validate(limits),
         wheels.validate(limits),
@@ -412,7 +467,7 @@ fn stamps_lie_between_the_history_and_the_future() {
         (i64::MIN, Err(Reject::TooOld)),
     ] {
         let found = all_with(&LIMITS, |header| header.stamp_ns = stamp_ns);
-        assert_eq!(found, [expected; 7], "{stamp_ns}");
+        assert_eq!(found, [expected; 8], "{stamp_ns}");
     }
 }
 
@@ -420,7 +475,7 @@ fn stamps_lie_between_the_history_and_the_future() {
 fn a_clock_of_no_meaning_is_refused() {
     for clock in 3..=u8::MAX {
         let found = all_with(&LIMITS, |header| header.clock = clock);
-        assert_eq!(found, [Err(Reject::UnknownClock); 7]);
+        assert_eq!(found, [Err(Reject::UnknownClock); 8]);
     }
 }
 
@@ -428,7 +483,7 @@ fn a_clock_of_no_meaning_is_refused() {
 fn a_clock_that_cannot_be_asked_is_foreign() {
     for clock in [Clock::Realtime, Clock::Tai] {
         let found = all_with(&LIMITS, |header| header.clock = clock as u8);
-        assert_eq!(found, [Err(Reject::ForeignClock); 7]);
+        assert_eq!(found, [Err(Reject::ForeignClock); 8]);
         let limits = Limits {
             now: Present::only(clock, NOW_NS),
             ..LIMITS
@@ -436,7 +491,7 @@ fn a_clock_that_cannot_be_asked_is_foreign() {
         let found = all_with(&limits, |header| {
             (header.clock, header.boot) = (clock as u8, 0);
         });
-        assert_eq!(found, [Ok(()); 7], "of any boot");
+        assert_eq!(found, [Ok(()); 8], "of any boot");
     }
 }
 
@@ -448,7 +503,7 @@ fn the_clock_of_another_boot_is_foreign_and_so_is_that_of_an_unknown_one() {
             ..LIMITS
         };
         let found = all_with(&limits, |header| header.boot = sent);
-        assert_eq!(found, [Err(Reject::ForeignClock); 7], "{sent} {own}");
+        assert_eq!(found, [Err(Reject::ForeignClock); 8], "{sent} {own}");
     }
 }
 
@@ -462,7 +517,7 @@ fn limits_at_the_ends_of_time_do_not_overflow() {
             ..LIMITS
         };
         let found = all_with(&limits, |header| header.stamp_ns = now_ns);
-        assert_eq!(found, [Ok(()); 7]);
+        assert_eq!(found, [Ok(()); 8]);
     }
 }
 
@@ -506,9 +561,18 @@ fn what_is_not_supported_yet_is_refused() {
         said.reserved[place] = 1;
         assert_eq!(said.validate(&LIMITS), Err(Reject::Unsupported));
     }
-    for lever_m in [[0.1, 0.0], [0.0, -0.1]] {
+    for lever_m in [[1000.1, 0.0], [0.0, -1e9]] {
         let place = Position { lever_m, ..fix() };
         assert_eq!(place.validate(&LIMITS), Err(Reject::Unsupported));
+    }
+    for what in 3..=u8::MAX {
+        let looking = Heading { what, ..heading() };
+        assert_eq!(looking.validate(&LIMITS), Err(Reject::Unsupported));
+    }
+    for place in 0..6 {
+        let mut looking = heading();
+        looking.reserved[place] = 1;
+        assert_eq!(looking.validate(&LIMITS), Err(Reject::Unsupported));
     }
     for (kind, unused) in [(0, 3), (1, 2), (1, 3), (2, 2), (2, 3)] {
         let mut wheels = odometry();

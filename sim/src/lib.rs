@@ -17,6 +17,7 @@ pub mod evaluate;
 pub mod fleet;
 pub mod found;
 pub mod honest;
+pub mod memory;
 pub mod method;
 pub mod metrics;
 pub mod mrclam;

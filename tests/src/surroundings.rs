@@ -21,7 +21,7 @@ use coloc_daemon::config::{Config, History, Member, Robot, Shm, Tick, Trigger};
 use coloc_drivers::can::{BusSpec, Sender};
 use coloc_drivers::encoder::{OdometryConfig, WheelFrames};
 use coloc_shm_types::{
-    Clock, Estimate, Header, Message, Neighbour, Pose, Position, Publisher, RelativePose,
+    Clock, Estimate, Header, Heading, Message, Neighbour, Pose, Position, Publisher, RelativePose,
     RobotName, Space, Subscriber,
 };
 use rustix::time::{ClockId, clock_gettime};
@@ -80,6 +80,7 @@ pub struct Surroundings {
     laser: Publisher<RelativePose>,
     receiver: Publisher<Position>,
     map: Publisher<Pose>,
+    compass: Publisher<Heading>,
     neighbours: Vec<Publisher<Neighbour>>,
     told: Vec<Subscriber<Neighbour>>,
     /// What the robot believes.
@@ -121,6 +122,7 @@ impl Surroundings {
             laser: space.publisher(&robot).unwrap(),
             receiver: space.publisher(&robot).unwrap(),
             map: space.publisher(&robot).unwrap(),
+            compass: space.publisher(&robot).unwrap(),
             neighbours: publishers.collect::<Result<_, _>>().unwrap(),
             told: subscribers.collect::<Result<_, _>>().unwrap(),
             estimates: space.subscriber(&robot).unwrap(),
@@ -132,7 +134,9 @@ impl Surroundings {
     pub fn send(&mut self) {
         self.send_frames([0.0; 2]);
         let stamp_ns = realtime_ns();
-        self.map.send(said(header(stamp_ns, self.sent))).unwrap();
+        let header = header(stamp_ns, self.sent);
+        self.map.send(said(header)).unwrap();
+        self.compass.send(looking(header)).unwrap();
         self.send_messages(stamp_ns, [0.0; 3]);
     }
 
@@ -238,6 +242,17 @@ fn said(header: Header) -> Pose {
         header,
         set: Pose::SAID,
         covariance: diagonal([1e-2; 3]),
+        ..Default::default()
+    }
+}
+
+/// Along the x axis.
+fn looking(header: Header) -> Heading {
+    Heading {
+        header,
+        what: Heading::COMPASS,
+        quality: 1,
+        variance: 1e-2,
         ..Default::default()
     }
 }

@@ -6,7 +6,7 @@ use super::reading::Reading;
 
 pub(super) const HEADING: &str = "session,sequence,tick,clock,stamp_ns,boot_ns,x_m,y_m,heading_rad,\
     sigma_x_m,sigma_y_m,sigma_heading_rad,vx_mps,vy_mps,omega_radps,state,fit,odometry,relative_pose,position,neighbour,pose,\
-    odometry_x_m,odometry_y_m,odometry_heading_rad,unfit";
+    odometry_x_m,odometry_y_m,odometry_heading_rad,unfit,heading";
 
 pub(super) fn line(estimate: &Estimate) -> String {
     let Reading {
@@ -36,12 +36,13 @@ pub(super) fn line(estimate: &Estimate) -> String {
         odometry_y_m,
         odometry_heading_rad,
         unfit,
+        heading,
     } = Reading::of(estimate);
     format!(
         "{session},{sequence},{tick},{clock},{stamp_ns},{boot_ns},{x_m},{y_m},{heading_rad},\
          {sigma_x_m},{sigma_y_m},{sigma_heading_rad},{vx_mps},{vy_mps},{omega_radps},{state},{fit},\
          {odometry},{relative_pose},{position},{neighbour},{pose},\
-         {odometry_x_m},{odometry_y_m},{odometry_heading_rad},{unfit}"
+         {odometry_x_m},{odometry_y_m},{odometry_heading_rad},{unfit},{heading}"
     )
 }
 

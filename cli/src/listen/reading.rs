@@ -34,6 +34,7 @@ pub(super) struct Reading {
     pub(super) odometry_heading_rad: f64,
     /// Empty where it is fit.
     pub(super) unfit: String,
+    pub(super) heading: &'static str,
 }
 
 impl Reading {
@@ -70,6 +71,7 @@ impl Reading {
             odometry_y_m,
             odometry_heading_rad,
             unfit: unfit(estimate),
+            heading: health(Input::Heading),
         }
     }
 }

@@ -116,7 +116,10 @@ fn received(tick: &RecordedTick, robot: usize, letters: &Letters) -> Option<Vec<
                 ..*sighting
             }),
             Measurement::Neighbour(neighbour) => sent(neighbour)?.into(),
-            Measurement::Odometry(_) | Measurement::Fix(_) | Measurement::Pose(_) => *measurement,
+            Measurement::Odometry(_)
+            | Measurement::Heading(_)
+            | Measurement::Fix(_)
+            | Measurement::Pose(_) => *measurement,
         })
     };
     tick.measurements.iter().map(renumbered).collect()

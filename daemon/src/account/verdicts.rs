@@ -13,6 +13,7 @@ pub(super) fn input(kind: Kind) -> Input {
         Kind::Neighbour => Input::Neighbour,
         Kind::Fix => Input::Position,
         Kind::Pose => Input::Pose,
+        Kind::Heading => Input::Heading,
     }
 }
 
@@ -41,6 +42,7 @@ pub(super) fn reason(verdict: Verdict) -> Option<Reject> {
         Verdict::EmptyInterval => Some(Reject::EmptyInterval),
         Verdict::NoRoom => Some(Reject::HistoryFull),
         Verdict::NotFinite => Some(Reject::NotFinite),
+        Verdict::NotMoving => Some(Reject::NotMoving),
         Verdict::NoNoise => Some(Reject::NoCovariance),
     }
 }

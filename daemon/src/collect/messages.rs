@@ -1,31 +1,30 @@
-//! The four subscribers: drained, validated, and turned into what the estimator computes on.
+//! The subscribers: drained, validated, and turned into what the estimator computes on.
 
 use coloc_estimator::{
-    Covariance2, Covariance3, Measurement, NeighbourPose, NotACovariance, Origin, Parts, Pose,
-    PoseSaid, PositionFix, RobotId, Sighting, SlowError, Span, Stamp,
+    Covariance2, Covariance3, HeadingFix, Measurement, NeighbourPose, NotACovariance, Origin,
+    Parts, Pose, PoseSaid, PositionFix, RobotId, Sighting, Stamp,
 };
 use coloc_shm_types::{
-    Input, Limits, Message, Neighbour, PortError, Pose as PoseMessage, Position, Reject,
+    Heading, Input, Limits, Message, Neighbour, PortError, Pose as PoseMessage, Position, Reject,
     RelativePose, Sessions, Space,
 };
 
 use super::list::List;
 use super::port::Port;
+use super::sensors::Sensors;
 use super::team::Team;
 use crate::account::Account;
 use crate::clock::Moment;
 use crate::config::Config;
-
-/// How long a receiver's slow error lasts if the receiver does not say \[s\]: satellites' atmosphere and reflections, minutes.
-const SLOW_TIME_S: f64 = 60.0;
 
 /// A tick takes in so many messages at most; the others wait in shared memory for the next one.
 const SIGHTINGS: usize = 128;
 const FIXES: usize = 32;
 const NEIGHBOURS: usize = 256;
 const POSES: usize = 16;
+const HEADINGS: usize = 64;
 /// So many of all kinds.
-pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS + POSES;
+pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS + POSES + HEADINGS;
 
 /// The subscribers and what they have received before.
 #[derive(Debug)]
@@ -34,6 +33,8 @@ pub struct Messages {
     fixes: Port<Position>,
     neighbours: Port<Neighbour>,
     poses: Port<PoseMessage>,
+    headings: Port<Heading>,
+    sensors: Sensors,
     team: Team,
 }
 
@@ -51,6 +52,8 @@ impl Messages {
             fixes: Port::open(space, name, (Input::Position, sensors, FIXES))?,
             neighbours: Port::open(space, name, (Input::Neighbour, robots, NEIGHBOURS))?,
             poses: Port::open(space, name, (Input::Pose, sensors, POSES))?,
+            headings: Port::open(space, name, (Input::Heading, sensors, HEADINGS))?,
+            sensors: Sensors::of(config),
             team,
         })
     }
@@ -62,6 +65,7 @@ impl Messages {
             self.fixes.deaf(),
             self.neighbours.deaf(),
             self.poses.deaf(),
+            self.headings.deaf(),
         ];
         inputs.into_iter().flatten()
     }
@@ -72,6 +76,7 @@ impl Messages {
         self.fixes.tell_sessions(now, account);
         self.neighbours.tell_sessions(now, account);
         self.poses.tell_sessions(now, account);
+        self.headings.tell_sessions(now, account);
     }
 
     /// Takes in what has arrived until `moment`, as far as there is room.
@@ -82,10 +87,15 @@ impl Messages {
         account: &mut Account,
     ) {
         let limits = self.team.limits(moment.stamp);
-        self.sightings
-            .drain(moment, into, account, |it| sighting(it, &limits));
+        let sensors = &self.sensors;
+        self.sightings.drain(moment, into, account, |it| {
+            let seen = sighting(it, &limits)?;
+            Ok(sensors.of_body(&seen).into())
+        });
+        self.headings
+            .drain(moment, into, account, |it| heading(it, &limits, sensors));
         self.fixes
-            .drain(moment, into, account, |it| fix(it, &limits));
+            .drain(moment, into, account, |it| fix(it, &limits, sensors));
         self.neighbours
             .drain(moment, into, account, |it| neighbour(it, &limits));
         self.poses
@@ -98,6 +108,7 @@ impl Messages {
         self.fixes.clear();
         self.neighbours.clear();
         self.poses.clear();
+        self.headings.clear();
     }
 }
 
@@ -115,21 +126,21 @@ fn origin(message: &impl Message) -> Origin {
     }
 }
 
-/// A sighting as the estimator takes it, whatever the message holds.
+/// A sighting as it was seen from the sensor, whatever the message holds.
 ///
 /// # Errors
 /// Why it is none.
-pub fn sighting(message: &RelativePose, limits: &Limits<'_>) -> Result<Measurement, Reject> {
+pub fn sighting(message: &RelativePose, limits: &Limits<'_>) -> Result<Sighting, Reject> {
     let covariance = Covariance3::from_row_major(message.covariance);
     let beside = message.validate_beside_covariance(limits);
     let covariance = first(beside, covariance, || message.validate(limits))?;
-    Ok(Measurement::Sighting(Sighting {
+    Ok(Sighting {
         stamp: stamp(message),
         origin: origin(message),
         observed: RobotId(message.observed),
         relative: pose(message.pose),
         covariance,
-    }))
+    })
 }
 
 /// What the estimator makes of a message's covariance, unless there is a reason to refuse the message: then the first of
@@ -150,7 +161,11 @@ fn first<C>(
 ///
 /// # Errors
 /// Why it is none.
-pub fn fix(message: &Position, limits: &Limits<'_>) -> Result<Measurement, Reject> {
+pub fn fix(
+    message: &Position,
+    limits: &Limits<'_>,
+    sensors: &Sensors,
+) -> Result<Measurement, Reject> {
     let covariance = Covariance2::from_row_major(message.covariance);
     let beside = message.validate_beside_covariance(limits);
     let covariance = first(beside, covariance, || message.validate(limits))?;
@@ -159,21 +174,30 @@ pub fn fix(message: &Position, limits: &Limits<'_>) -> Result<Measurement, Rejec
         origin: origin(message),
         position: message.position,
         covariance,
-        slow: slow(message),
+        lever: sensors.lever_of(message),
+        slow: sensors.slow_of_fix(message),
     }))
 }
 
-/// One that lasts for no time that is known lasts for [`SLOW_TIME_S`].
-fn slow(message: &Position) -> SlowError {
-    let memory_s = if message.slow_time_s > 0.0 {
-        message.slow_time_s
-    } else {
-        SLOW_TIME_S
-    };
-    SlowError {
-        variance: message.slow_sigma_m * message.slow_sigma_m,
-        memory: Span::from_seconds(memory_s),
-    }
+/// A heading as the estimator takes it, whatever the message holds.
+///
+/// # Errors
+/// Why it is none.
+pub fn heading(
+    message: &Heading,
+    limits: &Limits<'_>,
+    sensors: &Sensors,
+) -> Result<Measurement, Reject> {
+    message.validate(limits)?;
+    let (heading_rad, of) = sensors.looking(message);
+    Ok(Measurement::Heading(HeadingFix {
+        stamp: stamp(message),
+        origin: origin(message),
+        heading_rad,
+        variance: message.variance,
+        slow: sensors.slow_of_heading(message),
+        of,
+    }))
 }
 
 /// A neighbour's pose as the estimator takes it, whatever the message holds.

@@ -6,7 +6,8 @@ use coloc_estimator::{FusionSettings, Settings};
 
 use super::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, InitialHeading,
-    LogLevel, Propagation, Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, WaitMode,
+    LogLevel, Position, Propagation, Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, TrustJump,
+    WaitMode,
 };
 
 impl Default for Clock {
@@ -48,6 +49,20 @@ impl Default for Initial {
     }
 }
 
+/// Of satellites the slow error lasts for minutes.
+impl Default for Position {
+    fn default() -> Self {
+        Self {
+            receivers: 0,
+            trust_jump: TrustJump::default(),
+            lever_m: [0.0; 2],
+            slow_sigma_m: 0.0,
+            slow_time_s: 60.0,
+            receiver: Vec::new(),
+        }
+    }
+}
+
 impl Default for Fusion {
     fn default() -> Self {
         let settings = Settings::default();
@@ -70,9 +85,11 @@ impl Default for Fusion {
             neighbour_gate: gate,
             gate_weight: GateWeight::default(),
             position_gate: settings.position_gate,
+            heading_gate: settings.heading_gate,
             relative_pose_floor: [0.0; 3],
             neighbour_floor: [0.0; 3],
             position_floor: [0.0; 2],
+            heading_floor: 0.0,
         }
     }
 }

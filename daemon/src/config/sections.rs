@@ -10,6 +10,8 @@ use coloc_shm_types::RobotName;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::sensors::Receiver;
+
 /// `[robot]`: who this robot is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -273,7 +275,7 @@ pub enum InitialHeading {
 }
 
 /// `[position]`
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Position {
     /// How many receivers say on the channel `position` where the robot is: with one it need not be told where it starts.
@@ -281,6 +283,20 @@ pub struct Position {
     pub receivers: u16,
     /// What it means that the only one of them is off by the same way from some moment on: the data are the same.
     pub trust_jump: TrustJump,
+    /// Where the antenna is in the robot's body frame, forward and left of the point whose pose is published; used where a message says
+    /// zero. Its fixes then depend on the heading, and teach it \[m, m\].
+    #[schemars(inner(range(min = -1000, max = 1000)))]
+    pub lever_m: [f64; 2],
+    /// Standard deviation of the slow error in each coordinate, where a message does not say its own: what the next fix has again, of
+    /// atmosphere, orbits and reflections. 0: each fix errs anew \[m\].
+    #[schemars(range(min = 0, max = 1e3))]
+    pub slow_sigma_m: f64,
+    /// How long it lasts, where a message does not say its own \[s\].
+    #[schemars(range(max = 86400), extend("exclusiveMinimum" = 0))]
+    pub slow_time_s: f64,
+    /// Receivers that are not so, an entry each.
+    #[schemars(example = [Receiver::example()])]
+    pub receiver: Vec<Receiver>,
 }
 
 /// What a lone source that jumps means.
@@ -326,6 +342,9 @@ pub struct Fusion {
     /// Largest normalised innovation squared of a fix (χ², 2 degrees of freedom: 99 %); `inf` accepts everything.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub position_gate: f64,
+    /// Largest normalised innovation squared of a heading (χ², 1 degree of freedom: 99 %); `inf` accepts everything.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub heading_gate: f64,
     /// No own sighting of another robot is taken to be more certain than this, whatever it says: least standard deviations
     /// of x, y and heading \[m, m, rad\].
     #[schemars(inner(range(min = 0, max = 1e3)))]
@@ -337,6 +356,9 @@ pub struct Fusion {
     /// \[m, m\].
     #[schemars(inner(range(min = 0, max = 1e3)))]
     pub position_floor: [f64; 2],
+    /// The same for a heading \[rad\].
+    #[schemars(range(min = 0, max = 1e3))]
+    pub heading_floor: f64,
 }
 
 /// How the belief is carried through a motion or a sighting.
@@ -400,7 +422,7 @@ pub struct Health {
     /// Own sightings of other robots \[s\].
     #[schemars(range(min = 1e-3, max = 3600))]
     pub relative_pose_stale_s: f64,
-    /// Satellite fixes, and poses that a map says \[s\].
+    /// Satellite fixes, headings, and poses that a map says \[s\].
     #[schemars(range(min = 1e-3, max = 3600))]
     pub position_stale_s: f64,
     /// Poses from neighbours \[s\].

@@ -23,7 +23,7 @@ impl Patience {
         let least_s = match input {
             Input::Odometry => config.odometry_stale_s,
             Input::RelativePose => config.relative_pose_stale_s,
-            Input::Position | Input::Pose => config.position_stale_s,
+            Input::Position | Input::Pose | Input::Heading => config.position_stale_s,
             Input::Neighbour => config.neighbours_stale_s,
         };
         Self {

@@ -131,6 +131,7 @@ impl Row {
 fn gate(input: Input, fusion: &Fusion) -> f64 {
     match input {
         Input::Position => fusion.position_gate,
+        Input::Heading => fusion.heading_gate,
         Input::Neighbour | Input::Pose => fusion.neighbour_gate,
         Input::Odometry | Input::RelativePose => 0.0,
     }

@@ -4,9 +4,9 @@ use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use coloc_estimator::{
-    Belief, Bend, Covariance2, Covariance3, Measurement, Motion, NeighbourPose, NotACovariance,
-    OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Sighting, SlowError, Span,
-    Stamp, Start, TickInputs,
+    Belief, Bend, Covariance2, Covariance3, HeadingFix, HeadingOf, Measurement, Motion,
+    NeighbourPose, NotACovariance, OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix,
+    RobotId, Sighting, SlowError, Span, Stamp, Start, TickInputs,
 };
 
 use super::{Known, Record, Step};
@@ -142,17 +142,19 @@ impl RecordedTick {
                 covariance,
                 slow_variance,
                 slow_memory_ns,
+                lever,
             } => Measurement::Fix(PositionFix {
                 stamp: Stamp::from_nanos(stamp_ns),
                 origin: origin(source, session, sequence),
                 position,
                 covariance: Covariance2::from_row_major(covariance)?,
-                lever: [0.0; 2],
+                lever,
                 slow: SlowError {
                     variance: slow_variance,
                     memory: Span::from_nanos(slow_memory_ns),
                 },
             }),
+            Record::Heading { .. } => heading(record)?.into(),
             Record::Pose {
                 stamp_ns,
                 source,
@@ -218,6 +220,39 @@ fn odometry(record: Record) -> Result<OdometrySample, Broken> {
         start: Stamp::from_nanos(start_ns),
         stamp: Stamp::from_nanos(stamp_ns),
         motion,
+    })
+}
+
+fn heading(record: Record) -> Result<HeadingFix, Broken> {
+    let Record::Heading {
+        stamp_ns,
+        source,
+        session,
+        sequence,
+        heading,
+        variance,
+        slow_variance,
+        slow_memory_ns,
+        least_m_s,
+        lever,
+    } = record
+    else {
+        return Err(Broken);
+    };
+    let of = least_m_s.map_or(HeadingOf::Body, |least_m_s| HeadingOf::Course {
+        least_m_s,
+        lever,
+    });
+    Ok(HeadingFix {
+        stamp: Stamp::from_nanos(stamp_ns),
+        origin: origin(source, session, sequence),
+        heading_rad: heading,
+        variance,
+        slow: SlowError {
+            variance: slow_variance,
+            memory: Span::from_nanos(slow_memory_ns),
+        },
+        of,
     })
 }
 
@@ -394,6 +429,17 @@ mod tests {
             stamp,
             motion: OdometryNoise::paper().nonholonomic([0.1, -0.7]),
         };
+        let compass = HeadingFix {
+            stamp,
+            origin: origin(6, 5, 4),
+            heading_rad: 2.0 / 3.0,
+            variance: 1e-4 / 3.0,
+            slow: SlowError {
+                variance: 0.1,
+                memory: Span::from_nanos(7),
+            },
+            of: HeadingOf::Body,
+        };
         let tick = RecordedTick {
             step: Step::Own,
             tick: 0,
@@ -421,12 +467,21 @@ mod tests {
                     origin: origin(1, 3, 1),
                     position: [1e-300, 0.1],
                     covariance: Covariance2::diagonal([0.01, 0.1]).unwrap(),
-                    lever: [0.0; 2],
+                    lever: [1.0 / 3.0, -0.1],
                     slow: SlowError {
                         variance: 1.0 / 3.0,
                         memory: Span::from_nanos(59_999_999_999),
                     },
                 }),
+                compass.into(),
+                HeadingFix {
+                    of: HeadingOf::Course {
+                        least_m_s: 1.0 / 3.0,
+                        lever: [0.1, 2.0 / 3.0],
+                    },
+                    ..compass
+                }
+                .into(),
                 Measurement::Pose(PoseSaid {
                     stamp,
                     origin: origin(7, 9, 3),

@@ -2,6 +2,7 @@
 mod can_counters;
 mod estimate;
 mod header;
+mod heading;
 mod latency;
 mod losses;
 mod neighbour;
@@ -16,6 +17,7 @@ mod timing;
 pub use can_counters::CanCounters;
 pub use estimate::Estimate;
 pub use header::Header;
+pub use heading::Heading;
 pub use latency::Latency;
 pub use losses::Losses;
 pub use neighbour::Neighbour;

@@ -3,7 +3,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::Header;
 use crate::layout::layout;
-use crate::matrix::{Matrix, all_zero};
+use crate::matrix::Matrix;
 use crate::{Limits, Reject};
 
 /// `coloc/<robot>/position`: a satellite fix in the local frame.
@@ -29,7 +29,8 @@ pub struct Position {
     pub slow_sigma_m: f64,
     /// Correlation time of the slow error (s). 0 if unknown.
     pub slow_time_s: f64,
-    /// Where the antenna is in the robot's body frame, `[forward, left]` (m). Today zero, others are refused.
+    /// Where the antenna is in the robot's body frame, `[forward, left]` (m). Zero: as `colocd` has it in its configuration.
+    /// Beyond [`Self::FARTHEST_M`] it is refused.
     pub lever_m: [f64; 2],
 }
 
@@ -59,6 +60,9 @@ impl Position {
     /// `components` of a fix that has x and y.
     pub const BOTH: u8 = 0b11;
 
+    /// A lever longer than this is refused (m).
+    pub const FARTHEST_M: f64 = 1000.0;
+
     /// Qualities of a fix that was measured: not estimated (6), typed in (7) or simulated (8).
     const MEASURED: core::ops::RangeInclusive<u8> = 1..=5;
 
@@ -80,13 +84,18 @@ impl Position {
         self.check_finite()?;
         Limits::check_not_negative(&[self.slow_sigma_m, self.slow_time_s])?;
         Matrix::<2>::from_row_major(self.covariance).check_variances()?;
-        Limits::check_supported(self.components == Self::BOTH && all_zero(&self.lever_m))?;
+        Limits::check_supported(self.components == Self::BOTH && self.has_its_antenna_near())?;
         limits.check_time(&self.header)?;
         if Self::MEASURED.contains(&self.quality) {
             Ok(())
         } else {
             Err(Reject::BadQuality)
         }
+    }
+
+    fn has_its_antenna_near(&self) -> bool {
+        let mut distances = self.lever_m.iter().map(|it| it.abs());
+        distances.all(|it| it <= Self::FARTHEST_M)
     }
 
     fn check_finite(&self) -> Result<(), Reject> {

@@ -1,13 +1,17 @@
 //! Messages of shared memory, whatever they hold: refused, or through the estimator to a belief that can be.
 
-use coloc_daemon::collect::messages::{fix, neighbour, said, sighting};
+use std::sync::LazyLock;
+
+use coloc_daemon::collect::messages::{fix, heading, neighbour, said, sighting};
+use coloc_daemon::collect::sensors::Sensors;
+use coloc_daemon::config::Config;
 use coloc_estimator::{
     Belief, Bend, Covariance3, Estimator, Measurement, Motion, OdometrySample, Parts, Pose,
     Settings, Slot, Stamp, TickInputs, TickOutputs, step,
 };
 use coloc_shm_types::{
-    Clock, Estimate, Header, Limits, Neighbour, Odometry, Pose as SaidPose, Position, Present,
-    RelativePose, Status,
+    Clock, Estimate, Header, Heading, Limits, Neighbour, Odometry, Pose as SaidPose, Position,
+    Present, RelativePose, Status,
 };
 
 use super::Target;
@@ -100,11 +104,16 @@ fn measurement(bytes: &mut Bytes<'_>, now_ns: i64) -> Option<Measurement> {
         own: ROBOTS[0],
         robots: &ROBOTS,
     };
+    let sensors = &*SENSORS;
     let kind = bytes.byte();
     let header = header(bytes, now_ns);
-    match kind % 7 {
-        0 => sighting(&seen(header, bytes), &limits).ok(),
-        1 => fix(&placed(header, bytes), &limits).ok(),
+    match kind % 8 {
+        0 => {
+            let seen = sighting(&seen(header, bytes), &limits).ok()?;
+            Some(sensors.of_body(&seen).into())
+        }
+        1 => fix(&placed(header, bytes), &limits, sensors).ok(),
+        6 => heading(&looking(header, bytes), &limits, sensors).ok(),
         2 => neighbour(&told(header, bytes), &limits).ok(),
         3 => moved(header, bytes, &limits),
         4 => said(&set(header, bytes), &limits).ok(),
@@ -160,9 +169,32 @@ fn placed(header: Header, bytes: &mut Bytes<'_>) -> Position {
         quality: bytes.byte() % 8,
         position: bytes.numbers(),
         covariance: bytes.covariance(),
+        slow_sigma_m: f64::from(bytes.byte() / 32),
+        slow_time_s: f64::from(bytes.byte() / 32),
+        lever_m: [0; 2].map(|_| f64::from(bytes.byte()) / 100.0),
         ..Position::default()
     }
 }
+
+fn looking(header: Header, bytes: &mut Bytes<'_>) -> Heading {
+    let [heading, variance] = bytes.numbers();
+    Heading {
+        header,
+        what: bytes.byte() % 4,
+        quality: bytes.byte() % 8,
+        heading,
+        variance,
+        slow_sigma_rad: f64::from(bytes.byte()) / 256.0,
+        slow_time_s: f64::from(bytes.byte()),
+        ..Heading::default()
+    }
+}
+
+/// A laser that sits at a corner.
+static SENSORS: LazyLock<Sensors> = LazyLock::new(|| {
+    let text = "[robot]\nname = \"a\"\nid = 1\n[relative_pose]\nmount = [0.3, -0.2, 2.0]\n";
+    Sensors::of(&Config::parse(text, "fuzz.toml".as_ref()).unwrap())
+});
 
 fn told(header: Header, bytes: &mut Bytes<'_>) -> Neighbour {
     Neighbour {
@@ -239,7 +271,15 @@ fn samples() -> Vec<Vec<u8>> {
     // Kind, how, stamp, sequence, source.
     let head = |kind: u8, source: u8| vec![kind, 1, 10, 0, kind + source, source];
     let numbers = |values: &[i16]| values.iter().copied().flat_map(number).collect::<Vec<u8>>();
-    let fix = [head(1, 0), vec![2], numbers(&[1024, 2048]), unit(2)].concat();
+    let fix = [
+        head(1, 0),
+        vec![2],
+        numbers(&[1024, 2048]),
+        unit(2),
+        vec![32, 64, 100, 50],
+    ]
+    .concat();
+    let looking = [head(6, 0), numbers(&[500, 100]), vec![0, 1, 10, 60]].concat();
     let sighting = [head(0, 0), vec![2], numbers(&[2048, 100, 30]), unit(3)].concat();
     let told = [head(2, 2), numbers(&[1100, 2000, 500]), unit(3), unit(3)].concat();
     let moved = [
@@ -250,7 +290,7 @@ fn samples() -> Vec<Vec<u8>> {
     ]
     .concat();
     let set = [head(4, 0), vec![1], numbers(&[1000, 2100, 400]), unit(3)].concat();
-    let tick = [vec![5], fix.clone(), sighting, told, moved, set].concat();
+    let tick = [vec![6], fix.clone(), sighting, told, moved, set, looking].concat();
     vec![
         tick.clone(),
         [vec![1], fix].concat(),

@@ -58,6 +58,19 @@ fn samples() -> Vec<Vec<u8>> {
         covariance: [1.0, 0.0, 0.0, 1.0],
         slow_variance: 1.0,
         slow_memory_ns: 60_000_000_000,
+        lever: [0.3, 0.0],
+    };
+    let looking = Record::Heading {
+        stamp_ns: 16_000_000,
+        source: 2,
+        session: 5,
+        sequence: 1,
+        heading: 0.1,
+        variance: 0.01,
+        slow_variance: 0.0,
+        slow_memory_ns: 0,
+        least_m_s: Some(0.5),
+        lever: [0.3, 0.0],
     };
     let said = |stamp_ns| Record::Estimate {
         stamp_ns,
@@ -66,7 +79,14 @@ fn samples() -> Vec<Vec<u8>> {
         dependent: unit,
         bend: [0.0; 6],
     };
-    let first = [begin, tick(0, 2), moved(20_000_000), fix, said(20_000_000)];
+    let first = [
+        begin,
+        tick(0, 3),
+        moved(20_000_000),
+        fix,
+        looking,
+        said(20_000_000),
+    ];
     let rest = [
         Record::Lost { lines: 2 },
         tick(2, 1),

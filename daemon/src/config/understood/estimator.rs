@@ -67,6 +67,10 @@ fn gates(fusion: &Fusion, page: &mut Page) {
         "",
         format!("a fix is accepted {}", gate(fusion.position_gate)),
     );
+    page.line(
+        "",
+        format!("a heading is accepted {}", gate(fusion.heading_gate)),
+    );
 }
 
 fn floors(fusion: &Fusion, page: &mut Page) {
@@ -75,7 +79,10 @@ fn floors(fusion: &Fusion, page: &mut Page) {
         floor("neighbours' poses are", &fusion.neighbour_floor),
         floor("fixes are", &fusion.position_floor),
     ];
-    let mut set: Vec<_> = floors.into_iter().flatten().collect();
+    let heading = fusion.heading_floor;
+    let heading = (heading > 0.0)
+        .then(|| format!("headings are never believed to be better than σ = {heading} rad"));
+    let mut set: Vec<_> = floors.into_iter().chain([heading]).flatten().collect();
     if set.is_empty() {
         set.push("none: every source is believed to be as good as it says".into());
     }

@@ -7,9 +7,10 @@ use coloc_drivers::encoder::Rounded;
 use super::super::finding::Finding;
 use super::super::{Config, Fusion};
 
-/// Half of all honest inputs have a larger d²: χ² with 3 and with 2 degrees of freedom.
+/// Half of all honest inputs have a larger d²: χ² with 3, with 2 and with one degree of freedom.
 const MEDIAN_OF_3: f64 = 2.366;
 const MEDIAN_OF_2: f64 = 1.386;
+const MEDIAN_OF_1: f64 = 0.455;
 
 /// Ten σ: no honest input is so far off.
 const OPEN: f64 = 100.0;
@@ -19,6 +20,7 @@ pub(super) fn findings(config: &Config) -> Vec<Finding> {
     let gates = [
         gate("neighbour_gate", fusion.neighbour_gate, MEDIAN_OF_3),
         gate("position_gate", fusion.position_gate, MEDIAN_OF_2),
+        gate("heading_gate", fusion.heading_gate, MEDIAN_OF_1),
     ];
     let floors = [
         floor("relative_pose_floor", fusion.relative_pose_floor),
@@ -87,9 +89,11 @@ fn overridden(fusion: &Fusion) -> Option<Finding> {
         criterion: fusion.criterion,
         neighbour_gate: fusion.neighbour_gate,
         position_gate: fusion.position_gate,
+        heading_gate: fusion.heading_gate,
         relative_pose_floor: fusion.relative_pose_floor,
         neighbour_floor: fusion.neighbour_floor,
         position_floor: fusion.position_floor,
+        heading_floor: fusion.heading_floor,
         ..usual
     };
     let problem = " = true: overrides heading_lever_m, damping, memory_s, reset_on_transmit, gate_weight and propagation, of \
