@@ -7,6 +7,7 @@ use std::io;
 use coloc_benches::case;
 use coloc_benches::hot::{self, Arrivals, Hot};
 use coloc_benches::robot::{DEFAULT_SLOTS, Robot};
+use coloc_estimator::heading::{self, HeadingNoise};
 use coloc_estimator::settings::{Criterion, FusionSettings};
 use coloc_estimator::{NotACovariance, Propagation, convert, fix, fusion, gate, propagate};
 
@@ -19,6 +20,7 @@ pub(crate) enum Case {
     FuseDeterminant,
     FuseDependent,
     Fix,
+    Heading,
     Tick,
     TickUnjudged,
     TickOfFour,
@@ -32,13 +34,14 @@ pub(crate) enum Case {
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 16] = [
+    pub(crate) const ALL: [Self; 17] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
         Self::FuseDeterminant,
         Self::FuseDependent,
         Self::Fix,
+        Self::Heading,
         Self::Tick,
         Self::TickUnjudged,
         Self::TickOfFour,
@@ -59,6 +62,7 @@ impl Case {
             Self::FuseDeterminant => "split-ci-determinant",
             Self::FuseDependent => "split-ci-own-all-dependent",
             Self::Fix => "position-fix",
+            Self::Heading => "heading",
             Self::Tick => "tick-alone",
             Self::TickUnjudged => "tick-alone-unjudged",
             Self::TickOfFour => "tick-4-neighbours-and-fix",
@@ -148,6 +152,12 @@ impl Case {
                         black_box(&noise),
                         gate::CHI2_2_99,
                     )
+                });
+            }
+            Self::Heading => {
+                let (belief, noise) = (case::belief()?, HeadingNoise::white(1e-3));
+                repeat(iterations, || {
+                    heading::update(black_box(&belief), -2.18, &noise, gate::CHI2_1_99)
                 });
             }
             Self::Tick => alone(iterations, Robot::warm(0)?),
