@@ -89,6 +89,7 @@ pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
         position: Position {
             receivers: tale.map_or(0, Tale::receivers),
             trust_jump: tale.map(Tale::trust_jump).unwrap_or_default(),
+            ..Position::default()
         },
         // What the worlds' wheels are made with.
         motion: stage.motion(),
