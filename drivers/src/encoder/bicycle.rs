@@ -122,7 +122,8 @@ mod tests {
             omega * dt_s,
         ];
         for (found, expected) in found.into_iter().zip([x, y, phi]) {
-            assert!((found - expected).abs() < 1e-7, "{found} {expected}");
+            // Of second order in the change of the angle: a tenth of what is promised of the way.
+            assert!((found - expected).abs() < 1e-5 * v * dt_s, "{found} {expected}");
         }
     }
 

@@ -147,9 +147,10 @@ impl Robot {
         };
         let corners = ["front_left", "front_right", "rear_left", "rear_right"];
         let corners = corners.into_iter().enumerate();
-        let corners: String = corners
+        let corners: Vec<String> = corners
             .map(|(place, name)| format!("{name} = {}\n", wheel(place)))
             .collect();
+        let corners = corners.concat();
         let wheel_per_m = if is_noisy { WHEEL_PER_M } else { 0.0 };
         let sigma_rad = if is_noisy { SIGMA_RAD } else { 0.0 };
         let omni = |places: &[[f64; 2]]| {

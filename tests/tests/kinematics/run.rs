@@ -44,8 +44,11 @@ static DBC_FILE: LazyLock<NamedTempFile> = LazyLock::new(|| {
     file
 });
 
+/// Which robot, what its wheels say, and whether with noise.
+type Case = (Robot, Says, bool);
+
 /// Read once for each robot: that is most of a short drive's time.
-struct Setups(Mutex<Vec<((Robot, Says, bool), Setup)>>);
+struct Setups(Mutex<Vec<(Case, Setup)>>);
 
 static SETUPS: Setups = Setups(Mutex::new(Vec::new()));
 
