@@ -98,7 +98,8 @@ impl Fleet {
     }
 }
 
-fn neighbour(sender: usize, sequence: u64, outgoing: &OutgoingPose) -> NeighbourPose {
+/// What was sent, as its receiver takes it.
+pub(crate) fn neighbour(sender: usize, sequence: u64, outgoing: &OutgoingPose) -> NeighbourPose {
     NeighbourPose {
         stamp: outgoing.stamp,
         origin: Origin {

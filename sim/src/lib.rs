@@ -23,6 +23,7 @@ pub mod metrics;
 pub mod mrclam;
 pub mod promises;
 pub mod random;
+pub mod scale;
 pub mod scenario;
 pub mod sensors;
 pub mod synthetic;
