@@ -65,12 +65,15 @@ impl Places {
         true
     }
 
-    /// Takes the oldest out; it is the last of the free ones.
+    /// Takes the oldest out. It is the first of the free ones: what was just read is in the caches when it is written again. The
+    /// one that was the first is the last.
     #[inline]
+    #[allow(clippy::cast_possible_truncation)] // They come out of places.
     pub(crate) fn pop_front(&mut self) -> Option<usize> {
         let oldest = self.get(0)?;
-        #[allow(clippy::cast_possible_truncation)] // It came out of one.
-        self.put(self.capacity, oldest as u16);
+        let free = self.slot(self.len);
+        self.put(self.capacity, free as u16);
+        self.put(self.len, oldest as u16);
         self.head = self.at(1);
         self.len -= 1;
         Some(oldest)
@@ -168,10 +171,14 @@ mod tests {
             let free = places.free().unwrap();
             assert!(places.insert(index, free));
         }
-        let mut taken = [(); 3].map(|()| places.pop_front().unwrap());
+        let mut taken = [(); 3].map(|()| {
+            let taken = places.pop_front().unwrap();
+            assert_eq!(places.free(), Some(taken), "it is used next");
+            taken
+        });
         taken.sort_unstable();
         assert_eq!(taken, [0, 1, 2]);
-        assert!(places.insert(0, 1) && places.free() != Some(1));
+        assert!(places.insert(0, 0) && places.free() != Some(0));
     }
 
     #[test]
