@@ -112,3 +112,28 @@ fn an_unknown_name_is_answered_with_the_known_ones() {
         assert!(said.contains(known), "{said}");
     }
 }
+
+#[test]
+fn many_robots_have_one_digest_on_any_number_of_threads_and_a_price_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |threads: &str| {
+        let (json, plots) = (folder.path().join(threads), folder.path().join("plots"));
+        let arguments = format!("--synthetic --robots 40,10 --duration 2 --threads {threads}");
+        let output = eval(&arguments, &[("--json", &json), ("--plots", &plots)]);
+        assert!(output.status.success(), "{output:?}");
+        assert!(plots.join("scale.svg").is_file());
+        let table = String::from_utf8(output.stdout).unwrap();
+        (std::fs::read(json).unwrap(), table)
+    };
+    let (json, table) = run("1");
+    assert_eq!(json, run("2").0);
+    assert_eq!(json, run("3").0);
+    let found: Value = serde_json::from_slice(&json).unwrap();
+    let robots = [0, 1].map(|at| found["scale"][at]["robots"].as_u64().unwrap());
+    assert_eq!(robots, [10, 40], "the fewest first");
+    let digest = found["scale"][1]["digest"].as_str().unwrap();
+    let row = table.lines().find(|line| line.contains(digest)).unwrap();
+    assert!(row.trim_start().starts_with("40"), "{row}");
+    let refused = eval("--robots 10 --runs 2", &[]);
+    assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+}

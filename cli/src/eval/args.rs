@@ -11,8 +11,8 @@ use coloc_sim::method::Kind;
 /// Runs every method on the same noisy sensors, many times over, and says how far each is off, whether its uncertainty
 /// is honest, what it costs, and whether differences are more than luck.
 ///
-/// The same seed gives the same JSON, byte for byte, on any number of threads. All cores are used; RAYON_NUM_THREADS=N
-/// uses N.
+/// The same seed gives the same JSON, byte for byte, on any number of threads. All cores are used; --threads N or
+/// RAYON_NUM_THREADS=N uses N.
 #[derive(Clone, Debug, Args)]
 #[allow(clippy::doc_markdown)] // Printed as they are.
 #[command(after_help = reference())]
@@ -33,9 +33,17 @@ pub(crate) struct EvalArgs {
     /// Where all randomness comes from
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Stop after this so many seconds of the world's time; without it the whole recording, or 1500
-    #[arg(long, value_name = "S", value_parser = seconds)]
+    /// Stop after this so many seconds of the world's time; without it the whole recording, or 1500, or 600 with --robots
+    #[arg(long, visible_alias = "duration", value_name = "S", value_parser = seconds)]
     pub(crate) seconds: Option<f64>,
+    /// What a robot costs: so many robots on a field, each with four neighbours in range on average; several numbers with commas
+    /// between
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=65_536),
+        conflicts_with_all = ["data", "methods", "runs", "scenario", "promises"])]
+    pub(crate) robots: Vec<u32>,
+    /// How many threads compute [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
     /// In which circumstances: a name from below, or `all`
     #[arg(long, value_name = "NAME", default_value = "paper", value_parser = scenario)]
     pub(crate) scenario: Choice,
@@ -127,6 +135,8 @@ Examples:
   coloc eval --data ../shared/data/mrclam1 --scenario one-way --methods split-ci,coloc
   coloc eval --data ../shared/data/mrclam1 --promises
   coloc eval --scenario all --runs 5 --methods split-ci,coloc
+  coloc eval --synthetic --robots 1000 --duration 600  a thousand robots for ten minutes
+  coloc eval --robots 10,100,1000,10000 --duration 60 --markdown docs/scale.md --plots docs/scale
 
 Exit status: 0 done, 1 it could not be done or written or a promise was broken, 2 the arguments were not understood, \
 141 the reader of standard output went away."

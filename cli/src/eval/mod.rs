@@ -12,6 +12,7 @@ mod number;
 mod outputs;
 mod progress;
 mod run;
+mod scale;
 mod setup;
 mod splice;
 mod table;
@@ -37,7 +38,7 @@ pub(crate) enum EvalCommandError {
     #[error("{0} of {1} promises are broken")]
     Broken(usize, usize),
     #[error(
-        "cannot compute on so many threads as RAYON_NUM_THREADS and the system's limits say: {0}"
+        "cannot compute on so many threads as --threads or RAYON_NUM_THREADS and the system's limits say: {0}"
     )]
     Threads(#[from] rayon::ThreadPoolBuildError),
     #[error("cannot draw PNG: {0}")]

@@ -8,14 +8,16 @@ use super::outputs::Outputs;
 use super::progress::Bar;
 use super::setup::Setup;
 use super::table::Table;
-use super::{EvalCommandError, tables};
+use super::{EvalCommandError, scale, tables};
 use crate::output::{print_line, takes_no_more};
 
 pub(crate) fn run(args: &EvalArgs) -> Result<(), EvalCommandError> {
+    if !args.robots.is_empty() {
+        return scale::run(args);
+    }
     let setup = Setup::new(args)?;
     let outputs = Outputs::prepare(args, &setup)?;
-    // Else the first computation would start the threads, and panic where it cannot.
-    rayon::ThreadPoolBuilder::new().build_global()?;
+    start_threads(args)?;
     if args.promises {
         return hold_promises(args, &setup, &outputs);
     }
@@ -27,6 +29,14 @@ pub(crate) fn run(args: &EvalArgs) -> Result<(), EvalCommandError> {
         reports.push(evaluated(&setup, config)?);
     }
     outputs.write(&setup, &reports)
+}
+
+/// Else the first computation would start them, and panic where it cannot.
+pub(super) fn start_threads(args: &EvalArgs) -> Result<(), EvalCommandError> {
+    // None are as many as RAYON_NUM_THREADS or the cores.
+    let threads = args.threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    Ok(pool.build_global()?)
 }
 
 /// Evaluates, and prints what was found as soon as it is.
