@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-const DOCUMENTS: [&str; 8] = [
+const DOCUMENTS: [&str; 9] = [
     "README.md",
     "ARCHITECTURE.md",
     "benches/README.md",
@@ -12,6 +12,7 @@ const DOCUMENTS: [&str; 8] = [
     "docs/accuracy-experiments.md",
     "docs/configuration.md",
     "docs/operation.md",
+    "docs/scale.md",
     "tests/hil/README.md",
 ];
 
