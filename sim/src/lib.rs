@@ -12,6 +12,8 @@
 //!   truth that is honestly absent; nothing beyond the reader meets a malformed number.
 #![forbid(unsafe_code)]
 
+pub mod calibrate;
+pub mod car;
 pub mod dead_reckoning;
 pub mod evaluate;
 pub mod fleet;

@@ -34,6 +34,8 @@ pub enum Purpose {
     Turns = 12,
     /// What is done to a belief, at random.
     Ordeal = 13,
+    /// What a robot that is to be calibrated is, and what it reads on its drive.
+    Calibration = 14,
 }
 
 /// All randomness of a run: a pure function of (seed, run, purpose, robots, step).
