@@ -196,6 +196,52 @@ impl Parameter {
         self == Self::Heading
     }
 
+    /// The receiver that it is of.
+    #[must_use]
+    pub fn receiver(self) -> Option<usize> {
+        match self {
+            Self::FixSigma(it)
+            | Self::SlowSigma(it)
+            | Self::SlowTime(it)
+            | Self::LeverForward(it)
+            | Self::LeverLeft(it)
+            | Self::Delay(it) => Some(it),
+            _ => None,
+        }
+    }
+
+    /// Its unit, empty where it has none.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Scale
+            | Self::Difference
+            | Self::TurnScale
+            | Self::SteeringRatio
+            | Self::GyroScale => "",
+            Self::Track
+            | Self::FixSigma(_)
+            | Self::SlowSigma(_)
+            | Self::LeverForward(_)
+            | Self::LeverLeft(_) => "m",
+            Self::SteeringOffset | Self::Heading => "rad",
+            Self::Noise(Direction::Turning, cause) => match cause {
+                Cause::Second => "rad²/s",
+                Cause::Metre => "rad²/m",
+                Cause::Radian => "rad²/rad",
+            },
+            Self::Noise(_, cause) => match cause {
+                Cause::Second => "m²/s",
+                Cause::Metre => "m²/m",
+                Cause::Radian => "m²/rad",
+            },
+            Self::Standstill => "m²/s",
+            Self::GyroBias => "rad/s",
+            Self::GyroNoise => "rad²/s",
+            Self::SlowTime(_) | Self::Delay(_) => "s",
+        }
+    }
+
     /// The drive that shows it.
     #[must_use]
     pub fn manoeuvre(self) -> &'static str {
@@ -245,12 +291,12 @@ impl fmt::Display for Parameter {
             Self::GyroScale => f.write_str("scale of the gyro"),
             Self::GyroBias => f.write_str("bias of the gyro"),
             Self::GyroNoise => f.write_str("noise of the gyro per second"),
-            Self::FixSigma(it) => write!(f, "fixes {it}: sigma"),
-            Self::SlowSigma(it) => write!(f, "fixes {it}: slow sigma"),
-            Self::SlowTime(it) => write!(f, "fixes {it}: slow time"),
-            Self::LeverForward(it) => write!(f, "fixes {it}: antenna ahead"),
-            Self::LeverLeft(it) => write!(f, "fixes {it}: antenna to the left"),
-            Self::Delay(it) => write!(f, "fixes {it}: late by"),
+            Self::FixSigma(_) => f.write_str("fixes: sigma"),
+            Self::SlowSigma(_) => f.write_str("fixes: slow sigma"),
+            Self::SlowTime(_) => f.write_str("fixes: slow time"),
+            Self::LeverForward(_) => f.write_str("antenna ahead by"),
+            Self::LeverLeft(_) => f.write_str("antenna to the left by"),
+            Self::Delay(_) => f.write_str("fixes: late by"),
             Self::Heading => f.write_str("heading at the begin"),
         }
     }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
+use crate::calibrate::CalibrateArgs;
 use crate::demo::scene::SceneName;
 use crate::eval::EvalArgs;
 use crate::first_robot::FirstRobotArgs;
@@ -29,6 +30,7 @@ use crate::status::Status;
   coloc list                            who runs here, and where is it?
   coloc listen robot1                   where is it from moment to moment?
   coloc pose robot1 12.5 -3 1.57        tell it where it is
+  coloc calibrate drive.jsonl           what does a recorded drive say of my robot?
   coloc check robot.toml                what does this configuration mean?
   coloc colocd run robot.toml           run the daemon of one robot"
 )]
@@ -47,6 +49,8 @@ pub(crate) enum Command {
     Listen(ListenArgs),
     /// Tell a robot that runs on this computer where it is
     Pose(PoseArgs),
+    /// Find the numbers of a robot in a drive that its daemon has recorded: scales, noises, offsets, and how surely
+    Calibrate(CalibrateArgs),
     /// Find out how accurate and how honest the estimators are, over many runs
     Eval(Box<EvalArgs>),
     /// Find out how soon a new estimate is in other programs' hands, and where the time goes

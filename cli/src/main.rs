@@ -15,6 +15,7 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)] // They panic: see `output`.
 
 mod args;
+mod calibrate;
 mod comparison;
 mod daemon;
 mod demo;
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
         return daemon::run(args);
     }
     let status = match parse(std::env::args_os()) {
+        Ok(Command::Calibrate(args)) => calibrate::command(&args),
         Ok(Command::Demo(args)) => demo::command(&args),
         Ok(Command::Eval(args)) => eval::command(&args),
         Ok(Command::FirstRobot(args)) => first_robot::command(&args),

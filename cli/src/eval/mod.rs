@@ -15,7 +15,7 @@ mod run;
 mod scale;
 mod setup;
 mod splice;
-mod table;
+pub(crate) mod table;
 mod tables;
 
 use crate::output::complain;

@@ -112,7 +112,8 @@ impl Motion {
     }
 
     /// Variances of the velocity of a robot that stands, per reference period: in an hour they add up to a third of its creep.
-    pub(crate) fn creep_variance(&self) -> [f64; 3] {
+    #[must_use]
+    pub fn creep_variance(&self) -> [f64; 3] {
         self.creep_per_hour.map(|creep| {
             let sigma = creep / 3.0;
             sigma * sigma / (3600.0 * self.reference_period_s)

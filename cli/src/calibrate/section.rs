@@ -1,0 +1,203 @@
+//! The sections of `robot.toml` that change. What no setting says is said in a comment.
+
+use std::fmt::Write as _;
+
+use coloc_calibrate::{Coefficients, Fit, Found, Parameter, Robot};
+use coloc_daemon::config::{Config, Variance};
+use coloc_drivers::encoder::{BaseConfig, Quantity, WheelConfig, WheelsConfig};
+use serde::Serialize;
+
+use super::read::Recorded;
+
+#[derive(Serialize)]
+struct Sections {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    odometry: Option<Odometry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    motion: Option<Motion>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fusion: Option<Fusion>,
+}
+
+#[derive(Serialize)]
+struct Odometry {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wheels: Option<WheelsConfig>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    base: Option<BaseConfig>,
+}
+
+#[derive(Serialize)]
+struct Motion {
+    forward: Variance,
+    sideways: Variance,
+    turning: Variance,
+    creep_per_hour: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct Fusion {
+    position_floor: [f64; 2],
+}
+
+/// As TOML; nothing if nothing changes.
+pub(super) fn sections(
+    config: &Config,
+    recorded: &Recorded,
+    fit: &Fit,
+) -> Result<String, toml::ser::Error> {
+    let shown = |is_of_it: fn(Parameter) -> bool| {
+        fit.found
+            .iter()
+            .any(|it| it.shown && is_of_it(it.parameter))
+    };
+    let of_wheels = shown(|it| {
+        matches!(
+            it,
+            Parameter::Scale | Parameter::Difference | Parameter::Track
+        )
+    });
+    let of_noise = shown(|it| matches!(it, Parameter::Noise(..) | Parameter::Standstill));
+    let of_fixes = shown(|it| matches!(it, Parameter::FixSigma(_)));
+    let sections = Sections {
+        odometry: of_wheels.then(|| odometry(config, &fit.robot)).flatten(),
+        motion: of_noise.then(|| motion(config, fit)),
+        fusion: of_fixes.then(|| Fusion {
+            position_floor: floor(&fit.robot),
+        }),
+    };
+    let mut text = toml::to_string(&sections)?;
+    for line in remarks(config, recorded, fit) {
+        // A string takes all.
+        let _ = writeln!(text, "# {line}");
+    }
+    Ok(text)
+}
+
+fn odometry(config: &Config, robot: &Robot) -> Option<Odometry> {
+    let [left, right] = robot.wheels.factors();
+    let odometry = config.odometry.as_ref()?;
+    let wheels = odometry.wheels.as_ref().map(|it| WheelsConfig {
+        track_m: rounded(robot.wheels.span_m),
+        left: scaled(&it.left, left),
+        right: scaled(&it.right, right),
+    });
+    let base = odometry.base.as_ref().filter(|it| it.track_m.is_some());
+    let base = base.map(|it| BaseConfig {
+        track_m: Some(rounded(robot.wheels.span_m)),
+        metres_per_count: it
+            .metres_per_count
+            .map(|[a, b]| [rounded(a * left), rounded(b * right)]),
+        ..it.clone()
+    });
+    (wheels.is_some() || base.is_some()).then_some(Odometry { wheels, base })
+}
+
+fn scaled(wheel: &WheelConfig, factor: f64) -> WheelConfig {
+    let times = |it: Option<f64>| it.map(|it| rounded(it * factor));
+    WheelConfig {
+        metres_per_tick: times(wheel.metres_per_tick),
+        wheel_radius_m: times(wheel.wheel_radius_m),
+        ..wheel.clone()
+    }
+}
+
+fn motion(config: &Config, fit: &Fit) -> Motion {
+    let written = |of: &Coefficients, before: Variance| Variance {
+        a: 0.0,
+        b: before.b,
+        c: before.c,
+        per_s: rounded(of.per_s),
+        per_m: rounded(of.per_m),
+        per_rad: rounded(of.per_rad),
+    };
+    let it = &config.motion;
+    let [forward, sideways, turning] = &fit.robot.noise;
+    Motion {
+        forward: written(forward, it.forward),
+        sideways: written(sideways, it.sideways),
+        turning: written(turning, it.turning),
+        creep_per_hour: fit
+            .robot
+            .standing
+            .map(|it| rounded(3.0 * (3600.0 * it).sqrt())),
+    }
+}
+
+fn floor(robot: &Robot) -> [f64; 2] {
+    let most = robot
+        .receivers
+        .iter()
+        .map(|it| it.sigma_m)
+        .fold(0.0, f64::max);
+    [rounded(most); 2]
+}
+
+/// What has no setting of its own.
+fn remarks(config: &Config, recorded: &Recorded, fit: &Fit) -> Vec<String> {
+    let mut lines = Vec::new();
+    let wheels = config.odometry.as_ref().and_then(|it| it.wheels.as_ref());
+    let by_speed = |it: &WheelConfig| {
+        matches!(
+            it.quantity,
+            Quantity::MetresPerSecond | Quantity::KilometresPerHour
+        )
+    };
+    if let Some(wheels) = wheels.filter(|it| by_speed(&it.left) || by_speed(&it.right)) {
+        for (wheel, factor) in [&wheels.left, &wheels.right]
+            .into_iter()
+            .zip(fit.robot.wheels.factors())
+        {
+            lines.push(format!(
+                "in the DBC file, multiply factor and offset of {}.{} by {factor:.5}",
+                wheel.message, wheel.signal
+            ));
+        }
+    }
+    let of_receivers = fit.found.iter().filter(|it| it.shown);
+    lines.extend(of_receivers.filter_map(|it| remark(it, &recorded.sources)));
+    lines
+}
+
+fn remark(found: &Found, sources: &[u16]) -> Option<String> {
+    let after = found.after;
+    Some(match found.parameter {
+        Parameter::SlowSigma(it) => {
+            format!(
+                "receiver {}: say slow_sigma_m = {after:.3} in its fixes",
+                sources[it]
+            )
+        }
+        Parameter::SlowTime(it) => {
+            format!(
+                "receiver {}: say slow_time_s = {after:.0} in its fixes",
+                sources[it]
+            )
+        }
+        Parameter::LeverForward(it) => {
+            format!(
+                "receiver {}: its antenna is {after:.3} m ahead of the body's origin",
+                sources[it]
+            )
+        }
+        Parameter::LeverLeft(it) => {
+            format!(
+                "receiver {}: its antenna is {after:.3} m to the left of it",
+                sources[it]
+            )
+        }
+        Parameter::Delay(it) => {
+            format!(
+                "receiver {}: stamp its fixes {after:.3} s earlier",
+                sources[it]
+            )
+        }
+        Parameter::TurnScale => format!("multiply the turning rate that is said by {after:.5}"),
+        _ => return None,
+    })
+}
+
+/// To six digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}

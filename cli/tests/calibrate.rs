@@ -1,0 +1,171 @@
+//! A drive whose truth is known, as its daemon would have recorded it, and what `coloc calibrate` says of it.
+#![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use coloc_calibrate::{Robot, State, Way};
+use coloc_daemon::config::Config;
+use coloc_daemon::record::{Record, Step, of_inputs};
+use coloc_estimator::{
+    Covariance2, Estimate, Measurement, Motion, OdometrySample, Origin, PositionFix, SlowError,
+    Span, Stamp, Start, TickInputs,
+};
+use coloc_sim::calibrate::{Course, drive};
+
+const CONFIG: &str = r#"
+[robot]
+name = "robot1"
+id = 1
+[odometry]
+buses = ["socketcan:can0"]
+max_speed_mps = 4.0
+[odometry.wheels]
+track_m = 0.5
+left = { message = "WheelLeft", signal = "Ticks", metres_per_tick = 1e-4 }
+right = { message = "WheelRight", signal = "Ticks", metres_per_tick = 1e-4 }
+[motion]
+creep_per_hour = [3.0, 3.0, 0.06]
+"#;
+
+fn stamp(seconds: f64) -> Stamp {
+    #[allow(clippy::cast_possible_truncation)] // Minutes.
+    Stamp::from_nanos((seconds * 1e9).round() as i64)
+}
+
+/// As the daemon makes it of what the wheels read.
+fn sample(way: &Way, config: &Config) -> OdometrySample {
+    let dt_s = way.end_s - way.start_s;
+    let [left, right] = way.read;
+    let velocity = [0.5 * (left + right) / dt_s, (right - left) / 0.5 / dt_s];
+    OdometrySample {
+        source: 0,
+        start: stamp(way.start_s),
+        stamp: stamp(way.end_s),
+        motion: match way.state {
+            State::Standing => Motion::standstill(config.motion.creep_variance()),
+            _ => config.motion.noise().nonholonomic(velocity),
+        },
+    }
+}
+
+/// Writes a drive, and says who drove.
+fn record(course: &Course, folder: &Path) -> Robot {
+    let config = Config::parse(CONFIG, Path::new("robot.toml")).unwrap();
+    let (robot, drive) = drive(course, 1, 0);
+    let mut fixes = drive.fixes().iter().zip(1..).peekable();
+    let mut records = vec![Record::begin(1, 0, &Start::Unknown)];
+    for (tick, way) in drive.ways().iter().enumerate() {
+        let mut measurements = vec![Measurement::Odometry(sample(way, &config))];
+        while let Some((fix, sequence)) = fixes.next_if(|(fix, _)| fix.stamp_s <= way.end_s) {
+            measurements.push(Measurement::Fix(PositionFix {
+                stamp: stamp(fix.stamp_s),
+                origin: Origin {
+                    source: 3,
+                    session: 1,
+                    sequence,
+                },
+                position: fix.position,
+                covariance: Covariance2::diagonal([4e-4; 2]).unwrap(),
+                slow: SlowError {
+                    variance: 0.0,
+                    memory: Span::ZERO,
+                },
+            }));
+        }
+        let inputs = TickInputs {
+            stamp: stamp(way.end_s),
+            measurements: &measurements,
+        };
+        records.extend(of_inputs(tick as u64, Step::Own, &inputs));
+        records.push(Record::from(&Estimate {
+            stamp: inputs.stamp,
+            ..Estimate::default()
+        }));
+    }
+    let lines = records
+        .iter()
+        .map(|it| serde_json::to_string(it).unwrap() + "\n");
+    std::fs::write(folder.join("drive.jsonl"), lines.collect::<String>()).unwrap();
+    std::fs::write(folder.join("robot.toml"), CONFIG).unwrap();
+    robot
+}
+
+fn calibrate(folder: &Path, words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_coloc"))
+        .args(["calibrate", "drive.jsonl"])
+        .args(words)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn without_gyro() -> Course {
+    Course {
+        gyro: false,
+        ..Course::whole()
+    }
+}
+
+#[test]
+fn what_is_written_is_the_robot_that_drove() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = record(&without_gyro(), folder.path());
+    let output = calibrate(folder.path(), &["--write", "found.toml"]);
+    assert!(output.status.success(), "{output:?}");
+    assert!(output.stderr.is_empty(), "no bar in a file: {output:?}");
+    let said = String::from_utf8(output.stdout).unwrap();
+    for words in [
+        "What the drive shows",
+        "The last third",
+        "independent ones",
+        "antenna ahead by",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let found = std::fs::read_to_string(folder.path().join("found.toml")).unwrap();
+    let rest = "[robot]\nname = \"robot1\"\nid = 1\n[odometry]\nbuses = [\"socketcan:can0\"]\nmax_speed_mps = 4.0\n";
+    let whole = format!("{rest}{found}");
+    let config = Config::parse(&whole, Path::new("found.toml")).unwrap();
+    let wheels = config.odometry.unwrap().wheels.unwrap();
+    let track = truth.wheels.span_m;
+    assert!(
+        (wheels.track_m - track).abs() < 0.02 * track,
+        "{} {track}",
+        wheels.track_m
+    );
+    let metres = [&wheels.left, &wheels.right].map(|it| it.metres_per_tick.unwrap() / 1e-4);
+    for (found, factor) in metres.into_iter().zip(truth.wheels.factors()) {
+        assert!((found - factor).abs() < 0.01, "{found} {factor}");
+    }
+    let again = calibrate(folder.path(), &["--write", "found.toml"]);
+    assert_eq!(again.status.code(), Some(1), "nothing is overwritten");
+    let refusal = String::from_utf8(again.stderr).unwrap();
+    assert!(
+        refusal.starts_with("coloc: cannot write found.toml: "),
+        "{refusal}"
+    );
+}
+
+#[test]
+fn a_drive_without_fixes_shows_nothing_and_names_the_one_that_does() {
+    let folder = tempfile::tempdir().unwrap();
+    record(&Course::alone(), folder.path());
+    let output = calibrate(folder.path(), &[]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("with fixes, drive 100 m"), "{said}");
+    let refusal = String::from_utf8(output.stderr).unwrap();
+    assert!(refusal.contains("shows nothing"), "{refusal}");
+}
+
+#[test]
+fn what_cannot_be_read_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = calibrate(folder.path(), &[]);
+    let refusal = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.status.code() == Some(1) && refusal.contains("robot.toml"),
+        "{refusal}"
+    );
+}
