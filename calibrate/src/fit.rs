@@ -122,9 +122,12 @@ pub fn bound(drive: &Drive, truth: &Robot, shown: &[Parameter]) -> Option<Vec<f6
     };
     let hold: Vec<Hold> = all
         .iter()
-        .map(|it| match it.is_of_the_drive() || shown.contains(it) {
-            true => Hold::Free,
-            false => Hold::Prior,
+        .map(|it| {
+            if it.is_of_the_drive() || shown.contains(it) {
+                Hold::Free
+            } else {
+                Hold::Prior
+            }
         })
         .collect();
     let at = search.place(vec![0.0; all.len()], &hold)?;
@@ -259,7 +262,9 @@ impl Search<'_> {
             if gone.is_empty() {
                 return top;
             }
-            gone.iter().for_each(|index| hold[*index] = Hold::Prior);
+            for index in gone {
+                hold[index] = Hold::Prior;
+            }
         }
     }
 
@@ -404,7 +409,9 @@ impl Step {
         let mut moved = Cholesky::new(&matrix, size)?.solve(&self.gradient);
         let farthest = moved.iter().fold(0.0, |most: f64, it| most.max(it.abs()));
         if farthest > FARTHEST {
-            moved.iter_mut().for_each(|it| *it *= FARTHEST / farthest);
+            for it in &mut moved {
+                *it *= FARTHEST / farthest;
+            }
         }
         let expected: f64 = moved.iter().zip(&self.gradient).map(|(a, b)| a * b).sum();
         Some((moved, 0.5 * expected))

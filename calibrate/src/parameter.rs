@@ -186,8 +186,7 @@ impl Parameter {
             Self::FixSigma(_) => 2.0 * LN_2,
             Self::SlowSigma(_) | Self::SlowTime(_) => 3.0 * LN_2,
             Self::LeverForward(_) | Self::LeverLeft(_) => 0.5,
-            Self::Delay(_) => 0.3,
-            Self::Heading => 0.3,
+            Self::Delay(_) | Self::Heading => 0.3,
         }
     }
 

@@ -86,14 +86,12 @@ fn turn(drive: &Drive, along: &Along<'_>, places: &[[f64; 2]]) -> Option<f64> {
         .map(|it| drive.fixes()[it.fix].position);
     let pairs: Vec<_> = places.iter().copied().zip(fixes).collect();
     let count = f64::from(u32::try_from(pairs.len()).ok().filter(|it| *it > 1)?);
-    let mean = |of: fn(&([f64; 2], [f64; 2])) -> [f64; 2]| {
-        let sum = pairs
-            .iter()
-            .map(of)
-            .fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
+    let mean = |points: &mut dyn Iterator<Item = [f64; 2]>| {
+        let sum = points.fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
         sum.map(|it| it / count)
     };
-    let (own, said) = (mean(|it| it.0), mean(|it| it.1));
+    let own = mean(&mut pairs.iter().map(|it| it.0));
+    let said = mean(&mut pairs.iter().map(|it| it.1));
     let (mut cross, mut dot) = (0.0, 0.0);
     for (a, b) in &pairs {
         let (a, b) = (
