@@ -39,6 +39,10 @@ enum CalibrateError {
     Recording(#[from] RecordingError),
     #[error("the recording has no odometry: was the daemon hearing its wheels?")]
     NoOdometry,
+    #[error(
+        "a robot that moves sideways cannot be calibrated yet: set its numbers by hand, see docs/first-robot.md"
+    )]
+    Sideways,
     #[error(transparent)]
     NoFit(#[from] NoFit),
     #[error("cannot write {path}: {reason}", path = .0.display(), reason = .1)]

@@ -3,6 +3,7 @@
 use coloc_calibrate::{Base, Coefficients, Drive, Fix, Receiver, Robot, State, Way, Wheels};
 use coloc_daemon::config::{self, Config};
 use coloc_daemon::record::Recording;
+use coloc_drivers::encoder::OdometryConfig;
 use coloc_estimator::{Measurement, OdometrySample, PositionFix, Stamp};
 
 use super::CalibrateError;
@@ -25,6 +26,9 @@ pub(super) struct Recorded {
 
 impl Recorded {
     pub(super) fn new(recording: &Recording, config: &Config) -> Result<Self, CalibrateError> {
+        if (config.odometry.as_ref()).is_some_and(OdometryConfig::moves_sideways) {
+            return Err(CalibrateError::Sideways);
+        }
         let all = recording.ticks.iter().flat_map(|tick| &tick.measurements);
         let (mut samples, mut fixes) = (Vec::new(), Vec::new());
         for measurement in all {
@@ -68,14 +72,23 @@ fn seconds(stamp: Stamp, begin: Stamp) -> f64 {
     (stamp - begin).as_seconds()
 }
 
-/// Two wheels where a track is configured, else a body.
+/// Two wheels where a track is configured, a steered car where a wheel base is, else a body. Wheels that skid turn as if they were
+/// farther apart.
 fn wheels(config: &Config) -> Wheels {
     let odometry = config.odometry.as_ref();
-    let axle = odometry.and_then(|it| it.wheels.as_ref().map(|wheels| wheels.track_m));
+    let axle = odometry.and_then(|it| {
+        let wheels = it.wheels.as_ref()?;
+        Some(wheels.track_m / wheels.turning_scale)
+    });
     let base = odometry.and_then(|it| it.base.as_ref()?.track_m);
-    match axle.or(base) {
-        Some(track_m) => Wheels::axle(track_m),
-        None => Wheels {
+    let steered = odometry.and_then(|it| Some(it.bicycle.as_ref()?.wheel_base_m));
+    match (axle.or(base), steered) {
+        (Some(track_m), _) => Wheels::axle(track_m),
+        (None, Some(wheel_base_m)) => Wheels {
+            base: Base::Steered,
+            ..Wheels::axle(wheel_base_m)
+        },
+        (None, None) => Wheels {
             base: Base::Body,
             ..Wheels::axle(1.0)
         },
@@ -92,7 +105,9 @@ fn way(sample: &OdometrySample, wheels: &Wheels, config: &Config, begin: Stamp) 
         end_s,
         read: match wheels.base {
             Base::Axle => [ahead - half, ahead + half],
-            _ => [ahead, turn],
+            Base::Body => [ahead, turn],
+            Base::Steered if ahead.abs() > 0.0 => [ahead, (turn * wheels.span_m / ahead).atan()],
+            Base::Steered => [0.0; 2],
         },
         state: if stands(sample, config) {
             State::Standing

@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use coloc_calibrate::{Coefficients, Fit, Found, Parameter, Robot};
 use coloc_daemon::config::{Config, Variance};
-use coloc_drivers::encoder::{BaseConfig, Quantity, WheelConfig, WheelsConfig};
+use coloc_drivers::encoder::{
+    AngleUnit, BaseConfig, BicycleConfig, Quantity, SteeringConfig, WheelConfig, WheelsConfig,
+};
 use serde::Serialize;
 
 use super::read::Recorded;
@@ -25,6 +27,8 @@ struct Odometry {
     wheels: Option<WheelsConfig>,
     #[serde(skip_serializing_if = "Option::is_none")]
     base: Option<BaseConfig>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bicycle: Option<BicycleConfig>,
 }
 
 #[derive(Serialize)]
@@ -54,7 +58,11 @@ pub(super) fn sections(
     let of_wheels = shown(|it| {
         matches!(
             it,
-            Parameter::Scale | Parameter::Difference | Parameter::Track
+            Parameter::Scale
+                | Parameter::Difference
+                | Parameter::Track
+                | Parameter::SteeringOffset
+                | Parameter::SteeringRatio
         )
     });
     let of_noise = shown(|it| matches!(it, Parameter::Noise(..) | Parameter::Standstill));
@@ -78,7 +86,8 @@ fn odometry(config: &Config, robot: &Robot) -> Option<Odometry> {
     let [left, right] = robot.wheels.factors();
     let odometry = config.odometry.as_ref()?;
     let wheels = odometry.wheels.as_ref().map(|it| WheelsConfig {
-        track_m: rounded(robot.wheels.span_m),
+        track_m: rounded(robot.wheels.span_m * it.turning_scale),
+        turning_scale: it.turning_scale,
         left: scaled(&it.left, left),
         right: scaled(&it.right, right),
     });
@@ -90,7 +99,33 @@ fn odometry(config: &Config, robot: &Robot) -> Option<Odometry> {
             .map(|[a, b]| [rounded(a * left), rounded(b * right)]),
         ..it.clone()
     });
-    (wheels.is_some() || base.is_some()).then_some(Odometry { wheels, base })
+    let bicycle = odometry.bicycle.as_ref().map(|it| steered(it, robot));
+    let any = wheels.is_some() || base.is_some() || bicycle.is_some();
+    any.then_some(Odometry {
+        wheels,
+        base,
+        bicycle,
+    })
+}
+
+/// The angle of the road wheels is (signal − straight)/ratio before, and that times the ratio that was found plus the offset after.
+fn steered(before: &BicycleConfig, robot: &Robot) -> BicycleConfig {
+    let (wheels, steering) = (&robot.wheels, &before.steering);
+    let ratio = steering.ratio / wheels.steering_ratio;
+    let offset = match steering.unit {
+        AngleUnit::Radians => wheels.steering_offset_rad,
+        AngleUnit::Degrees => wheels.steering_offset_rad.to_degrees(),
+    };
+    let sign = if steering.reversed { 1.0 } else { -1.0 };
+    BicycleConfig {
+        wheel: scaled(&before.wheel, wheels.scale),
+        steering: SteeringConfig {
+            ratio: rounded(ratio),
+            straight: rounded(steering.straight + sign * offset * ratio),
+            ..steering.clone()
+        },
+        ..before.clone()
+    }
 }
 
 fn scaled(wheel: &WheelConfig, factor: f64) -> WheelConfig {
@@ -200,4 +235,53 @@ fn remark(found: &Found, sources: &[u16]) -> Option<String> {
 /// To six digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
+mod tests {
+    use coloc_calibrate::{Base, Wheels};
+
+    use super::*;
+
+    const BICYCLE: &str = r#"
+wheel_base_m = 2.5
+wheel = { message = "Wheel", signal = "Ticks", metres_per_tick = 1e-4 }
+steering = { message = "Steering", signal = "Angle", unit = "degrees", straight = 3.0, ratio = 15.0, reversed = true }
+"#;
+
+    fn angle(steering: &SteeringConfig, signal: f64) -> f64 {
+        -(signal - steering.straight).to_radians() / steering.ratio
+    }
+
+    #[test]
+    fn what_is_written_of_a_steering_is_what_was_found() {
+        let before: BicycleConfig = toml::from_str(BICYCLE).unwrap();
+        let wheels = Wheels {
+            base: Base::Steered,
+            scale: 1.01,
+            steering_offset_rad: 0.02,
+            steering_ratio: 1.1,
+            ..Wheels::axle(2.5)
+        };
+        let robot = Robot {
+            wheels,
+            noise: [Coefficients::default(); 3],
+            standing: [0.0; 3],
+            missing: [0.0; 3],
+            gyro: None,
+            receivers: Vec::new(),
+            heading_rad: 0.0,
+        };
+        let after = steered(&before, &robot);
+        for signal in [-40.0, 3.0, 90.0] {
+            let found = 1.1 * angle(&before.steering, signal) + 0.02;
+            let written = angle(&after.steering, signal);
+            assert!(
+                (found - written).abs() < 1e-5,
+                "{signal}: {found} {written}"
+            );
+        }
+        assert_eq!(after.wheel.metres_per_tick, Some(1.01e-4));
+    }
 }
