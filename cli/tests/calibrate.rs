@@ -67,6 +67,7 @@ fn record(course: &Course, folder: &Path) -> Robot {
                 },
                 position: fix.position,
                 covariance: Covariance2::diagonal([4e-4; 2]).unwrap(),
+                lever: [0.0; 2],
                 slow: SlowError {
                     variance: 0.0,
                     memory: Span::ZERO,

@@ -123,7 +123,10 @@ mod tests {
         ];
         for (found, expected) in found.into_iter().zip([x, y, phi]) {
             // Of second order in the change of the angle: a tenth of what is promised of the way.
-            assert!((found - expected).abs() < 1e-5 * v * dt_s, "{found} {expected}");
+            assert!(
+                (found - expected).abs() < 1e-5 * v * dt_s,
+                "{found} {expected}"
+            );
         }
     }
 

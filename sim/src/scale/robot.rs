@@ -199,6 +199,7 @@ impl Robot {
             origin: Origin::counted(exchange as u64),
             position: [here.x + FIX_M * x, here.y + FIX_M * y],
             covariance: Covariance2::diagonal([FIX_M * FIX_M; 2]).unwrap_or_default(),
+            lever: [0.0; 2],
             slow: SlowError::default(),
         }))
     }
