@@ -178,20 +178,22 @@ impl<'a> Follower<'a> {
         complain(&format!("coloc: {} {said}", self.robot));
     }
 
+    /// Where shared memory was deleted nobody seems to run: that is asked first.
     fn look_after(&mut self, ear: &Ear, now_ns: i64) -> Option<Parting> {
+        let lost = || ear.check().err().map(|Lost(path)| Parting::Lost(path));
         if self.hearing.becomes_silent(now_ns) {
-            return self.ask_why(ear, Silence::begins);
+            return lost().or_else(|| self.ask_why(ear, Silence::begins));
         }
         if now_ns - self.checked_ns < SECOND_NS {
             return None;
         }
         self.checked_ns = now_ns;
         self.tell_losses();
-        let silence = self.hearing.is_silent();
-        let gone = silence
-            .then(|| self.ask_why(ear, Silence::goes_on))
-            .flatten();
-        gone.or_else(|| ear.check().err().map(|Lost(path)| Parting::Lost(path)))
+        let lost = lost();
+        if lost.is_some() || !self.hearing.is_silent() {
+            return lost;
+        }
+        self.ask_why(ear, Silence::goes_on)
     }
 
     /// Says it as far as it is news to `silence`; whether it is gone, which is sure at once.

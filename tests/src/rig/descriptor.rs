@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::fs::File;
 use std::os::fd::{AsRawFd, BorrowedFd};
 
-use rustix::net::{AddressFamily, sockopt};
+use rustix::net::{AddressFamily, SocketAddrUnix, getsockname, sockopt};
 
 use super::bus::Line;
 
@@ -32,14 +32,19 @@ pub(super) fn the_new_one(before: &BTreeSet<i32>, line: &Line) -> i32 {
     let is_of_the_bus = |fd: &&i32| {
         // SAFETY: it was open a moment ago, is only asked, and only by the thread that opened it.
         let socket = unsafe { BorrowedFd::borrow_raw(**fd) };
+        // A local bus is heard at a path; who only rings bells has none.
         sockopt::socket_domain(socket) == Ok(family)
-            && sockopt::socket_type(socket) == Ok(rustix::net::SocketType::DGRAM)
-            || family == AddressFamily::CAN && sockopt::socket_domain(socket) == Ok(family)
+            && (family == AddressFamily::CAN || has_path(socket))
     };
     let after = sockets();
     let new: Vec<_> = after.difference(before).filter(is_of_the_bus).collect();
     assert_eq!(new.len(), 1, "one bus, one socket: {new:?}");
     *new[0]
+}
+
+fn has_path(socket: BorrowedFd<'_>) -> bool {
+    let address = getsockname(socket).and_then(SocketAddrUnix::try_from);
+    address.is_ok_and(|it| it.path().is_some())
 }
 
 /// Has the kernel keep no more on `fd` than `bytes` for whoever owns it.
