@@ -13,7 +13,7 @@
 //! `σ_s² coth(T/2τ)` is the process's power at its lowest frequency; it has less at any other, so that no linear filter, however
 //! it weighs the words, errs by more than one that had such white noise. The one more is for the first word after a silence, which those
 //! that follow it repeat. So the noise stays independent and nothing else of the belief is paid for it: split covariance intersection
-//! ([`crate::slow`]) would double the position's dependent part for a heading, which a robot that has no fixes cannot pay.
+//! (`slow`) would double the position's dependent part for a heading, which a robot that has no fixes cannot pay.
 
 use crate::angle::wrap;
 use crate::belief::Belief;
