@@ -14,7 +14,8 @@ mod watch;
 mod way;
 
 use std::process::ExitCode;
-use std::time::Instant;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use clap::{Parser, value_parser};
 use coloc_counting::{Calls, calls_during};
@@ -42,6 +43,8 @@ struct Args {
 const POINTS: u64 = 10;
 /// Before the first look: by then all stacks and all blocks of the allocators have been touched.
 const LONGEST_WARM_UP: u64 = 100_000;
+/// By everybody's clock: by then telemetry has made its first rounds, and has all the memory that these take.
+const SHORTEST_WARM_UP: Duration = Duration::from_secs(5);
 /// Messages come at 10 Hz.
 const TICKS_PER_MESSAGE: u64 = 5;
 /// By which memory may grow after the first look \[KiB\].
@@ -61,6 +64,7 @@ fn live(ticks: u64) {
     let mut life = Life::new();
     life.scene().with_telemetry(|scene| {
         life.run_until(warm_up, scene);
+        sleep(SHORTEST_WARM_UP.saturating_sub(life.begun.elapsed()));
         for point in 0..=POINTS {
             life.run_until(warm_up + (ticks - warm_up) * point / POINTS, scene);
             life.look(scene);
