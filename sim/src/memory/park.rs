@@ -3,6 +3,7 @@
 //! Nothing but fixes tells the truth there, so a block is judged by the median of the first five fixes after it, which are withheld
 //! too, against the belief at each of them: its covariance is that of the belief, of the slow error and of a median of five white ones.
 
+use std::fmt;
 use std::path::Path;
 
 use coloc_estimator::{
@@ -64,6 +65,25 @@ struct Car {
     white_m: f64,
     slow_m: f64,
     memory_s: f64,
+}
+
+impl fmt::Display for Car {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "The car: fixes {} s late, of an antenna {} m ahead of the rear axle, with {} m new in each and {} m that last {} s; the steering off \
+             by {} rad, the wheel's speed times {}; {} m and {} rad after a metre",
+            self.delay_s,
+            self.lever_m,
+            self.white_m,
+            self.slow_m,
+            self.memory_s,
+            self.steering_rad,
+            self.scale,
+            self.along,
+            self.turning
+        )
+    }
 }
 
 /// What was chosen, one after the other, by the likelihood of the blocks of the first half, shifted by [`SHIFTS_S`]. The long form
@@ -394,7 +414,7 @@ fn judged(form: &Form, recording: &Recording, title: String) -> Finding {
         }
     }
     let text = format!(
-        "{}\nWith {car:?}, chosen on the first half, from values that were set by hand after looking at all blocks.\n",
+        "{}\n{car}, chosen on the first half, from values that were set by hand after looking at all blocks.\n",
         table.text()
     );
     Finding {
