@@ -27,12 +27,9 @@ impl Sensors {
     /// What was seen from the sensor, seen from the body: `mount ⊕ z`.
     #[must_use]
     pub fn of_body(&self, seen: &Sighting) -> Sighting {
-        let entries = self.relative_pose.sensor.iter();
-        let own = entries
-            .filter(|it| it.source == seen.origin.source)
-            .map(|it| it.mount)
-            .next_back();
-        let [x, y, phi] = own.unwrap_or(self.relative_pose.mount);
+        let mut entries = self.relative_pose.sensor.iter();
+        let own = entries.find(|it| it.source == seen.origin.source);
+        let [x, y, phi] = own.map_or(self.relative_pose.mount, |it| it.mount);
         if x == 0.0 && y == 0.0 && phi == 0.0 {
             return *seen;
         }
