@@ -59,7 +59,7 @@ pub(crate) struct EvalArgs {
     /// Draw the pictures as SVG into this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) plots: Option<PathBuf>,
-    /// Draw them as PNG too
+    /// Draw them as PNG too, where coloc was built with `--features png`
     #[arg(long, requires = "plots")]
     pub(crate) png: bool,
 }

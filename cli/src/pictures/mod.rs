@@ -11,6 +11,7 @@ mod legend;
 mod lines;
 mod paths;
 mod percentiles;
+#[cfg_attr(not(feature = "png"), path = "no_png.rs")]
 mod png;
 mod style;
 mod window;
