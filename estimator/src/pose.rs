@@ -22,6 +22,7 @@ pub struct Pose {
 impl Pose {
     /// The pose with its heading wrapped to (−π, π].
     #[must_use]
+    #[inline]
     pub fn new(x: f64, y: f64, phi: f64) -> Self {
         Self {
             x,

@@ -97,6 +97,7 @@ impl Bus {
     }
 
     /// Hands everything that has arrived to `sink`, in the order of arrival, error frames included; never blocks.
+    #[inline]
     pub fn receive(&mut self, sink: &mut impl FnMut(&Received)) -> Drained {
         let Self {
             number,

@@ -125,6 +125,7 @@ impl Frame {
     ///
     /// # Errors
     /// [`FrameError`] if size or length are not those of a frame.
+    #[inline]
     pub fn from_raw(raw: &[u8]) -> Result<Self, FrameError> {
         let capacity = match raw.len() {
             CLASSIC_SIZE => 8,

@@ -247,11 +247,13 @@ impl<P> Port<P> {
     }
 
     /// Tries again, if it is time to.
+    #[inline]
     fn get(&self) -> Option<&P> {
         self.made.get().or_else(|| self.attempt())
     }
 
     #[cold]
+    #[inline]
     fn attempt(&self) -> Option<&P> {
         let now = Instant::now();
         if now < self.next_attempt.get() {
@@ -287,37 +289,45 @@ impl<P: Abandonable> Abandonable for Port<P> {
 }
 
 impl<P: core::fmt::Debug> NamedConcept for Port<P> {
+    #[inline]
     fn name(&self) -> &FileName {
         &self.builder.name
     }
 }
 
 impl<P: ZeroCopyPortDetails> ZeroCopyPortDetails for Port<P> {
+    #[inline]
     fn number_of_channels(&self) -> usize {
         self.builder.channels
     }
 
     /// Nothing fits into it until it is made: no history is sent.
+    #[inline]
     fn buffer_size(&self) -> usize {
         self.made.get().map_or(0, P::buffer_size)
     }
 
+    #[inline]
     fn has_enabled_safe_overflow(&self) -> bool {
         self.builder.overflows
     }
 
+    #[inline]
     fn max_borrowed_samples(&self) -> usize {
         self.builder.borrows
     }
 
+    #[inline]
     fn max_supported_shared_memory_segments(&self) -> u8 {
         self.builder.segments
     }
 
+    #[inline]
     fn is_connected(&self) -> bool {
         self.made.get().is_some_and(P::is_connected)
     }
 
+    #[inline]
     fn __internal_get_channel_state(&self, channel: ChannelId) -> &AtomicU64 {
         self.made.get().map_or(&self.state, |made| {
             made.__internal_get_channel_state(channel)
@@ -326,6 +336,7 @@ impl<P: ZeroCopyPortDetails> ZeroCopyPortDetails for Port<P> {
 }
 
 impl ZeroCopySender for Sender {
+    #[inline]
     fn try_send(
         &self,
         sample: PointerOffset,
@@ -339,6 +350,7 @@ impl ZeroCopySender for Sender {
         }
     }
 
+    #[inline]
     fn blocking_send<F: BackpressureToReceiverFn>(
         &self,
         sample: PointerOffset,
@@ -353,12 +365,14 @@ impl ZeroCopySender for Sender {
         }
     }
 
+    #[inline]
     fn reclaim(&self, channel: ChannelId) -> Result<Option<PointerOffset>, ZeroCopyReclaimError> {
         self.made
             .get()
             .map_or(Ok(None), |made| made.reclaim(channel))
     }
 
+    #[inline]
     unsafe fn acquire_used_offsets<F: FnMut(PointerOffset)>(&self, callback: F) {
         if let Some(made) = self.made.get() {
             // SAFETY: the caller's promise is handed on.
@@ -368,14 +382,17 @@ impl ZeroCopySender for Sender {
 }
 
 impl ZeroCopyReceiver for Receiver {
+    #[inline]
     fn has_data(&self, channel: ChannelId) -> bool {
         self.get().is_some_and(|made| made.has_data(channel))
     }
 
+    #[inline]
     fn receive(&self, channel: ChannelId) -> Result<Option<PointerOffset>, ZeroCopyReceiveError> {
         self.get().map_or(Ok(None), |made| made.receive(channel))
     }
 
+    #[inline]
     fn release(
         &self,
         sample: PointerOffset,
@@ -386,6 +403,7 @@ impl ZeroCopyReceiver for Receiver {
             .map_or(Ok(()), |made| made.release(sample, channel))
     }
 
+    #[inline]
     fn borrow_count(&self, channel: ChannelId) -> usize {
         self.made.get().map_or(0, |made| made.borrow_count(channel))
     }
