@@ -4,7 +4,8 @@ use std::path::Path;
 
 use crate::result_file::WriteError;
 
-const WITHOUT: &str = "this coloc was built without PNG: build it with `--features png`, or leave --png away";
+const WITHOUT: &str =
+    "this coloc was built without PNG: build it with `--features png`, or leave --png away";
 
 /// That it is missing.
 pub(crate) fn check_fonts() -> Result<(), &'static str> {

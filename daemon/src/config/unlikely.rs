@@ -2,6 +2,7 @@
 //!
 //! A robot runs with it; `colocd check` and the log say it.
 
+mod buses;
 mod files;
 mod fusion;
 mod motion;
@@ -21,6 +22,7 @@ pub(super) fn unlikely(config: &Config) -> Vec<Finding> {
         fusion::findings(config),
         times::findings(config),
         files::findings(config),
+        buses::findings(config),
     ]
     .concat()
 }

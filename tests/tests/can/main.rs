@@ -31,6 +31,16 @@ mod support;
 mod wheels;
 
 #[test]
+fn the_kernel_says_how_an_interface_is_run() {
+    let interface = support::Interface::new("vcan1");
+    let here = || coloc_drivers::can::Controller::of("vcan1").unwrap().unwrap();
+    assert_eq!(here().to_string(), "up");
+    interface.set(&["down"]);
+    assert_eq!(here().to_string(), "down");
+    interface.up();
+}
+
+#[test]
 fn a_canopen_drive_is_started_and_given_sync() {
     let interface = support::Interface::new("vcan1");
     canopen::a_drive_that_has_to_be_started(&interface.spec());
