@@ -351,7 +351,7 @@ fn run(recorded: &Recorded, method: &Method, seed: u64, draw: u16) -> Vec<Sums> 
         while let Some(first) = rest.first().filter(|it| it.time_s <= now_s) {
             let same = rest
                 .iter()
-                .take_while(|it| it.time_s == first.time_s)
+                .take_while(|it| it.time_s.total_cmp(&first.time_s).is_eq())
                 .count();
             let (image, later) = rest.split_at(same);
             team.pass(first.time_s, step - 1);

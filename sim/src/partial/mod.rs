@@ -35,6 +35,8 @@ pub struct Form {
     pub seed: u64,
     /// Draws of starts and fixes, in [`exchange`].
     pub draws: u16,
+    /// Runs, in [`thesis`]: 200 at most.
+    pub runs: u16,
     /// The folder with recordings; `None`: without them.
     pub data: Option<PathBuf>,
 }
@@ -46,6 +48,7 @@ impl Form {
         Self {
             seed,
             draws: 10,
+            runs: 200,
             data,
         }
     }
@@ -55,6 +58,7 @@ impl Form {
     pub fn short(seed: u64, data: Option<PathBuf>) -> Self {
         Self {
             draws: 4,
+            runs: 50,
             ..Self::long(seed, data)
         }
     }
