@@ -4,12 +4,15 @@
 //! state the same map is linear, and the noise is of second moments: turns multiply whatever is uncertain.
 
 use coloc_estimator::angle::wrap;
-use nalgebra::{Matrix2, Matrix4, SMatrix, Vector4};
+use nalgebra::{Matrix2, Matrix4, Matrix4x3, Vector4};
 
 use crate::increment::Increment;
 use crate::plane::{J, turn};
 use crate::sensor::SlowErrors;
-use crate::state::{Core, Covariance, SIZE, State, slow_at};
+use crate::state::{Core, SIZE, State, slow_at};
+
+/// Places of slow errors.
+const SLOW: usize = SIZE - 4;
 
 impl State {
     /// Both robots moved, and `seconds` passed in which the slow errors forget.
@@ -42,25 +45,26 @@ impl State {
         let by_seen = turn(self.mean[2]);
         let way = by_seen * seen.translation();
         let position = back * (self.position() + way - observer.translation());
-        let mut map = Covariance::identity();
+        let mut map = Matrix4::identity();
         map.fixed_view_mut::<2, 2>(0, 0).copy_from(&back);
         map.fixed_view_mut::<2, 1>(0, 2)
             .copy_from(&(back * J * way));
         self.mean.fixed_rows_mut::<2>(0).copy_from(&position);
         self.mean[2] = wrap(self.mean[2] + seen.turn() - observer.turn());
-        let mut by_observer = SMatrix::<f64, SIZE, 3>::zeros();
+        let mut by_observer = Matrix4x3::zeros();
         by_observer.fixed_view_mut::<2, 2>(0, 0).copy_from(&-back);
         by_observer
             .fixed_view_mut::<2, 1>(0, 2)
             .copy_from(&-(J * position));
         by_observer[(2, 2)] = -1.0;
-        let mut by_neighbour = SMatrix::<f64, SIZE, 3>::zeros();
+        let mut by_neighbour = Matrix4x3::zeros();
         by_neighbour
             .fixed_view_mut::<2, 2>(0, 0)
             .copy_from(&(back * by_seen));
         by_neighbour[(2, 2)] = 1.0;
-        self.covariance = map * self.covariance * map.transpose()
-            + by_observer * observer.covariance * by_observer.transpose()
+        self.carry(&map);
+        let mut core = self.covariance.fixed_view_mut::<4, 4>(0, 0);
+        core += by_observer * observer.covariance * by_observer.transpose()
             + by_neighbour * seen.covariance * by_neighbour.transpose();
     }
 
@@ -72,7 +76,7 @@ impl State {
         // Of the directions that there may be, before they turn.
         let directions = self.direction_covariance() + before * before.transpose();
         let position = back * (self.position() + through * before - observer.translation());
-        let mut map = Covariance::identity();
+        let mut map = Matrix4::identity();
         map.fixed_view_mut::<2, 2>(0, 0).copy_from(&back);
         map.fixed_view_mut::<2, 2>(0, 2)
             .copy_from(&(back * through));
@@ -81,7 +85,7 @@ impl State {
         self.mean
             .fixed_rows_mut::<2>(2)
             .copy_from(&(turned * before));
-        self.covariance = map * self.covariance * map.transpose();
+        self.carry(&map);
         let translations = observer.translation_covariance()
             + scattered(&seen.translation_covariance(), &directions);
         let noise = self.turn_noise(observer, seen);
@@ -89,6 +93,18 @@ impl State {
         core += noise;
         let mut position = self.covariance.fixed_view_mut::<2, 2>(0, 0);
         position += back * translations * back.transpose();
+    }
+
+    /// The covariance after a linear map of position and direction.
+    fn carry(&mut self, map: &Matrix4<f64>) {
+        let core = map * self.covariance.fixed_view::<4, 4>(0, 0) * map.transpose();
+        let with_slow = map * self.covariance.fixed_view::<4, SLOW>(0, 4);
+        let mut covariance = self.covariance.fixed_view_mut::<4, 4>(0, 0);
+        covariance.copy_from(&core);
+        let mut right = self.covariance.fixed_view_mut::<4, SLOW>(0, 4);
+        right.copy_from(&with_slow);
+        let mut below = self.covariance.fixed_view_mut::<SLOW, 4>(4, 0);
+        below.copy_from(&with_slow.transpose());
     }
 
     /// What the noise of both turns adds to position and direction, to first order in its variances.

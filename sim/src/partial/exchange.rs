@@ -11,9 +11,10 @@ use coloc_estimator::{
 };
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use std::fmt::Write as _;
 
+use super::lost::Lost;
 use super::recorded::{Recorded, Sighting, Subject};
+use super::tracks::rate;
 use super::{CHI2_3_95, FORWARD, Form, REFERENCE_S, TURNING};
 use crate::honest::Finding;
 use crate::honest::table::{Table, digits, percent};
@@ -45,14 +46,26 @@ const SPLIT: Camera = Camera {
     slow: [0.045, 0.013],
 };
 
+/// Who learns of a sighting of another robot.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+enum Ways {
+    /// Nobody.
+    None,
+    /// The robot that was seen.
+    Told,
+    /// The one that saw it too.
+    Both,
+}
+
 /// A row of the table.
 #[derive(Copy, Clone, Debug)]
 struct Method {
     name: &'static str,
-    forward: bool,
-    backward: bool,
+    ways: Ways,
     landmarks: bool,
     receivers: usize,
+    /// Those without a receiver do not know at the start which way they look.
+    lost: bool,
     camera: Camera,
     /// Of each recording, of R1 to R5, x and y \[cm\]; those with a receiver have none.
     reference: [&'static [[f64; 2]]; 2],
@@ -61,31 +74,31 @@ struct Method {
 /// No bar.
 const FREE: [&[[f64; 2]]; 2] = [&[], &[]];
 
-const METHODS: [Method; 5] = [
+const METHODS: [Method; 7] = [
     Method {
         name: "alone",
-        forward: false,
-        backward: false,
+        ways: Ways::None,
         landmarks: false,
         receivers: 2,
+        lost: false,
         camera: SPLIT,
         reference: FREE,
     },
     Method {
         name: "only told where one was seen",
-        forward: true,
-        backward: false,
+        ways: Ways::Told,
         landmarks: false,
         receivers: 2,
+        lost: false,
         camera: SPLIT,
         reference: FREE,
     },
     Method {
         name: "both ways",
-        forward: true,
-        backward: true,
+        ways: Ways::Both,
         landmarks: false,
         receivers: 2,
+        lost: false,
         camera: SPLIT,
         reference: [
             &[[15.9, 18.9], [14.3, 13.4], [13.7, 10.9]],
@@ -94,10 +107,34 @@ const METHODS: [Method; 5] = [
     },
     Method {
         name: "both ways, one receiver",
-        forward: true,
-        backward: true,
+        ways: Ways::Both,
         landmarks: false,
         receivers: 1,
+        lost: false,
+        camera: SPLIT,
+        reference: [
+            &[[22.1, 29.0], [19.2, 21.6], [16.7, 19.3], [21.0, 21.2]],
+            &[[20.2, 21.5], [12.9, 16.8], [18.3, 17.5], [19.6, 19.5]],
+        ],
+    },
+    Method {
+        name: "both ways, headings unknown at the start",
+        ways: Ways::Both,
+        landmarks: false,
+        receivers: 2,
+        lost: true,
+        camera: SPLIT,
+        reference: [
+            &[[15.9, 18.9], [14.3, 13.4], [13.7, 10.9]],
+            &[[12.2, 12.5], [12.7, 12.9], [9.9, 11.1]],
+        ],
+    },
+    Method {
+        name: "both ways, one receiver, headings unknown at the start",
+        ways: Ways::Both,
+        landmarks: false,
+        receivers: 1,
+        lost: true,
         camera: SPLIT,
         reference: [
             &[[22.1, 29.0], [19.2, 21.6], [16.7, 19.3], [21.0, 21.2]],
@@ -106,10 +143,10 @@ const METHODS: [Method; 5] = [
     },
     Method {
         name: "both ways, and 15 landmarks",
-        forward: true,
-        backward: true,
+        ways: Ways::Both,
         landmarks: true,
         receivers: 2,
+        lost: false,
         camera: SPLIT,
         reference: [
             &[[5.5, 6.1], [7.6, 7.2], [5.2, 6.2]],
@@ -122,6 +159,8 @@ const METHODS: [Method; 5] = [
 const ALLOWED: f64 = 1.10;
 /// A robot is outside of its 95 % for no more of the time.
 const MOST_OUTSIDE: f64 = 0.05;
+/// Who finds its heading is not farther off than this, in its own σ.
+const FARTHEST: f64 = 4.0;
 
 /// Sums of one robot.
 #[derive(Copy, Clone, Debug, Default)]
@@ -129,6 +168,11 @@ struct Sums {
     squares: [f64; 3],
     outside: f64,
     count: f64,
+    /// Draws in which it never found its heading.
+    lost: f64,
+    /// When it had found it in all others \[s\], and how far off it was then at most, in its own σ.
+    latest_s: f64,
+    farthest: f64,
 }
 
 impl Sums {
@@ -152,6 +196,9 @@ impl Sums {
             squares: std::array::from_fn(|i| self.squares[i] + b.squares[i]),
             outside: self.outside + b.outside,
             count: self.count + b.count,
+            lost: self.lost + b.lost,
+            latest_s: self.latest_s.max(b.latest_s),
+            farthest: self.farthest.max(b.farthest),
         }
     }
 
@@ -160,9 +207,20 @@ impl Sums {
     }
 }
 
+/// When a heading was found, and how far off that was, in its own σ.
+#[derive(Copy, Clone, Debug)]
+struct Found {
+    time_s: f64,
+    off: f64,
+}
+
 /// One robot as it believes to be, up to a moment.
+#[derive(Clone)]
 struct Robot {
     belief: Belief,
+    /// Who does not know which way it looks has no belief.
+    lost: Option<Lost>,
+    found: Option<Found>,
     pace: Pace,
     time_s: f64,
 }
@@ -183,8 +241,11 @@ impl<'a> Team<'a> {
             let [x, y, phi] = noise.draws(Purpose::Start, 0, robot, 0).normals();
             let pose = Pose::new(truth.x + m * x, truth.y + m * y, truth.phi + rad * phi);
             let covariance = Covariance3::diagonal([m * m, m * m, rad * rad]).unwrap_or_default();
+            let is_lost = method.lost && robot >= method.receivers;
             Robot {
                 belief: Belief::independent(pose, covariance),
+                lost: is_lost.then(|| Lost::near(&pose, m * m)),
+                found: None,
                 pace: Pace::beginning(Stamp::default()).met(),
                 time_s: 0.0,
             }
@@ -212,28 +273,28 @@ impl<'a> Team<'a> {
                 noise: noise.unwrap_or_default(),
             };
             robot.belief = propagate(&robot.belief, &motion, dt_s, Propagation::Honest);
+            if let Some(lost) = &mut robot.lost {
+                lost.pass(&rate(velocity).over(dt_s));
+            }
             robot.time_s = time_s;
         }
     }
 
     /// Of one moment: all that is sent is of before it.
-    fn exchange(&mut self, image: &[Sighting]) {
-        let before: Vec<Belief> = self.robots.iter().map(|it| it.belief).collect();
+    fn exchange(&mut self, image: &[Sighting], step: usize) {
+        let before = self.robots.clone();
         for (number, robot) in self.robots.iter_mut().enumerate() {
             let seen = |it: &&Sighting| it.subject == Subject::Robot(number);
             let mut heard = false;
-            for sighting in in_order(image.iter().filter(seen).filter(|_| self.method.forward)) {
-                let said = tell(&before[sighting.observer], &self.method.body(sighting));
-                let innovation = told(&robot.belief, &said);
-                robot.hear(&innovation);
+            for sighting in in_order(image.iter().filter(seen).filter(|_| self.method.is_told())) {
+                let body = self.method.body(sighting);
+                robot.hear_told(&before[sighting.observer].tells(&body));
                 heard = true;
             }
             let own = |it: &&Sighting| it.observer == number;
             for sighting in in_order(image.iter().filter(own)) {
                 if let Some(answer) = self.method.answer(sighting, &before) {
-                    let body = self.method.body(sighting);
-                    let innovation = observed(&robot.belief, &body, &answer);
-                    robot.hear(&innovation);
+                    robot.hear_answer(&self.method.body(sighting), &answer);
                     heard = true;
                 }
             }
@@ -243,6 +304,8 @@ impl<'a> Team<'a> {
             if heard || sent {
                 robot.belief.make_dependent();
             }
+            let truth = self.recorded.world.truth(step, number);
+            robot.look(truth.map(|it| it.phi));
         }
     }
 
@@ -259,7 +322,21 @@ impl<'a> Team<'a> {
                 let covariance = Covariance2::diagonal([variance; 2]).unwrap_or_default();
                 robot.belief = fix::update(&robot.belief, at, &covariance, gate::CHI2_2_99).belief;
             }
-            sums[number].push(&robot.belief, &truth);
+            if robot.lost.is_none() {
+                sums[number].push(&robot.belief, &truth);
+            }
+        }
+    }
+}
+
+impl Team<'_> {
+    /// Who found its heading, and when.
+    fn tell_found(&self, sums: &mut [Sums]) {
+        for (robot, sum) in self.robots.iter().zip(sums) {
+            sum.lost = f64::from(u8::from(robot.lost.is_some()));
+            if let Some(Found { time_s, off }) = robot.found {
+                (sum.latest_s, sum.farthest) = (time_s, off);
+            }
         }
     }
 }
@@ -286,9 +363,13 @@ fn in_order<'a>(sightings: impl Iterator<Item = &'a Sighting>) -> Vec<&'a Sighti
 }
 
 impl Method {
+    fn is_told(&self) -> bool {
+        self.ways != Ways::None
+    }
+
     fn uses(&self, sighting: &Sighting) -> bool {
         match sighting.subject {
-            Subject::Robot(_) => self.forward || self.backward,
+            Subject::Robot(_) => self.is_told(),
             Subject::Landmark(_) => self.landmarks,
         }
     }
@@ -313,9 +394,9 @@ impl Method {
         )
     }
 
-    fn answer(&self, sighting: &Sighting, before: &[Belief]) -> Option<SplitPosition> {
+    fn answer(&self, sighting: &Sighting, before: &[Robot]) -> Option<SplitPosition> {
         match sighting.subject {
-            Subject::Robot(number) => self.backward.then(|| SplitPosition::of(&before[number])),
+            Subject::Robot(number) => (self.ways == Ways::Both).then(|| before[number].answers()),
             Subject::Landmark(position) => {
                 let variance = LANDMARK_SIGMA_M * LANDMARK_SIGMA_M;
                 let covariance = Covariance2::diagonal([variance; 2]).ok()?;
@@ -327,6 +408,46 @@ impl Method {
 }
 
 impl Robot {
+    fn tells(&self, body: &BodySighting) -> SplitPosition {
+        match &self.lost {
+            Some(lost) => lost.tell(body),
+            None => tell(&self.belief, body),
+        }
+    }
+
+    fn answers(&self) -> SplitPosition {
+        match &self.lost {
+            Some(lost) => lost.answer(),
+            None => SplitPosition::of(&self.belief),
+        }
+    }
+
+    fn hear_told(&mut self, said: &SplitPosition) {
+        match &mut self.lost {
+            Some(lost) => lost.told(said),
+            None => self.hear(&told(&self.belief, said)),
+        }
+    }
+
+    fn hear_answer(&mut self, body: &BodySighting, answer: &SplitPosition) {
+        match &mut self.lost {
+            Some(lost) => lost.answered(body, answer),
+            None => self.hear(&observed(&self.belief, body, answer)),
+        }
+    }
+
+    /// Whether it knows by now which way it looks, which is truly `heading`.
+    fn look(&mut self, heading: Option<f64>) {
+        let Some(belief) = self.lost.as_ref().and_then(Lost::found) else {
+            return;
+        };
+        (self.belief, self.lost) = (belief, None);
+        let sigma = belief.total().variances()[2].sqrt();
+        let off = heading.map_or(0.0, |it| wrap(belief.pose.phi - it).abs() / sigma);
+        let time_s = self.time_s;
+        self.found = Some(Found { time_s, off });
+    }
+
     fn hear(&mut self, innovation: &Innovation) {
         self.pace = self
             .pace
@@ -355,12 +476,13 @@ fn run(recorded: &Recorded, method: &Method, seed: u64, draw: u16) -> Vec<Sums> 
                 .count();
             let (image, later) = rest.split_at(same);
             team.pass(first.time_s, step - 1);
-            team.exchange(image);
+            team.exchange(image, step);
             rest = later;
         }
         team.pass(now_s, step - 1);
         team.account(step, &noise, &mut sums);
     }
+    team.tell_found(&mut sums);
     sums
 }
 
@@ -378,6 +500,7 @@ pub fn find(form: &Form) -> Finding {
         "x/y of those without a receiver, cm",
         "φ, rad",
         "outside, R1…R5",
+        "all found by, s",
     ]);
     let mut missed = Vec::new();
     for (index, recorded) in recordings.iter().enumerate() {
@@ -427,6 +550,12 @@ fn judge(
             method.name,
             robot + 1
         );
+        if sum.lost > 0.0 || sum.farthest > FARTHEST {
+            let (lost, off) = (sum.lost, sum.farthest);
+            missed.push(format!(
+                "{name}: lost in {lost} draws, found {off:.1} σ off at most"
+            ));
+        }
         if outside > MOST_OUTSIDE {
             missed.push(format!("{name}: outside {}", percent(outside)));
         }
@@ -449,7 +578,7 @@ fn judge(
     }
 }
 
-fn row(recorded: &Recorded, method: &Method, sums: &[Sums]) -> [String; 5] {
+fn row(recorded: &Recorded, method: &Method, sums: &[Sums]) -> [String; 6] {
     let (mut positions, mut headings, mut outside) = (Vec::new(), Vec::new(), Vec::new());
     for sum in sums.iter().skip(method.receivers) {
         let [x, y, phi] = sum.rms();
@@ -457,15 +586,20 @@ fn row(recorded: &Recorded, method: &Method, sums: &[Sums]) -> [String; 5] {
         headings.push(digits(phi));
     }
     for sum in sums {
-        let mut text = String::new();
-        let _ = write!(text, "{:.1}", 100.0 * sum.outside / sum.count); // A string takes all.
-        outside.push(text);
+        outside.push(format!("{:.1}", 100.0 * sum.outside / sum.count));
     }
+    let latest_s = sums.iter().fold(0.0, |latest, it| it.latest_s.max(latest));
+    let found = if method.lost {
+        format!("{latest_s:.0}")
+    } else {
+        "–".into()
+    };
     [
         recorded.number.to_string(),
         method.name.into(),
         positions.join(", "),
         headings.join(" "),
         outside.join(" "),
+        found,
     ]
 }

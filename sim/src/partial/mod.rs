@@ -10,6 +10,7 @@
 //! camera's latency.
 
 pub mod exchange;
+mod lost;
 mod recorded;
 pub mod thesis;
 pub mod tracks;

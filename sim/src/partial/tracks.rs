@@ -274,7 +274,7 @@ fn at(time_s: f64) -> Stamp {
     Stamp::default() + Span::from_seconds(time_s)
 }
 
-fn rate([v, omega]: [f64; 2]) -> Rate {
+pub(super) fn rate([v, omega]: [f64; 2]) -> Rate {
     let variances = Vector3::new(FORWARD * v * v, 0.0, TURNING);
     Rate {
         velocity: Vector3::new(v, 0.0, omega),
