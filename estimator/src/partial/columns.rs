@@ -79,6 +79,15 @@ impl Columns {
         sum
     }
 
+    /// `tr W Σ d_j c_j c_jᵀ`, W = diag(1, 1, L²).
+    pub(super) fn trace(&self, square_lever: f64) -> f64 {
+        let of = |it: &Column| {
+            let [x, y, heading] = it.state.map(|it| it * it);
+            it.weight * (x + y + square_lever * heading)
+        };
+        self.0.iter().map(of).sum()
+    }
+
     /// The state's errors once the gain `G` has acted: `c_j − G b_j`.
     #[inline]
     pub(super) fn left(&self, gain: &[[f64; 2]; 3]) -> [Column; 5] {

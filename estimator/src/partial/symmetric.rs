@@ -14,6 +14,12 @@ const RELATIVE: f64 = 1e-14;
 /// A pivot below this counts as zero.
 const ABSOLUTE: f64 = 1e-100;
 
+/// A determinant beyond this part of the diagonal's product has lost no digits that matter.
+const REGULAR: f64 = 1e-6;
+
+/// Determinants whose squares, times a variance of their scale, neither overflow nor vanish.
+const HARMLESS: core::ops::Range<f64> = 1e-60..1e60;
+
 /// A symmetric 2×2 matrix, its lower triangle.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub(super) struct Symmetric2 {
@@ -117,6 +123,24 @@ impl Symmetric2 {
         }
     }
 
+    /// A multiple of the inverse, and of what: a regular matrix needs no division for it.
+    #[inline]
+    pub(super) fn up_to_scale(&self) -> (Self, f64) {
+        let square = self.xx * self.yy;
+        let determinant = square - self.xy * self.xy;
+        if determinant > REGULAR * square && HARMLESS.contains(&determinant) {
+            return (
+                Self {
+                    xx: self.yy,
+                    xy: -self.xy,
+                    yy: self.xx,
+                },
+                determinant,
+            );
+        }
+        (self.inverse(), 1.0)
+    }
+
     #[inline]
     pub(super) fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [self.xx * x + self.xy * y, self.xy * x + self.yy * y]
@@ -126,6 +150,23 @@ impl Symmetric2 {
     #[inline]
     pub(super) fn quadratic(&self, v: [f64; 2]) -> f64 {
         self.bilinear(v, v)
+    }
+
+    /// `A B A`
+    #[inline]
+    pub(super) fn congruence(&self, b: &Self) -> Self {
+        let (x, y) = (self.apply([b.xx, b.xy]), self.apply([b.xy, b.yy])); // The columns of A B.
+        Self {
+            xx: self.xx * x[0] + self.xy * y[0],
+            xy: self.xy * x[0] + self.yy * y[0],
+            yy: self.xy * x[1] + self.yy * y[1],
+        }
+    }
+
+    /// `tr A B`
+    #[inline]
+    pub(super) fn product_trace(&self, b: &Self) -> f64 {
+        self.xx * b.xx + 2.0 * self.xy * b.xy + self.yy * b.yy
     }
 
     /// `vᵀ A u`

@@ -2,8 +2,8 @@
 
 use coloc_estimator::angle::wrap;
 use coloc_estimator::partial::{
-    BodySighting, Innovation, PositionSettings, ReadingNoise, SplitPosition, fuse, observed, tell,
-    told,
+    Alone, BodySighting, Innovation, PositionSettings, ReadingNoise, SplitPosition, fuse, observed,
+    observed_alone, tell, tell_alone, told,
 };
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Motion, Pace, Pose, Propagation, Span, Stamp, fix, gate,
@@ -57,6 +57,22 @@ enum Ways {
     Both,
 }
 
+/// What is used of a sighting.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+enum Numbers {
+    Both,
+    Bearing,
+    Range,
+}
+
+/// The same errors, taken as new in every sighting.
+const WHITE: Camera = Camera {
+    relative: 0.045,
+    beside_m: 0.005,
+    bearing: 0.014,
+    slow: [0.0; 2],
+};
+
 /// A row of the table.
 #[derive(Copy, Clone, Debug)]
 struct Method {
@@ -67,6 +83,7 @@ struct Method {
     /// Those without a receiver do not know at the start which way they look.
     lost: bool,
     camera: Camera,
+    numbers: Numbers,
     /// Of each recording, of R1 to R5, x and y \[cm\]; those with a receiver have none.
     reference: [&'static [[f64; 2]]; 2],
 }
@@ -74,7 +91,7 @@ struct Method {
 /// No bar.
 const FREE: [&[[f64; 2]]; 2] = [&[], &[]];
 
-const METHODS: [Method; 7] = [
+const METHODS: [Method; 10] = [
     Method {
         name: "alone",
         ways: Ways::None,
@@ -82,6 +99,7 @@ const METHODS: [Method; 7] = [
         receivers: 2,
         lost: false,
         camera: SPLIT,
+        numbers: Numbers::Both,
         reference: FREE,
     },
     Method {
@@ -91,6 +109,7 @@ const METHODS: [Method; 7] = [
         receivers: 2,
         lost: false,
         camera: SPLIT,
+        numbers: Numbers::Both,
         reference: FREE,
     },
     Method {
@@ -100,6 +119,7 @@ const METHODS: [Method; 7] = [
         receivers: 2,
         lost: false,
         camera: SPLIT,
+        numbers: Numbers::Both,
         reference: [
             &[[15.9, 18.9], [14.3, 13.4], [13.7, 10.9]],
             &[[12.2, 12.5], [12.7, 12.9], [9.9, 11.1]],
@@ -112,6 +132,7 @@ const METHODS: [Method; 7] = [
         receivers: 1,
         lost: false,
         camera: SPLIT,
+        numbers: Numbers::Both,
         reference: [
             &[[22.1, 29.0], [19.2, 21.6], [16.7, 19.3], [21.0, 21.2]],
             &[[20.2, 21.5], [12.9, 16.8], [18.3, 17.5], [19.6, 19.5]],
@@ -124,6 +145,7 @@ const METHODS: [Method; 7] = [
         receivers: 2,
         lost: true,
         camera: SPLIT,
+        numbers: Numbers::Both,
         reference: [
             &[[15.9, 18.9], [14.3, 13.4], [13.7, 10.9]],
             &[[12.2, 12.5], [12.7, 12.9], [9.9, 11.1]],
@@ -136,6 +158,7 @@ const METHODS: [Method; 7] = [
         receivers: 1,
         lost: true,
         camera: SPLIT,
+        numbers: Numbers::Both,
         reference: [
             &[[22.1, 29.0], [19.2, 21.6], [16.7, 19.3], [21.0, 21.2]],
             &[[20.2, 21.5], [12.9, 16.8], [18.3, 17.5], [19.6, 19.5]],
@@ -148,15 +171,48 @@ const METHODS: [Method; 7] = [
         receivers: 2,
         lost: false,
         camera: SPLIT,
+        numbers: Numbers::Both,
         reference: [
             &[[5.5, 6.1], [7.6, 7.2], [5.2, 6.2]],
             &[[7.3, 8.0], [6.1, 9.8], [4.9, 7.0]],
         ],
     },
+    Method {
+        name: "both ways, all noise taken as white",
+        ways: Ways::Both,
+        landmarks: false,
+        receivers: 2,
+        lost: false,
+        camera: WHITE,
+        numbers: Numbers::Both,
+        reference: FREE,
+    },
+    Method {
+        name: "both ways, bearings alone",
+        ways: Ways::Both,
+        landmarks: false,
+        receivers: 2,
+        lost: false,
+        camera: SPLIT,
+        numbers: Numbers::Bearing,
+        reference: FREE,
+    },
+    Method {
+        name: "both ways, ranges alone",
+        ways: Ways::Both,
+        landmarks: false,
+        receivers: 2,
+        lost: false,
+        camera: SPLIT,
+        numbers: Numbers::Range,
+        reference: FREE,
+    },
 ];
 
-/// More than a row has of x and y is missed.
+/// More than a row has of x and y is missed: of ten draws, and of fewer, which are up to 15 % off.
 const ALLOWED: f64 = 1.10;
+const ALLOWED_OF_FEW: f64 = 1.25;
+const MANY: u16 = 10;
 /// A robot is outside of its 95 % for no more of the time.
 const MOST_OUTSIDE: f64 = 0.05;
 /// Who finds its heading is not farther off than this, in its own σ.
@@ -287,14 +343,14 @@ impl<'a> Team<'a> {
             let seen = |it: &&Sighting| it.subject == Subject::Robot(number);
             let mut heard = false;
             for sighting in in_order(image.iter().filter(seen).filter(|_| self.method.is_told())) {
-                let body = self.method.body(sighting);
-                robot.hear_told(&before[sighting.observer].tells(&body));
+                self.method
+                    .tell(robot, sighting, &before[sighting.observer]);
                 heard = true;
             }
             let own = |it: &&Sighting| it.observer == number;
             for sighting in in_order(image.iter().filter(own)) {
                 if let Some(answer) = self.method.answer(sighting, &before) {
-                    robot.hear_answer(&self.method.body(sighting), &answer);
+                    self.method.answered(robot, sighting, &answer);
                     heard = true;
                 }
             }
@@ -374,17 +430,67 @@ impl Method {
         }
     }
 
-    fn body(&self, sighting: &Sighting) -> BodySighting {
+    fn tell(&self, robot: &mut Robot, sighting: &Sighting, observer: &Robot) {
+        match self.alone(sighting) {
+            Some(number) => {
+                if let Some(innovation) = tell_alone(&observer.belief, &number, &robot.belief) {
+                    robot.hear(&innovation);
+                }
+            }
+            None => robot.hear_told(&observer.tells(&self.body(sighting))),
+        }
+    }
+
+    fn answered(&self, robot: &mut Robot, sighting: &Sighting, answer: &SplitPosition) {
+        match self.alone(sighting) {
+            Some(number) => {
+                if let Some(innovation) = observed_alone(&robot.belief, &number, answer) {
+                    robot.hear(&innovation);
+                }
+            }
+            None => robot.hear_answer(&self.body(sighting), answer),
+        }
+    }
+
+    /// Variances of range and bearing, white and slow.
+    fn variances(&self, range_m: f64) -> [[f64; 2]; 2] {
         let Camera {
             relative,
             beside_m,
             bearing,
-            slow,
+            slow: [scale, turn],
         } = self.camera;
-        let along = relative * sighting.range_m;
+        let (along, slow) = (relative * range_m, scale * range_m);
+        [
+            [along * along + beside_m * beside_m, slow * slow],
+            [bearing * bearing, turn * turn],
+        ]
+    }
+
+    /// The number that is used alone, if one is.
+    fn alone(&self, sighting: &Sighting) -> Option<Alone> {
+        let [range, bearing] = self.variances(sighting.range_m);
+        let mount = Pose::default();
+        match self.numbers {
+            Numbers::Both => None,
+            Numbers::Bearing => Some(Alone::Bearing {
+                bearing_rad: sighting.bearing_rad,
+                variances: bearing,
+                mount,
+            }),
+            Numbers::Range => Some(Alone::Range {
+                range_m: sighting.range_m,
+                variances: range,
+                mount,
+            }),
+        }
+    }
+
+    fn body(&self, sighting: &Sighting) -> BodySighting {
+        let [[range, _], [bearing, _]] = self.variances(sighting.range_m);
         let noise = ReadingNoise {
-            white: [along * along + beside_m * beside_m, bearing * bearing],
-            slow,
+            white: [range, bearing],
+            slow: self.camera.slow,
         };
         BodySighting::of(
             sighting.range_m,
@@ -503,6 +609,11 @@ pub fn find(form: &Form) -> Finding {
         "all found by, s",
     ]);
     let mut missed = Vec::new();
+    let allowed = if form.draws < MANY {
+        ALLOWED_OF_FEW
+    } else {
+        ALLOWED
+    };
     for (index, recorded) in recordings.iter().enumerate() {
         for method in &METHODS {
             let draws: Vec<Vec<Sums>> = (0..form.draws)
@@ -510,7 +621,7 @@ pub fn find(form: &Form) -> Finding {
                 .map(|draw| run(recorded, method, form.seed, draw))
                 .collect();
             let sums = summed(&draws);
-            judge(recorded, method, index, &sums, &mut missed);
+            judge(recorded, method, (index, allowed), &sums, &mut missed);
             table.row(row(recorded, method, &sums));
         }
     }
@@ -534,7 +645,7 @@ fn summed(draws: &[Vec<Sums>]) -> Vec<Sums> {
 fn judge(
     recorded: &Recorded,
     method: &Method,
-    index: usize,
+    (index, allowed): (usize, f64),
     sums: &[Sums],
     missed: &mut Vec<String>,
 ) {
@@ -560,19 +671,19 @@ fn judge(
             missed.push(format!("{name}: outside {}", percent(outside)));
         }
     }
-    for (robot, (sum, allowed)) in sums
+    for (robot, (sum, known)) in sums
         .iter()
         .skip(method.receivers)
         .zip(reference)
         .enumerate()
     {
         let [x, y, _] = sum.rms().map(|it| 100.0 * it);
-        if x > ALLOWED * allowed[0] || y > ALLOWED * allowed[1] {
+        if x > allowed * known[0] || y > allowed * known[1] {
             let robot = method.receivers + robot + 1;
             let name = format!("recording {}, {}, R{robot}", recorded.number, method.name);
             missed.push(format!(
                 "{name}: {x:.1}/{y:.1} cm for {}/{}",
-                allowed[0], allowed[1]
+                known[0], known[1]
             ));
         }
     }
