@@ -49,7 +49,7 @@ impl Form {
         Self {
             seed,
             draws: 10,
-            runs: 200,
+            runs: 1000,
             data,
         }
     }

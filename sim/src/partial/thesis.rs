@@ -20,7 +20,7 @@ use crate::honest::table::{Table, percent};
 use crate::random::{Draws, Noise, Purpose};
 
 /// Of the whole campaign.
-const RUNS: u16 = 200;
+const RUNS: u16 = 1000;
 const DT_S: f64 = 0.01;
 const STEPS: usize = 3000;
 const EVERY: usize = 10;
@@ -103,9 +103,7 @@ impl World {
     fn new(seed: u64, run: u16) -> Self {
         let noise = Noise::new(seed, run);
         let mut draws = noise.draws(Purpose::Start, 0, 0, 0);
-        let (start, [a, b]) = (anywhere(&mut draws), draws.normals());
-        let (x, y) = (start.x + ANYWHERE.sqrt() * a, start.y + ANYWHERE.sqrt() * b);
-        let guess = Vector3::new(x, y, draws.uniform(-PI, PI));
+        let (start, guess) = (anywhere(&mut draws), anywhere(&mut draws));
         let mut state = State {
             core: Core::Heading,
             ..State::default()
@@ -302,8 +300,9 @@ const ROWS: [Row; 3] = [
 
 /// What the linear start is known to come to.
 const LINEAR_OUTSIDE: f64 = 0.051;
-/// Within this of a known share, as points: of [`RUNS`], of fewer what chance allows beside it.
+/// Within this of a known share, as points, of [`RUNS`]; of fewer what chance allows beside it.
 const WITHIN: f64 = 0.03;
+const CHANCE: f64 = 0.05;
 /// The linear start is so many times as fast, at least.
 const SOONER: usize = 5;
 
@@ -311,7 +310,7 @@ const SOONER: usize = 5;
 #[must_use]
 pub fn find(form: &Form) -> Finding {
     let runs = RUNS.min(form.runs);
-    let within = WITHIN * (f64::from(RUNS) / f64::from(runs)).sqrt();
+    let within = if runs < RUNS { WITHIN + CHANCE } else { WITHIN };
     let worlds: Vec<World> = (0..runs)
         .into_par_iter()
         .map(|run| World::new(form.seed, run))
