@@ -195,6 +195,12 @@ impl Covariance2 {
         Self(self.0 + Matrix2::new(more, 0.0, 0.0, more))
     }
 
+    /// What the algorithms computed, as that of [`Covariance3`].
+    #[inline]
+    pub(crate) fn trusted(m: &Matrix2<f64>) -> Self {
+        Self(*m)
+    }
+
     /// No uncertainty at all.
     pub const ZERO: Self = Self(Matrix2::new(0.0, 0.0, 0.0, 0.0));
 

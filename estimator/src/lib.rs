@@ -45,6 +45,7 @@ pub mod noise;
 mod outbox;
 pub mod output;
 pub mod pace;
+pub mod partial;
 pub mod parts;
 pub mod pose;
 mod root;

@@ -23,6 +23,7 @@ pub mod memory;
 pub mod method;
 pub mod metrics;
 pub mod mrclam;
+pub mod partial;
 pub mod promises;
 pub mod random;
 pub mod scale;
