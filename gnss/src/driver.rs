@@ -19,6 +19,8 @@ const PAUSE_NS: i64 = 300_000_000;
 const CUT_NS: i64 = 1_000_000_000;
 /// Farther from the datum a plane is no map (m).
 const FARTHEST_M: f64 = 50_000.0;
+/// No course is better than that, however fast the robot is (rad).
+const LEAST_COURSE_RAD: f64 = 0.005;
 /// A heading without a time of its own is dated by the last fix, if that is no older (ns).
 const FRESH_NS: i64 = 5_000_000_000;
 
@@ -97,6 +99,12 @@ impl<O: Outlet> GnssDriver<O> {
         &self.outlet
     }
 
+    /// The same, for good.
+    #[must_use]
+    pub fn into_outlet(self) -> O {
+        self.outlet
+    }
+
     fn act(&mut self) {
         let mut events = std::mem::take(&mut self.events);
         for event in events.drain(..) {
@@ -171,7 +179,7 @@ impl<O: Outlet> GnssDriver<O> {
         let Some((speed, course)) = fix.speed_m_s.filter(moves).zip(fix.course_deg) else {
             return;
         };
-        let sigma = section.sigma_m_s / speed;
+        let sigma = (section.sigma_m_s / speed).max(LEAST_COURSE_RAD);
         let heading = Heading {
             what: Heading::COURSE,
             quality: fix.quality,

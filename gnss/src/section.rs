@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use coloc_daemon::config::Section;
 use coloc_sensors::InputSpec;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// The receiver whose fixes `coloc-gnss` publishes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -14,7 +14,7 @@ pub struct Gnss {
     /// Where its bytes come from: `serial:/dev/NAME?baud=9600`, `tcp:HOST:PORT`, `gpsd:HOST:2947`, `file:PATH` (plain or gzip;
     /// `?speed=full` as fast as it can be read) or `stdin`.
     #[schemars(
-        example = "serial:/dev/ttyACM0?baud=115200",
+        example = &"serial:/dev/ttyACM0?baud=115200",
         length(min = 1, max = 1000)
     )]
     pub input: String,
@@ -48,7 +48,7 @@ pub struct Gnss {
     #[serde(default)]
     pub gate: Limits,
     /// What it must have until a minute was good: at the start, after a gap, after a jump.
-    #[serde(default = "Limits::at_start")]
+    #[serde(default = "Limits::at_start", deserialize_with = "written_at_start")]
     pub start_gate: Limits,
     /// How far a fix may be from where the one before and its velocity lead.
     #[serde(default)]
@@ -94,9 +94,11 @@ pub struct DatumSection {
     /// Of the origin, north of the equator. All robots of a team have the same. Without latitude and longitude it is the mean of the
     /// first good fixes, which is saved \[°\].
     #[schemars(range(min = -89.9, max = 89.9))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub latitude_deg: Option<f64>,
     /// Of the origin, east of Greenwich \[°\].
     #[schemars(range(min = -180, max = 180))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub longitude_deg: Option<f64>,
     /// Of the origin, above the ellipsoid \[m\].
     #[schemars(range(min = -1000, max = 10000))]
@@ -253,6 +255,24 @@ impl Limits {
     }
 }
 
+/// What is not written of `start_gate` is as by default there, not as in `gate`.
+fn written_at_start<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Limits, D::Error> {
+    #[derive(Deserialize)]
+    struct Written {
+        satellites: Option<u32>,
+        hdop: Option<f64>,
+        sigma_m: Option<f64>,
+        qualities: Option<Vec<u8>>,
+    }
+    let (written, default) = (Written::deserialize(deserializer)?, Limits::at_start());
+    Ok(Limits {
+        satellites: written.satellites.unwrap_or(default.satellites),
+        hdop: written.hdop.unwrap_or(default.hdop),
+        sigma_m: written.sigma_m.unwrap_or(default.sigma_m),
+        qualities: written.qualities.unwrap_or(default.qualities),
+    })
+}
+
 impl Default for Jump {
     fn default() -> Self {
         Self {
@@ -273,7 +293,7 @@ impl Floor {
     }
 
     const fn autonomous() -> Self {
-        Self::new(0.5, 2.0, 300.0)
+        Self::new(0.5, 3.0, 300.0)
     }
 
     const fn differential() -> Self {
@@ -395,5 +415,64 @@ impl Section for Gnss {
         refused
             .map(|(key, problem)| (key.into(), problem))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use coloc_daemon::config::Config;
+
+    use super::*;
+
+    fn parse(section: &str) -> Result<Gnss, String> {
+        let text = format!("[robot]\nname = \"a\"\nid = 1\n[gnss]\ninput = \"stdin\"\n{section}");
+        let parsed = Config::parse_with::<Gnss>(&text, Path::new("robot.toml"));
+        parsed
+            .map(|(_, gnss)| gnss)
+            .map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_is_not_written_is_as_by_default() {
+        assert_eq!(parse(""), Ok(Gnss::of("stdin")));
+        let gnss = parse("[gnss.start_gate]\nsatellites = 9\n[gnss.gate]\nhdop = 9.0\n").unwrap();
+        let [start, normal] = [Limits::at_start(), Limits::default()];
+        assert_eq!(
+            gnss.start_gate,
+            Limits {
+                satellites: 9,
+                ..start
+            }
+        );
+        assert_eq!(
+            gnss.gate,
+            Limits {
+                hdop: 9.0,
+                ..normal
+            }
+        );
+    }
+
+    #[test]
+    fn what_does_not_fit_together_is_refused() {
+        for (section, said) in [
+            (
+                "talker = \"G\"\n",
+                "robot.toml:6: gnss.talker = \"G\": must be two letters",
+            ),
+            (
+                "[gnss.datum]\nlatitude_deg = 1.0\n",
+                "robot.toml:6: gnss.datum: latitude_deg and longitude_deg",
+            ),
+            (
+                "[gnss.start_gate]\nsatelites = 1\n",
+                "robot.toml:7: [gnss.start_gate] has no satelites; did you mean satellites?",
+            ),
+        ] {
+            let refusal = parse(section).unwrap_err();
+            assert!(refusal.contains(said), "{refusal}");
+        }
     }
 }

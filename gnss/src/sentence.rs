@@ -11,6 +11,9 @@ use nmea::{NmeaSentence, SentenceType};
 
 use crate::utc::TimeOfDay;
 
+/// Faster is nobody whom a receiver serves.
+pub const FASTEST_M_S: f64 = 1000.0;
+
 const KNOT_M_S: f64 = 1852.0 / 3600.0;
 
 /// Who speaks: `GP`, `GN`, `SD` …
@@ -276,6 +279,9 @@ fn moving(knots: Option<f32>, course: Option<f32>) -> Result<Motion, Malformed> 
         return Err(Malformed);
     }
     let speed_m_s = not_negative(knots)?.map(|knots| knots * KNOT_M_S);
+    if speed_m_s.is_some_and(|speed| speed > FASTEST_M_S) {
+        return Err(Malformed);
+    }
     Ok(Motion {
         speed_m_s,
         course_deg,

@@ -4,6 +4,7 @@ use chrono::NaiveDate;
 use ublox::proto31::{PacketRef, Proto31};
 use ublox::{GnssFixType, UbxProtocol};
 
+use crate::sentence::FASTEST_M_S;
 use crate::utc::{TimeOfDay, unix_ns};
 
 const NAV: u8 = 1;
@@ -80,9 +81,10 @@ pub fn content(class: u8, id: u8, payload: &[u8]) -> Result<Ubx, Malformed> {
     match Proto31::match_packet(class, id, payload) {
         Ok(PacketRef::NavPvt(packet)) => {
             let [latitude, longitude] = [packet.latitude(), packet.longitude()];
-            if latitude.abs() > 90.0 || longitude.abs() > 180.0 {
-                return Err(Malformed);
-            }
+            within(latitude, 90.0)?;
+            within(longitude, 180.0)?;
+            within(packet.heading_motion(), 360.0)?;
+            within(packet.ground_speed_2d(), FASTEST_M_S)?;
             let fix = packet.fix_type();
             Ok(Ubx::Solution(Solution {
                 week_ms: packet.itow(),
@@ -97,6 +99,7 @@ pub fn content(class: u8, id: u8, payload: &[u8]) -> Result<Ubx, Malformed> {
             }))
         }
         Ok(PacketRef::NavRelPosNed(packet)) => {
+            within(packet.rel_pos_heading_degrees(), 360.0)?;
             let length_cm = packet.rel_pos_length_cm() + packet.rel_pos_hp_length_mm() * 0.1;
             Ok(Ubx::Baseline(Baseline {
                 week_ms: packet.itow(),
@@ -108,6 +111,10 @@ pub fn content(class: u8, id: u8, payload: &[u8]) -> Result<Ubx, Malformed> {
         }
         _ => Err(Malformed),
     }
+}
+
+fn within(value: f64, most: f64) -> Result<(), Malformed> {
+    (value.abs() <= most).then_some(()).ok_or(Malformed)
 }
 
 /// Year to fraction of a NAV-PVT, where its flags say that date and time are known.
@@ -191,6 +198,19 @@ mod tests {
         assert_eq!(solution(&[unknown]).utc_ns, None);
         let no_month: (usize, &[u8]) = (4, &[0xe8, 0x07, 13, 2, 3, 4, 5, 3]);
         assert_eq!(content(NAV, PVT, &payload(92, &[no_month])), Err(Malformed));
+    }
+
+    #[test]
+    fn what_cannot_be_is_malformed() {
+        let [far, fast, around] = [1_000_000_000_i32, 1_000_001, 36_000_001].map(i32::to_le_bytes);
+        for (at, bytes) in [(28, far), (60, fast), (64, around)] {
+            assert_eq!(
+                content(NAV, PVT, &payload(92, &[(at, &bytes)])),
+                Err(Malformed)
+            );
+        }
+        let turned = payload(64, &[(24, &around)]);
+        assert_eq!(content(NAV, RELPOSNED, &turned), Err(Malformed));
     }
 
     #[test]

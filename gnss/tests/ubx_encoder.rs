@@ -1,4 +1,4 @@
-//! UBX as an encoder makes it that others wrote: pyubx2 of PyPI.
+//! UBX as an encoder makes it that others wrote: pyubx2, a Python package.
 //!
 //! `COLOC_UBX_MESSAGES` says how many messages, `PYTHONPATH` where pyubx2 is if it is not installed; `tests/run` sets both.
 #![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.

@@ -91,7 +91,7 @@ mod tests {
     #[serde(deny_unknown_fields)]
     struct Scale {
         /// Where it is.
-        #[schemars(example = "here")]
+        #[schemars(example = &"here")]
         place: String,
         /// How much it may say \[kg\].
         #[serde(default)]

@@ -36,7 +36,7 @@ def solution(chance):
         "numSV": chance.randrange(256),
         "height": chance.randrange(-(2**31), 2**31),
         "hAcc": chance.randrange(2**32),
-        "gSpeed": chance.randrange(2**31),
+        "gSpeed": chance.randrange(1_000_001),
     }
     latitude = chance.randrange(-900_000_000, 900_000_001)
     longitude = chance.randrange(-1_800_000_000, 1_800_000_001)
