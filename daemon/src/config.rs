@@ -14,6 +14,7 @@ mod finding;
 mod hint;
 mod initial_pose;
 mod location;
+mod others;
 mod places;
 mod presets;
 pub mod reference;
@@ -38,6 +39,7 @@ use toml::de::DeTable;
 use error::Fault;
 
 pub use error::ConfigError;
+pub use others::{Section, SomebodyElses};
 pub use sensors::{Compass, Heading, Receiver, RelativePose, Sensor};
 
 pub use sections::{
@@ -105,6 +107,10 @@ pub struct Config {
     /// Logs, status, state file.
     #[serde(default)]
     pub telemetry: Telemetry,
+    /// Read by `coloc-gnss`.
+    #[serde(default, skip_serializing)]
+    #[schemars(skip)]
+    pub gnss: SomebodyElses,
 }
 
 /// A configuration that is allowed, and what is unlikely about it.
@@ -139,6 +145,7 @@ impl Config {
             health: Health::default(),
             realtime: Realtime::default(),
             telemetry: Telemetry::default(),
+            gnss: SomebodyElses::default(),
         }
     }
 

@@ -5,7 +5,8 @@ use core::fmt::Debug;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    Estimate, Header, Heading, Neighbour, Odometry, Pose, Position, RelativePose, Status, Timing,
+    DriverStatus, Estimate, Header, Heading, Neighbour, Odometry, Pose, Position, RelativePose,
+    Status, Timing,
 };
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
@@ -29,6 +30,8 @@ pub enum Channel {
     Timing,
     /// The counters.
     Status,
+    /// How the sensors' drivers are doing.
+    DriverStatus,
 }
 
 /// What is said on a channel, and how its service is dimensioned.
@@ -149,7 +152,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 9] = [
+    pub const TABLE: [Told; 10] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
@@ -236,6 +239,18 @@ impl Channel {
             subscribers: 16,
             buffer: 2,
             ..DAEMON
+        },
+        Told {
+            channel: Self::DriverStatus,
+            name: "driver",
+            what: "what each driver of a sensor has heard, said and refused, once a second",
+            to: Audience::Anyone,
+            age: Age::Millis(5000),
+            matters: Matters::Newest,
+            size: size_of::<DriverStatus>(),
+            late_joiner: true,
+            buffer: 4,
+            ..DRIVERS
         },
     ];
 
@@ -328,6 +343,7 @@ travels! {
     Estimate "v4",
     Timing "v2",
     Status "v3",
+    DriverStatus "v1" [said_ns],
 }
 
 #[cfg(test)]
@@ -366,6 +382,7 @@ mod tests {
         assert_named::<Estimate>();
         assert_named::<Timing>();
         assert_named::<Status>();
+        assert_named::<DriverStatus>();
     }
 
     #[test]

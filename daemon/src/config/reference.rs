@@ -4,4 +4,4 @@ mod annotated;
 mod table;
 
 pub use annotated::robot_toml;
-pub use table::configuration_md;
+pub use table::{configuration_md, section_md};

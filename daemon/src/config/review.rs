@@ -5,6 +5,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::Fault;
 use super::hint::{missing, unknown};
+use super::others::OTHERS;
 use super::shape::{Kind, Shape};
 
 /// Everything that is wrong.
@@ -14,6 +15,25 @@ pub(super) fn review(text: &str, document: &DeTable<'_>) -> Vec<Fault> {
         faults: Vec::new(),
     };
     review.table("", Shape::whole(), document, None);
+    review.faults.sort_by_key(|fault| fault.at);
+    review.faults
+}
+
+/// Everything that is wrong in the section of another program.
+pub(super) fn review_section(
+    text: &str,
+    document: &DeTable<'_>,
+    name: &str,
+    shape: Shape,
+) -> Vec<Fault> {
+    let mut review = Review {
+        text,
+        faults: Vec::new(),
+    };
+    match document.get_key_value(name) {
+        Some((key, value)) => review.value(name, shape, value, key.span().start),
+        None => review.report(None, format!("the file lacks [{name}]")),
+    }
     review.faults.sort_by_key(|fault| fault.at);
     review.faults
 }
@@ -30,7 +50,8 @@ impl Review<'_> {
 
     /// `at` is where the table begins.
     fn table(&mut self, path: &str, shape: Shape, table: &DeTable<'_>, at: Option<usize>) {
-        for (key, value) in table {
+        let others = |key: &str| path.is_empty() && OTHERS.iter().any(|(name, _)| *name == key);
+        for (key, value) in table.iter().filter(|(key, _)| !others(key.get_ref())) {
             let inner = join(path, key.get_ref());
             match shape.setting(key.get_ref()) {
                 Some(child) => self.value(&inner, child, value, key.span().start),

@@ -3,17 +3,18 @@
 use std::fmt;
 use std::sync::LazyLock;
 
+use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::Value;
 
 use super::Config;
 
-static WHOLE: LazyLock<Value> = LazyLock::new(describe);
+static WHOLE: LazyLock<Value> = LazyLock::new(describe::<Config>);
 
-fn describe() -> Value {
+fn describe<T: JsonSchema>() -> Value {
     let settings =
         SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
-    let schema = settings.into_generator().into_root_schema_for::<Config>();
+    let schema = settings.into_generator().into_root_schema_for::<T>();
     let mut whole = schema.to_value();
     hand_examples_down(&mut whole);
     join_lines(&mut whole);
@@ -78,6 +79,11 @@ impl Shape {
     /// The whole file.
     pub(super) fn whole() -> Self {
         Self(&WHOLE)
+    }
+
+    /// Another program's section. A program has one or two, and reads them once: they are kept for good.
+    pub(super) fn of<T: JsonSchema>() -> Self {
+        Self(Box::leak(Box::new(describe::<T>())))
     }
 
     pub(super) fn kind(self) -> Kind {

@@ -1,5 +1,6 @@
 //! The payloads: plain `#[repr(C)]`, fixed size, versioned in their type name, the same bytes in every language.
 mod can_counters;
+mod driver_status;
 mod estimate;
 mod header;
 mod heading;
@@ -15,6 +16,7 @@ mod status;
 mod timing;
 
 pub use can_counters::CanCounters;
+pub use driver_status::DriverStatus;
 pub use estimate::Estimate;
 pub use header::Header;
 pub use heading::Heading;

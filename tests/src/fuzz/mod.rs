@@ -11,6 +11,7 @@ mod dbc;
 mod encoder;
 mod mutate;
 mod payloads;
+mod receiver;
 mod recording;
 mod scratch;
 
@@ -33,7 +34,7 @@ pub struct Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 7] = [
+pub const TARGETS: [Target; 8] = [
     candump::TARGET,
     dbc::TARGET,
     configuration::TARGET,
@@ -41,6 +42,7 @@ pub const TARGETS: [Target; 7] = [
     payloads::TARGET,
     recording::TARGET,
     belief::TARGET,
+    receiver::TARGET,
 ];
 
 impl Target {

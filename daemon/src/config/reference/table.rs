@@ -1,5 +1,6 @@
 //! `docs/configuration.md`: a table of each section.
 
+use super::super::Section;
 use super::super::example::{brief, literal};
 use super::super::shape::{Kind, Shape, first_of_its_kind};
 
@@ -19,6 +20,12 @@ pub fn configuration_md() -> String {
     let sections = Shape::whole().settings();
     let sections = sections.map(|(name, shape)| section(name, shape));
     HEAD.to_owned() + &sections.collect::<String>()
+}
+
+/// The same of the section of another program.
+#[must_use]
+pub fn section_md<S: Section>() -> String {
+    section(S::NAME, Shape::of::<S>())
 }
 
 fn section(path: &str, shape: Shape) -> String {

@@ -1,6 +1,7 @@
 //! What is not configured, and what that means.
 
 use super::super::Config;
+use super::super::others::OTHERS;
 use super::page::Page;
 
 pub(super) fn write(config: &Config, page: &mut Page) {
@@ -39,4 +40,7 @@ pub(super) fn write(config: &Config, page: &mut Page) {
     ];
     let missing = missing.into_iter().filter(|(is_missing, _)| *is_missing);
     page.lines("not set", missing.map(|(_, text)| text.to_owned()));
+    let others = OTHERS.iter().filter(|_| config.gnss.is_there);
+    let others = others.map(|(name, program)| format!("[{name}]: see {program}"));
+    page.lines("not colocd's", others);
 }

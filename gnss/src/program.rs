@@ -1,0 +1,346 @@
+//! The program `coloc-gnss`.
+
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::{Parser, Subcommand};
+use coloc_daemon::config::Config;
+use coloc_sensors::input::Step;
+use coloc_sensors::run::{self, Outlet as Life};
+use coloc_sensors::status::Reporter;
+use coloc_sensors::teller::Teller;
+use coloc_sensors::{EndError, Input, InputSpec, Moment, Stop, end};
+use coloc_shm_types::private::{OwnFile, PrivateDirectory};
+use coloc_shm_types::{DriverStatus, places};
+use serde_json::json;
+
+use crate::datum::Origin;
+use crate::driver::{FIGURES, GnssDriver, unlikely};
+use crate::publish::Channels;
+use crate::receiver::{Counts, Event, Receiver};
+use crate::refusal::Refusal;
+use crate::section::Gnss;
+use crate::stamp::Stamper;
+use crate::utc::iso;
+
+const NAME: &str = "coloc-gnss";
+const DRIVER: &str = "gnss";
+
+/// Satellite receivers for coloc: NMEA 0183 and UBX, from a serial device, TCP, gpsd, a file or standard input.
+#[derive(Debug, Parser)]
+#[command(name = NAME, version, arg_required_else_help = true)]
+struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Publish the receiver's fixes for colocd, until SIGINT or SIGTERM.
+    Run {
+        /// The robot's configuration, with a section [gnss].
+        config: PathBuf,
+    },
+    /// Read a configuration, say what it means and what is unlikely about it, open nothing.
+    Check {
+        /// The robot's configuration.
+        config: PathBuf,
+        /// End with status 1 if anything is unlikely.
+        #[arg(long)]
+        strict: bool,
+    },
+    /// Print what a receiver or a recording says, a line of JSON for each fix and heading.
+    Fixes {
+        /// As `input` in [gnss]; a path alone is a file, read as fast as it can be.
+        input: String,
+    },
+    /// Print the status of the coloc-gnss that runs with this configuration, once.
+    Status {
+        /// The robot's configuration.
+        config: PathBuf,
+    },
+}
+
+/// The whole program, from its arguments to its exit status.
+pub fn main_from_args<I, T>(args: I) -> ExitCode
+where
+    I: IntoIterator<Item = T>,
+    T: Into<OsString> + Clone,
+{
+    coloc_daemon::file_size::let_writers_see_the_limit();
+    let result = match Args::try_parse_from(args) {
+        Ok(Args { command }) => match command {
+            Command::Run { config } => run(&config),
+            Command::Check { config, strict } => check(&config, strict),
+            Command::Fixes { input } => fixes(&input),
+            Command::Status { config } => status(&config),
+        },
+        Err(answer) => {
+            // If nobody reads it, nobody is left to tell.
+            let _ = answer.print();
+            return ExitCode::from(u8::from(answer.use_stderr()) * 2);
+        }
+    };
+    end::finish(NAME, result)
+}
+
+fn run(path: &Path) -> Result<(), EndError> {
+    let stop = Stop::on_signals().map_err(system("signals cannot be handled"))?;
+    let (config, section) = Config::load_with::<Gnss>(path)?;
+    let name = &config.robot.name;
+    let space = config.open_space(NAME)?;
+    let spec = spec(&section, path)?;
+    let origin = origin(&config, &section, path)?;
+    let stamper = stamper(&section, &spec);
+    let channels = Channels::open(&space, name, section.source, stamper.clock())?;
+    let reporter = Reporter::open(&space, name, DRIVER, section.source)?;
+    let mut input = Input::new(spec, Duration::from_secs_f64(section.silence_s));
+    let mut driver = GnssDriver::new(section, origin, channels, stamper);
+    let mut life = Life {
+        space: &space,
+        reporter,
+    };
+    run::run(
+        &mut driver,
+        &mut input,
+        &stop,
+        &mut life,
+        &mut Teller::new(NAME),
+    )
+}
+
+fn stamper(section: &Gnss, spec: &InputSpec) -> Stamper {
+    let latency_ns = nanos(section.latency_s);
+    if spec.is_recording() {
+        Stamper::recording(spec.is_paced(), latency_ns)
+    } else {
+        Stamper::live(section.stamp, latency_ns, nanos(section.clock_off_s))
+    }
+}
+
+#[allow(clippy::cast_possible_truncation)] // Of at most an hour.
+fn nanos(seconds: f64) -> i64 {
+    (seconds * 1e9).round() as i64
+}
+
+fn spec(section: &Gnss, config: &Path) -> Result<InputSpec, EndError> {
+    let spec = section.spec().map_err(EndError::Input)?;
+    Ok(spec.below(config.parent().unwrap_or(Path::new(""))))
+}
+
+fn origin(config: &Config, section: &Gnss, path: &Path) -> Result<Origin, EndError> {
+    let is_configured = section.datum.latitude_deg.is_some();
+    let file = (!is_configured).then(|| datum_file(config, section, path));
+    Origin::begin(&section.datum, file.transpose()?)
+        .map_err(|problem| EndError::Input(problem.to_string()))
+}
+
+fn datum_file(config: &Config, section: &Gnss, path: &Path) -> Result<OwnFile, EndError> {
+    let configured = &section.datum.file;
+    if configured.as_os_str().is_empty() {
+        let directory = PrivateDirectory::make(&places::state_directory()?, |_| true)?;
+        return Ok(directory.file(&format!("{}.datum.toml", config.robot.name))?);
+    }
+    let directory = path.parent().unwrap_or(Path::new(""));
+    Ok(OwnFile::named(&directory.join(configured))?)
+}
+
+fn check(path: &Path, strict: bool) -> Result<(), EndError> {
+    let (config, section) = Config::load_with::<Gnss>(path)?;
+    let warnings = unlikely(&config, &section);
+    let mut page = understood(&config, &section);
+    for warning in &warnings {
+        page.extend(["warning      ", warning, "\n"]);
+    }
+    print(&page)?;
+    if strict && !warnings.is_empty() {
+        return Err(EndError::Unlikely(warnings.len()));
+    }
+    Ok(())
+}
+
+/// A configuration in words, a line a subject.
+fn understood(config: &Config, section: &Gnss) -> String {
+    let spec = section
+        .spec()
+        .map_or_else(|problem| problem, |spec| spec.to_string());
+    let datum = &section.datum;
+    let datum = match datum.latitude_deg.zip(datum.longitude_deg) {
+        Some((latitude, longitude)) => {
+            format!("{latitude}° north, {longitude}° east, {} m", datum.height_m)
+        }
+        None => format!("the mean of the first {} good fixes, saved", datum.fixes),
+    };
+    let stamp = match section.stamp {
+        crate::section::Stamp::Fix => format!(
+            "its own time, at most {} s from the computer's",
+            section.clock_off_s
+        ),
+        crate::section::Stamp::Arrival => "when it came".into(),
+    };
+    let floors = [1, 2, 3, 4, 5].map(|quality| {
+        let floor = section.floor(quality).map(|floor| {
+            format!(
+                "{} m new, {} m for {} s",
+                floor.sigma_m, floor.slow_sigma_m, floor.slow_time_s
+            )
+        });
+        format!("quality {quality}: {}", floor.unwrap_or_default())
+    });
+    let (robot, source) = (&config.robot.name, section.source);
+    let begin = [
+        format!("robot        {robot}, receiver {source}"),
+        format!("input        {spec}"),
+        format!("stamp        {stamp}, {} s earlier", section.latency_s),
+        format!("datum        {datum}"),
+    ];
+    let floors = floors.map(|floor| format!("believed     {floor}"));
+    let lines: Vec<_> = begin.into_iter().chain(floors).collect();
+    lines.join(
+        "
+",
+    ) + "
+"
+}
+
+fn fixes(input: &str) -> Result<(), EndError> {
+    let stop = Stop::on_signals().map_err(system("signals cannot be handled"))?;
+    let is_path = !input.contains(':') && input != "stdin";
+    let text = if is_path {
+        format!("file:{input}?speed=full")
+    } else {
+        input.to_owned()
+    };
+    let spec = text.parse().map_err(EndError::Input)?;
+    let mut input = Input::new(spec, Duration::from_secs(10));
+    let mut receiver = Receiver::new(None);
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut events = Vec::new();
+    loop {
+        let is_over = hear(&mut input, &stop, &mut receiver, &mut events)?;
+        let mut lines = events.drain(..).filter_map(shown);
+        let written = lines.try_for_each(|line| writeln!(out, "{line}"));
+        let is_live = !input.spec().is_recording();
+        let flushed = match written {
+            Ok(()) if is_live || is_over => out.flush(),
+            written => written,
+        };
+        match flushed {
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
+            Err(error) => return Err(system("standard output cannot be written")(error)),
+            Ok(()) if is_over => break,
+            Ok(()) => {}
+        }
+    }
+    say(&summary(receiver.counts()));
+    Ok(())
+}
+
+/// What comes next of a receiver; whether that is all.
+fn hear(
+    input: &mut Input,
+    stop: &Stop,
+    receiver: &mut Receiver,
+    events: &mut Vec<Event>,
+) -> Result<bool, EndError> {
+    let step = input.step(stop, run::IDLE);
+    let mut note = |event| events.push(event);
+    match step.map_err(system("it cannot be waited"))? {
+        Step::Bytes => receiver.take(input.bytes(), Moment::now(), &mut note),
+        Step::Unreadable(why) => return Err(EndError::Input(why)),
+        Step::Lost(why) => say(&why),
+        Step::Quiet if !input.spec().is_recording() => receiver.pause(&mut note),
+        Step::Quiet | Step::Opened => {}
+        Step::End | Step::Stop => {
+            receiver.cut(Moment::now(), &mut note);
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+fn summary(counts: Counts) -> String {
+    let Counts {
+        whole,
+        broken_lines,
+        broken_frames,
+        malformed,
+        proprietary,
+        foreign_bytes,
+    } = counts;
+    format!(
+        "{whole} sentences and messages; broken: {broken_lines} lines, {broken_frames} frames; malformed: {malformed}; \
+         proprietary: {proprietary}; {foreign_bytes} other bytes"
+    )
+}
+
+fn say(text: &str) {
+    // If this fails there is nowhere left to say so.
+    let _ = io::stderr().write_all(format!("{NAME}: {text}\n").as_bytes());
+}
+
+/// An event as a line; that there is no fix is none.
+fn shown(event: Event) -> Option<serde_json::Value> {
+    match event {
+        Event::Fix(fix, _) => (fix.quality > 0).then(|| {
+            json!({
+                "time": fix.utc_ns.map(iso), "latitude_deg": fix.place[0], "longitude_deg": fix.place[1],
+                "height_m": fix.height_m, "quality": fix.quality, "satellites": fix.satellites, "hdop": fix.hdop,
+                "stated_m": fix.stated_m, "speed_m_s": fix.speed_m_s, "course_deg": fix.course_deg,
+            })
+        }),
+        Event::Heading(heading, _) => Some(json!({
+            "time": heading.utc_ns.map(iso), "heading_deg": heading.degrees, "stated_deg": heading.stated_deg,
+            "quality": heading.quality,
+        })),
+    }
+}
+
+fn status(path: &Path) -> Result<(), EndError> {
+    let (config, section) = Config::load_with::<Gnss>(path)?;
+    let name = &config.robot.name;
+    let space = config.open_space(NAME)?;
+    let statuses = space.subscriber::<DriverStatus>(name)?;
+    for _ in 0..3 {
+        let waited = statuses.wait(Duration::from_secs(1));
+        let heard = waited.map_err(|problem| EndError::Input(problem.to_string()))?;
+        if let Some(status) =
+            heard.filter(|it| it.header.source == section.source && it.name() == DRIVER)
+        {
+            return print(&format!("{}\n", described(&status)));
+        }
+    }
+    Err(EndError::Input(format!(
+        "no {NAME} of {name} speaks: does it run?"
+    )))
+}
+
+fn described(status: &DriverStatus) -> serde_json::Value {
+    let refused = Refusal::ALL.iter().zip(status.refused);
+    let refused: serde_json::Map<_, _> = refused
+        .filter(|(_, count)| *count > 0)
+        .map(|(refusal, count)| (refusal.name().to_owned(), count.into()))
+        .collect();
+    let figures = FIGURES.iter().zip(status.figures);
+    let figures: serde_json::Map<_, _> = figures
+        .filter(|(_, figure)| figure.is_finite())
+        .map(|(name, figure)| ((*name).to_owned(), figure.into()))
+        .collect();
+    json!({
+        "health": status.health().name(), "open": status.open == 1, "opened": status.opened, "bytes": status.bytes,
+        "whole": status.whole, "broken": status.broken, "said": status.said, "refused": refused, "figures": figures,
+    })
+}
+
+fn print(text: &str) -> Result<(), EndError> {
+    let mut out = io::stdout();
+    let printed = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    printed.map_err(system("standard output cannot be written"))
+}
+
+fn system(what: &'static str) -> impl FnOnce(io::Error) -> EndError {
+    move |error| EndError::System { what, error }
+}

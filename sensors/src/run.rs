@@ -1,0 +1,205 @@
+//! The life of a driver: wait, hand on what came, say how it is doing, until asked to end.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use coloc_shm_types::{Health, Space};
+
+use crate::end::EndError;
+use crate::input::{Input, Step};
+use crate::moment::Moment;
+use crate::pace::Pace;
+use crate::status::{Line, Reporter};
+use crate::stop::Stop;
+use crate::teller::Teller;
+
+/// What understands a sensor.
+pub trait Driver {
+    /// Takes in bytes, cut anywhere.
+    ///
+    /// # Errors
+    /// If it cannot go on.
+    fn take(&mut self, bytes: &[u8], at: Moment) -> Result<(), EndError>;
+
+    /// Nothing came for [`IDLE`].
+    ///
+    /// # Errors
+    /// If it cannot go on.
+    fn idle(&mut self, at: Moment) -> Result<(), EndError>;
+
+    /// The input was lost: what comes next does not continue what came before.
+    fn interrupted(&mut self);
+
+    /// Nothing will come any more.
+    ///
+    /// # Errors
+    /// If it could not say the last of it.
+    fn end(&mut self, at: Moment) -> Result<(), EndError>;
+
+    /// When the newest of what it has taken in was measured, for the pace of a recording (ns, of any clock).
+    fn recorded_ns(&self) -> Option<i64>;
+
+    /// What it has to tell of itself.
+    fn report(&self) -> Report;
+
+    /// What a person should hear, since it was last asked.
+    fn remarks(&mut self) -> Vec<String>;
+}
+
+/// What a driver tells of itself, counted from its start.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Messages that were whole and right.
+    pub whole: u64,
+    /// Messages that were broken, cut or mixed up.
+    pub broken: u64,
+    /// What was said on the robot's channels.
+    pub said: u64,
+    /// When the last of it was measured.
+    pub said_ns: i64,
+    /// What was refused, by the driver's own reasons.
+    pub refused: [u64; 16],
+    /// The driver's own numbers.
+    pub figures: [f64; 8],
+}
+
+/// After so long without a byte a message is at its end.
+pub const IDLE: Duration = Duration::from_millis(100);
+
+/// Where a driver is heard.
+#[derive(Debug)]
+pub struct Outlet<'a> {
+    /// The shared memory, looked at once a second.
+    pub space: &'a Space,
+    /// Its status.
+    pub reporter: Reporter,
+}
+
+/// Runs `driver` on `input` until it ends.
+///
+/// # Errors
+/// Why it could not go on.
+pub fn run(
+    driver: &mut impl Driver,
+    input: &mut Input,
+    stop: &Stop,
+    outlet: &mut Outlet<'_>,
+    teller: &mut Teller,
+) -> Result<(), EndError> {
+    let mut life = Life {
+        pace: input.spec().is_paced().then(Pace::default),
+        line: Line::default(),
+        health: None,
+    };
+    let ended = loop {
+        match life.turn(driver, input, stop, teller) {
+            Ok(Turn::On) => {}
+            Ok(Turn::Over) => break end(driver, stop),
+            Err(error) => break Err(error),
+        }
+        life.line.is_open = input.is_open();
+        if let Err(error) = life.report(driver, outlet, teller) {
+            break Err(error);
+        }
+        teller.tell(Instant::now());
+    };
+    teller.finish();
+    ended
+}
+
+/// Who listens takes in the last words within a tick or two; they go with the port that said them.
+const LAST_WORDS: Duration = Duration::from_millis(100);
+
+fn end(driver: &mut impl Driver, stop: &Stop) -> Result<(), EndError> {
+    driver.end(Moment::now())?;
+    stop.wait(None, LAST_WORDS).map_err(cannot_wait)?;
+    Ok(())
+}
+
+struct Life {
+    pace: Option<Pace>,
+    line: Line,
+    health: Option<Health>,
+}
+
+enum Turn {
+    On,
+    Over,
+}
+
+impl Life {
+    fn turn(
+        &mut self,
+        driver: &mut impl Driver,
+        input: &mut Input,
+        stop: &Stop,
+        teller: &mut Teller,
+    ) -> Result<Turn, EndError> {
+        match input.step(stop, IDLE).map_err(cannot_wait)? {
+            Step::Bytes => {
+                self.line.bytes += input.bytes().len() as u64;
+                return self.hand_on(driver, input.bytes(), stop);
+            }
+            Step::Quiet => driver.idle(Moment::now())?,
+            Step::Opened => {
+                self.line.opened += 1;
+                teller.remark(format!("{} is open", input.spec()));
+            }
+            Step::Lost(why) => {
+                driver.interrupted();
+                teller.remark(format!("{why}; it is tried again"));
+            }
+            Step::Unreadable(why) => return Err(EndError::Input(why)),
+            Step::End | Step::Stop => return Ok(Turn::Over),
+        }
+        Ok(Turn::On)
+    }
+
+    /// A recording is handed on line by line, each at its time.
+    fn hand_on(
+        &mut self,
+        driver: &mut impl Driver,
+        bytes: &[u8],
+        stop: &Stop,
+    ) -> Result<Turn, EndError> {
+        let Some(pace) = &mut self.pace else {
+            driver.take(bytes, Moment::now())?;
+            return Ok(Turn::On);
+        };
+        for piece in bytes.split_inclusive(|byte| *byte == b'\n') {
+            driver.take(piece, Moment::now())?;
+            let recorded = driver.recorded_ns();
+            let is_asked = recorded.map_or(Ok(false), |recorded_ns| pace.keep(recorded_ns, stop));
+            if is_asked.map_err(cannot_wait)? {
+                return Ok(Turn::Over);
+            }
+        }
+        Ok(Turn::On)
+    }
+
+    fn report(
+        &mut self,
+        driver: &mut impl Driver,
+        outlet: &mut Outlet<'_>,
+        teller: &mut Teller,
+    ) -> Result<(), EndError> {
+        driver
+            .remarks()
+            .into_iter()
+            .for_each(|it| teller.remark(it));
+        let Some(health) = outlet.reporter.report(self.line, &driver.report()) else {
+            return Ok(());
+        };
+        if self.health.replace(health) != Some(health) {
+            teller.remark(format!("the sensor is {health}"));
+        }
+        Ok(outlet.space.check()?)
+    }
+}
+
+fn cannot_wait(error: io::Error) -> EndError {
+    EndError::System {
+        what: "it cannot be waited",
+        error,
+    }
+}
