@@ -11,6 +11,7 @@ mod defaults;
 pub mod error;
 mod example;
 mod finding;
+pub mod gyro;
 mod hint;
 mod initial_pose;
 mod location;
@@ -38,6 +39,7 @@ use toml::de::DeTable;
 use error::Fault;
 
 pub use error::ConfigError;
+pub use gyro::{Gyro, GyroSource};
 pub use sensors::{Compass, Heading, Receiver, RelativePose, Sensor};
 
 pub use sections::{
@@ -78,6 +80,9 @@ pub struct Config {
     /// after an hour of standing.
     #[serde(default)]
     pub motion: Motion,
+    /// A gyro beside the wheels: it turns the robot, they move it.
+    #[serde(default)]
+    pub gyro: Gyro,
     /// Where the robot is at start.
     #[serde(default)]
     pub initial: Initial,
@@ -130,6 +135,7 @@ impl Config {
             odometry: None,
             canopen: None,
             motion: Motion::default(),
+            gyro: Gyro::default(),
             initial: Initial::default(),
             position: Position::default(),
             relative_pose: RelativePose::default(),

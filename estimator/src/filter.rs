@@ -9,7 +9,8 @@ use crate::convert::{GlobalPose, tell};
 use crate::covariance::Covariance3;
 use crate::fix::FixUpdate;
 use crate::found::{Gauge, Start, WIDE};
-use crate::fusion::fuse;
+use crate::fusion::fuse_and_leave;
+use crate::gyro::{Bias, GyroSettings, GyroState, Passage};
 use crate::heading::{self, HeadingNoise};
 use crate::kind::{HeadingFix, Measured, PositionFix};
 use crate::motion::{Motion, drive, propagate};
@@ -19,6 +20,7 @@ use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::settings::{Propagation, Settings};
 use crate::stamp::Stamp;
+use crate::symmetric::Square3;
 use crate::terms::Terms;
 use crate::{fix, lever, slow};
 
@@ -41,6 +43,16 @@ pub(crate) struct Filter {
     pace: Pace,
     /// Where the wheels alone have taken the robot since its start: no measurement moves it.
     driven: Pose,
+    /// Of the gyro, if there is one.
+    bias: Option<Bias>,
+}
+
+/// What a measurement of the pose teaches of the gyro's bias.
+enum Learnt {
+    /// As much as the pose tells of it.
+    OfAll,
+    /// Nothing; so much of the pose's error is left. An error that fixes share would count as news of the bias at each of them.
+    OfPose(Square3),
 }
 
 impl Filter {
@@ -54,6 +66,7 @@ impl Filter {
             slow_heading_heard: None,
             velocity: [f64::NAN; 2],
             driven: Pose::default(),
+            bias: None,
             pace: if belief.parts.dependent == Covariance3::ZERO {
                 Pace::beginning(stamp)
             } else {
@@ -70,16 +83,44 @@ impl Filter {
         }
     }
 
-    /// `dt_s` seconds of `motion` pass.
+    /// With a gyro, of which this is known.
+    pub(crate) fn with_gyro(self, settings: Option<&GyroSettings>) -> Self {
+        Self {
+            bias: settings.map(Bias::beginning),
+            ..self
+        }
+    }
+
+    /// A leg passes.
     #[inline]
-    pub(crate) fn predict(&mut self, motion: &Motion, dt_s: f64, propagation: Propagation) {
+    pub(crate) fn predict(&mut self, passage: &Passage, settings: &Settings) {
         self.close();
-        self.belief = propagate(&self.belief, motion, dt_s, propagation);
-        self.driven = drive(self.driven, motion, dt_s);
+        let Passage { motion, dt_s, .. } = passage;
+        let motion = match (&mut self.bias, settings.gyro()) {
+            (Some(bias), Some(gyro)) if *dt_s > 0.0 => {
+                let (belief, motion) = bias.predict(&self.belief, passage, gyro);
+                self.belief = belief;
+                motion
+            }
+            _ => {
+                self.belief = propagate(&self.belief, motion, *dt_s, settings.propagation);
+                *motion
+            }
+        };
+        self.driven = drive(self.driven, &motion, *dt_s);
         self.velocity = match motion {
-            Motion::Nonholonomic { velocity, .. } => *velocity,
+            Motion::Nonholonomic { velocity, .. } => velocity,
             Motion::Holonomic { .. } => [f64::NAN; 2],
         };
+    }
+
+    /// What is known of the gyro.
+    pub(crate) fn gyro(&self) -> Option<GyroState> {
+        self.bias.as_ref().map(Bias::state)
+    }
+
+    pub(crate) fn bias(&self) -> Option<Bias> {
+        self.bias
     }
 
     /// Where the wheels alone have taken the robot since its start.
@@ -125,11 +166,15 @@ impl Filter {
             Gauge::default()
         };
         self.pace = self.pace.heard(stamp);
-        let fusion = fuse(&self.belief, received, &self.pace.damped(&settings.fusion));
+        let damped = self.pace.damped(&settings.fusion);
+        let (fusion, complement) = fuse_and_leave(&self.belief, received, &damped);
         self.exchanged = true;
         let accepted = fusion.accepted && trusted;
         if accepted {
             self.belief = fusion.belief;
+            if let Some(bias) = &mut self.bias {
+                bias.hear(&complement);
+            }
         }
         (verdict(accepted, fusion.d2), gauge)
     }
@@ -141,7 +186,7 @@ impl Filter {
             return (Verdict::Heard, Gauge::default());
         }
         let settings = terms.settings;
-        let (update, normalised) = self.corrected(fix, settings.position_gate, settings);
+        let (update, normalised, learnt) = self.corrected(fix, settings.position_gate, settings);
         let wide = self.belief.heading_variance() > WIDE;
         let gauge = Gauge {
             d2: update.d2,
@@ -154,14 +199,26 @@ impl Filter {
         if settings.found.enabled && wide {
             return (Verdict::Heard, gauge);
         }
-        self.take(fix, &update);
+        self.take(fix, &update, &learnt);
         (verdict(true, update.d2), gauge)
     }
 
-    fn take(&mut self, fix: &PositionFix, update: &FixUpdate) {
+    fn take(&mut self, fix: &PositionFix, update: &FixUpdate, learnt: &Learnt) {
+        self.learn(&update.belief, learnt);
         self.belief = update.belief;
         if fix.slow.is_there() {
             self.slow_heard = fix.stamp;
+        }
+    }
+
+    /// The bias learns what the pose does; the pose itself comes after it.
+    fn learn(&mut self, after: &Belief, learnt: &Learnt) {
+        let Some(bias) = &mut self.bias else {
+            return;
+        };
+        match learnt {
+            Learnt::OfAll => bias.learn(&self.belief, after),
+            Learnt::OfPose(complement) => bias.stand(complement),
         }
     }
 
@@ -171,20 +228,24 @@ impl Filter {
         fix: &PositionFix,
         gate: f64,
         settings: &Settings,
-    ) -> (FixUpdate, [f64; 2]) {
+    ) -> (FixUpdate, [f64; 2], Learnt) {
         if lever::is_none(fix.lever) {
             return self.corrected_at(&self.belief, fix, gate, settings);
         }
         let antenna = lever::moved(&self.belief, fix.lever);
-        let (update, normalised) = self.corrected_at(&antenna, fix, gate, settings);
-        let belief = lever::moved(&update.belief, lever::back(fix.lever));
-        let accepted = update.accepted && belief.is_finite();
+        let (update, normalised, learnt) = self.corrected_at(&antenna.belief, fix, gate, settings);
+        let body = lever::moved(&update.belief, lever::back(fix.lever));
+        let accepted = update.accepted && body.belief.is_finite();
         let update = FixUpdate {
-            belief: if accepted { belief } else { self.belief },
+            belief: if accepted { body.belief } else { self.belief },
             accepted,
             ..update
         };
-        (update, normalised)
+        let learnt = match learnt {
+            Learnt::OfAll => Learnt::OfAll,
+            Learnt::OfPose(left) => Learnt::OfPose(body.map.after(&antenna.map.before(&left))),
+        };
+        (update, normalised, learnt)
     }
 
     fn corrected_at(
@@ -193,18 +254,20 @@ impl Filter {
         fix: &PositionFix,
         gate: f64,
         settings: &Settings,
-    ) -> (FixUpdate, [f64; 2]) {
+    ) -> (FixUpdate, [f64; 2], Learnt) {
         if !fix.slow.is_there() {
-            return fix::judged(own, fix.position, &fix.covariance, gate);
+            let (update, normalised) = fix::judged(own, fix.position, &fix.covariance, gate);
+            return (update, normalised, Learnt::OfAll);
         }
         let all = fix.covariance.plus(fix.slow.variance);
         let (update, normalised) = fix::judged(own, fix.position, &all, gate);
         if !update.accepted {
-            return (update, normalised);
+            return (update, normalised, Learnt::OfAll);
         }
         let since = fix.stamp - self.slow_heard;
-        let belief = slow::update(own, fix, since, &settings.fusion);
-        (FixUpdate { belief, ..update }, normalised)
+        let (belief, complement) = slow::update(own, fix, since, &settings.fusion);
+        let update = FixUpdate { belief, ..update };
+        (update, normalised, Learnt::OfPose(complement))
     }
 
     /// A heading, and what the gate said.
@@ -220,6 +283,7 @@ impl Filter {
         let noise = HeadingNoise::of(fix.variance, &fix.slow, since);
         let update = heading::update(&self.belief, heading, &noise, terms.settings.heading_gate);
         if update.accepted {
+            self.learn(&update.belief, &Learnt::OfAll);
             self.belief = update.belief;
             if fix.slow.is_there() {
                 self.slow_heading_heard = Some(fix.stamp);
@@ -243,6 +307,9 @@ impl Filter {
         self.belief = *belief;
         (self.nowhere, self.exchanged) = (false, false);
         self.pace = self.pace.met();
+        if let Some(bias) = &mut self.bias {
+            bias.forget_pose();
+        }
     }
 
     /// The belief as it is before what follows.
@@ -255,6 +322,9 @@ impl Filter {
     fn close(&mut self) {
         if self.exchanged {
             self.belief.make_dependent();
+            if let Some(bias) = &mut self.bias {
+                bias.make_dependent();
+            }
             self.exchanged = false;
             self.pace = self.pace.met();
         }
@@ -290,6 +360,7 @@ fn verdict(accepted: bool, d2: f64) -> Verdict {
 mod tests {
     use super::*;
     use crate::covariance::Covariance2;
+    use crate::motion::Motion;
 
     fn predicted() -> Filter {
         let covariance = Covariance3::diagonal([0.01, 0.02, 0.03]).unwrap();
@@ -342,7 +413,14 @@ mod tests {
             noise: Covariance2::diagonal([0.01, 0.01]).unwrap(),
         };
         let wanders = |mut filter: Filter| {
-            filter.predict(&motion, 1.0, Propagation::Honest);
+            let passage = Passage {
+                from: Stamp::default(),
+                dt_s: 1.0,
+                motion,
+                is_measured: true,
+                turned: None,
+            };
+            filter.predict(&passage, &Settings::default());
             filter
         };
         let word = GlobalPose {

@@ -44,6 +44,16 @@ pub struct Fusion {
 /// is the Kalman filter's update. If neither covariance has an independent part, it is covariance intersection.
 #[must_use]
 pub fn fuse(own: &Belief, received: &GlobalPose, settings: &FusionSettings) -> Fusion {
+    fuse_and_leave(own, received, settings).0
+}
+
+/// [`fuse`], and `I − K`: what is left of the error before.
+#[inline]
+pub(crate) fn fuse_and_leave(
+    own: &Belief,
+    received: &GlobalPose,
+    settings: &FusionSettings,
+) -> (Fusion, Square3) {
     let prior = Split::new(&own.parts);
     let message = Split::new(&received.parts);
     let innovation = innovation(&own.pose, &received.pose);
@@ -56,22 +66,29 @@ pub fn fuse(own: &Belief, received: &GlobalPose, settings: &FusionSettings) -> F
         _ => weights.own * weights.received * inverse.quadratic(innovation),
     };
     if !accepts(d2, settings.gate) {
-        return Fusion {
+        let refused = Fusion {
             belief: *own,
             accepted: false,
             alpha,
             d2,
         };
+        return (refused, Square3::IDENTITY);
     }
-    let belief = Gains::new((&prior, &own.bend), &message, weights, &inverse)
-        .update(own, innovation, &prior, &message);
+    let gains = Gains::new((&prior, &own.bend), &message, weights, &inverse);
+    let belief = gains.update(own, innovation, &prior, &message);
     let accepted = belief.is_finite();
-    Fusion {
-        belief: if accepted { belief } else { *own },
+    let (belief, complement) = if accepted {
+        (belief, gains.complement)
+    } else {
+        (*own, Square3::IDENTITY)
+    };
+    let fusion = Fusion {
+        belief,
         accepted,
         alpha,
         d2,
-    }
+    };
+    (fusion, complement)
 }
 
 /// `ν = y* − x̂`, heading wrapped \[33\].

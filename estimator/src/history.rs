@@ -18,6 +18,9 @@
 //! recomputed and the beliefs after it are the same bits as before. What arrives for a stamp at or before the base is too old.
 //! An odometry sample that began before the base but ends after it still drives what is after.
 //!
+//! A gyro's samples are no entries: they have a circle of their own ([`turns`]) and drive beside the wheels. A leg ends where what they
+//! cover begins or ends.
+//!
 //! # Worst case
 //!
 //! Entries stay where they are in the storage; their order is kept in numbers of two bytes. A tick with K
@@ -42,16 +45,23 @@ mod places;
 mod replay;
 mod ring;
 mod settle;
+mod turns;
 mod ways;
 
 use crate::filter::Filter;
-use crate::kind::{Key, Measured, Measurement, OdometrySample};
+use crate::kind::{GyroSample, Key, Measured, Measurement, OdometrySample};
+use crate::output::Verdict;
+use crate::settings::Settings;
 use crate::stamp::Stamp;
 
+pub(crate) use drive::Drive;
 use entry::{Checkpoint, Entry};
 pub use places::MOST_SLOTS;
 use ring::Ring;
 pub(crate) use settle::Court;
+pub use turns::GYRO_SAMPLES;
+pub(crate) use turns::Turned;
+use turns::{NotTaken, Turns};
 use ways::Ways;
 
 /// One place in the history's storage; `Slot::default()` is an empty one.
@@ -65,6 +75,8 @@ pub(crate) struct History<S> {
     /// The last odometry sample that has left it.
     base_odometry: Option<OdometrySample>,
     entries: Ring<S>,
+    /// What drives beside the wheels.
+    turns: Turns,
     /// So many entries, from the oldest on, are up to date.
     evaluated: usize,
     ways: Ways,
@@ -81,6 +93,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             },
             base_odometry: None,
             entries: Ring::new(storage),
+            turns: Turns::new(),
             evaluated: 0,
             ways: Ways::new(),
         }
@@ -113,10 +126,53 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         inserted
     }
 
+    /// Takes in what a gyro said: it drives from the sample before on.
+    pub(crate) fn turn(&mut self, sample: &GyroSample, settings: &Settings) -> Result<(), Verdict> {
+        let Some(gyro) = settings.gyro() else {
+            return Ok(()); // Nobody asks for it.
+        };
+        let since = self
+            .turns
+            .insert(sample, gyro.period)
+            .map_err(|why| match why {
+                NotTaken::Duplicate => Verdict::Duplicate,
+                NotTaken::NoRoom => Verdict::NoRoom,
+            })?;
+        self.mark_from(self.entries.first_after(since));
+        Ok(())
+    }
+
+    /// What the gyro read last, and the density of its noise; `None` where that is too old.
+    pub(crate) fn turning(&self, stamp: Stamp, settings: &Settings) -> Option<[f64; 2]> {
+        self.turns.latest(stamp, settings.gyro()?)
+    }
+
     /// Moves everything before `horizon` into the base.
     pub(crate) fn fold_before(&mut self, horizon: Stamp, court: &mut Court<'_>) {
         while self.oldest().is_some_and(|oldest| oldest < horizon) {
             self.settle_oldest(court);
+        }
+        if court.settings.gyro().is_some() {
+            self.fold_turns_before(horizon, court);
+            self.turns.forget_before(self.base.stamp);
+        }
+    }
+
+    /// Where the gyro alone drives, the base follows it from sample to sample: nothing is measured that would take it along. The
+    /// legs are the same, so that the beliefs are.
+    fn fold_turns_before(&mut self, horizon: Stamp, court: &mut Court<'_>) {
+        loop {
+            let Checkpoint { stamp, samples, .. } = self.base;
+            if stamp >= horizon {
+                return;
+            }
+            let leg = self.leg(stamp, horizon, samples, court.settings);
+            if leg.is_measured() || leg.turned.is_none() || leg.until >= horizon {
+                return;
+            }
+            self.drive_hypotheses(leg.until, court);
+            leg.predict(&mut self.base.filter, stamp, court.settings);
+            self.base.stamp = leg.until;
         }
     }
 

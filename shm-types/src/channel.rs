@@ -5,7 +5,8 @@ use core::fmt::Debug;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    Estimate, Header, Heading, Neighbour, Odometry, Pose, Position, RelativePose, Status, Timing,
+    Estimate, Gyro, Header, Heading, Neighbour, Odometry, Pose, Position, RelativePose, Status,
+    Timing,
 };
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
@@ -23,6 +24,8 @@ pub enum Channel {
     Pose,
     /// Headings.
     Heading,
+    /// Yaw rates.
+    Gyro,
     /// The belief.
     Estimate,
     /// Where the daemon's time goes.
@@ -149,7 +152,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 9] = [
+    pub const TABLE: [Told; 10] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
@@ -200,6 +203,18 @@ impl Channel {
             name: "heading",
             what: "which way the robot looks: a compass, two antennas, the course over ground",
             size: size_of::<Heading>(),
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::Gyro,
+            name: "gyro",
+            what: "yaw rates",
+            size: size_of::<Gyro>(),
+            // One gyro, its driver's restarts, and who listens in.
+            publishers: 8,
+            subscribers: 8,
+            // A second at 200 Hz: a robot that was stopped for so long loses no turn.
+            buffer: 256,
             ..DRIVERS
         },
         Told {
@@ -325,6 +340,7 @@ travels! {
     Neighbour "v2",
     Pose "v1",
     Heading "v1",
+    Gyro "v1",
     Estimate "v4",
     Timing "v2",
     Status "v3",
@@ -363,6 +379,7 @@ mod tests {
         assert_named::<Neighbour>();
         assert_named::<Pose>();
         assert_named::<Heading>();
+        assert_named::<Gyro>();
         assert_named::<Estimate>();
         assert_named::<Timing>();
         assert_named::<Status>();

@@ -52,7 +52,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     pub(crate) fn drive_at(&self, stamp: Stamp, settings: &OdometrySettings) -> Drive {
         let before = stamp - INSTANT;
         let next = self.entries.first_sample_after(before);
-        self.leg(before, stamp, next, settings).drive
+        self.wheels(before, stamp, next, settings).drive
     }
 
     /// The filter at `stamp` as the up-to-date entries give it.
@@ -68,7 +68,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     pub(super) fn predict(&self, checkpoint: &mut Checkpoint, to: Stamp, settings: &Settings) {
         while checkpoint.stamp < to {
             let from = checkpoint.stamp;
-            let leg = self.leg(from, to, checkpoint.samples, &settings.odometry);
+            let leg = self.leg(from, to, checkpoint.samples, settings);
             leg.predict(&mut checkpoint.filter, from, settings);
             checkpoint.stamp = leg.until;
         }
@@ -79,28 +79,50 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         &self,
         mut from: Stamp,
         to: Stamp,
-        settings: &OdometrySettings,
+        settings: &Settings,
         mut pass: impl FnMut(&Motion, f64),
     ) {
         let mut next = self.entries.first_sample_after(from);
+        let mut bias = self.base.filter.bias();
         while from < to {
             let leg = self.leg(from, to, next, settings);
-            pass(&leg.motion(from, settings), (leg.until - from).as_seconds());
+            let passage = leg.passage(from, &settings.odometry);
+            let motion = match (&mut bias, settings.gyro()) {
+                (Some(bias), Some(gyro)) => bias.drive(&passage, gyro),
+                _ => passage.motion,
+            };
+            pass(&motion, passage.dt_s);
             from = leg.until;
             let has_ended = |sample: &&OdometrySample| sample.stamp <= from;
             next += self.samples_from(next).take_while(has_ended).count();
         }
     }
 
-    fn checkpoint_before(&self, index: usize) -> &Checkpoint {
+    pub(super) fn checkpoint_before(&self, index: usize) -> &Checkpoint {
         let entry = index
             .checked_sub(1)
             .and_then(|index| self.entries.get(index));
         entry.map_or(&self.base, |entry| &entry.after)
     }
 
-    /// The leg of Algorithm 1 that begins at `from`; the first sample that can end after it has the number `next`.
-    fn leg(&self, from: Stamp, to: Stamp, next: usize, settings: &OdometrySettings) -> Leg {
+    /// The leg of Algorithm 1 that begins at `from`; the first sample that can end after it has the number `next`. The gyro covers all
+    /// of it, or nothing; where the wheels do not measure, it is of one of the gyro's samples alone.
+    #[inline]
+    pub(super) fn leg(&self, from: Stamp, to: Stamp, next: usize, settings: &Settings) -> Leg {
+        let leg = self.wheels(from, to, next, &settings.odometry);
+        let Some(gyro) = settings.gyro() else {
+            return leg;
+        };
+        let (until, turned) = self.turns.over(from, leg.until, !leg.is_measured(), gyro);
+        Leg {
+            until,
+            turned,
+            ..leg
+        }
+    }
+
+    /// By the wheels alone.
+    fn wheels(&self, from: Stamp, to: Stamp, next: usize, settings: &OdometrySettings) -> Leg {
         let last = self
             .last_sample_before(next)
             .filter(|sample| sample.stamp <= from);

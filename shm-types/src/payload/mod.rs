@@ -1,6 +1,7 @@
 //! The payloads: plain `#[repr(C)]`, fixed size, versioned in their type name, the same bytes in every language.
 mod can_counters;
 mod estimate;
+mod gyro;
 mod header;
 mod heading;
 mod latency;
@@ -16,6 +17,7 @@ mod timing;
 
 pub use can_counters::CanCounters;
 pub use estimate::Estimate;
+pub use gyro::Gyro;
 pub use header::Header;
 pub use heading::Heading;
 pub use latency::Latency;

@@ -25,6 +25,7 @@ pub(crate) enum Case {
     TickUnjudged,
     TickOfFour,
     TickOfFourUnjudged,
+    Turning,
     LateByFifty,
     Sought,
     Crowded,
@@ -34,7 +35,7 @@ pub(crate) enum Case {
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 17] = [
+    pub(crate) const ALL: [Self; 18] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -46,6 +47,7 @@ impl Case {
         Self::TickUnjudged,
         Self::TickOfFour,
         Self::TickOfFourUnjudged,
+        Self::Turning,
         Self::LateByFifty,
         Self::Sought,
         Self::Crowded,
@@ -67,6 +69,7 @@ impl Case {
             Self::TickUnjudged => "tick-alone-unjudged",
             Self::TickOfFour => "tick-4-neighbours-and-fix",
             Self::TickOfFourUnjudged => "tick-4-neighbours-and-fix-unjudged",
+            Self::Turning => "tick-with-gyro",
             Self::LateByFifty => "tick-late-by-50",
             Self::Sought => "tick-with-16-hypotheses",
             Self::Crowded => "tick-worst-of-1024",
@@ -164,6 +167,10 @@ impl Case {
             Self::TickUnjudged => alone(iterations, Robot::unjudged(0)?),
             Self::TickOfFour => of_four(iterations, Robot::warm(4)?)?,
             Self::TickOfFourUnjudged => of_four(iterations, Robot::unjudged(4)?)?,
+            Self::Turning => {
+                let mut robot = Robot::with_gyro()?;
+                repeat(iterations, || robot.tick_turning());
+            }
             Self::LateByFifty => {
                 let mut robot = Robot::warm(0)?;
                 repeat(iterations, || robot.tick_late(50));
