@@ -12,7 +12,7 @@ use coloc_daemon::event::{Event, Link};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{
-    Header, Heading, Input, Neighbour, Odometry, OdometryKind, Pose, Position, RelativePose,
+    Gyro, Header, Heading, Input, Neighbour, Odometry, OdometryKind, Pose, Position, RelativePose,
 };
 
 const TICKS: u64 = 10_000;
@@ -58,11 +58,15 @@ fn ticks_allocate_nothing() {
         .space
         .subscriber::<Neighbour>(&by_hand::name("b"))
         .unwrap();
-    let settings = format!("{}[odometry.base]\ntrack_m = 0.3\n", world.wheels());
+    let settings = format!(
+        "{}[odometry.base]\ntrack_m = 0.3\n[gyro]\nsource = \"channel\"\n",
+        world.wheels()
+    );
     let mut robot = world.robot("a", 1, &settings);
     let base = world.publisher::<Odometry>("a");
     let map = world.publisher::<Pose>("a");
     let compass = world.publisher::<Heading>("a");
+    let gyro = world.publisher::<Gyro>("a");
     let (laser, dgps, neighbour) = (
         world.publisher::<RelativePose>("a"),
         world.publisher::<Position>("a"),
@@ -111,6 +115,18 @@ fn ticks_allocate_nothing() {
             ..Position::default()
         })
         .unwrap();
+        for part in 1..=4_u8 {
+            gyro.send(Gyro {
+                header: Header {
+                    stamp_ns: header.stamp_ns - i64::from(4 - part) * 1_000_000,
+                    sequence: 4 * sequence + u64::from(part),
+                    ..header
+                },
+                rate_radps: 0.01,
+                ..Gyro::default()
+            })
+            .unwrap();
+        }
         let pose = [way_m, 0.0, 0.0];
         map.send(said(header, pose)).unwrap();
         compass.send(looking(header)).unwrap();
