@@ -50,6 +50,32 @@ fn said(header: Header, pose: [f64; 3]) -> Pose {
     }
 }
 
+fn moved(header: Header, way_m: f64) -> Odometry {
+    Odometry {
+        header: Header {
+            source: 1,
+            session: 1 + header.sequence / 10,
+            ..header
+        },
+        kind: OdometryKind::WheelDistances as u8,
+        values: [way_m, way_m, 0.0, 0.0],
+        ..Odometry::default()
+    }
+}
+
+/// Four yaw rates, a millisecond apart.
+fn turns(header: Header) -> impl Iterator<Item = Gyro> {
+    (1..=4_u8).map(move |part| Gyro {
+        header: Header {
+            stamp_ns: header.stamp_ns - i64::from(4 - part) * 1_000_000,
+            sequence: 4 * header.sequence + u64::from(part),
+            ..header
+        },
+        rate_radps: 0.01,
+        ..Gyro::default()
+    })
+}
+
 #[test]
 fn ticks_allocate_nothing() {
     let world = World::new();
@@ -85,17 +111,7 @@ fn ticks_allocate_nothing() {
             sender.send(&frame).unwrap();
         }
         // A base that is started again and again, beside the buses.
-        base.send(Odometry {
-            header: Header {
-                source: 1,
-                session: 1 + sequence / 10,
-                ..header
-            },
-            kind: OdometryKind::WheelDistances as u8,
-            values: [way_m, way_m, 0.0, 0.0],
-            ..Odometry::default()
-        })
-        .unwrap();
+        base.send(moved(header, way_m)).unwrap();
         laser
             .send(RelativePose {
                 header,
@@ -115,17 +131,8 @@ fn ticks_allocate_nothing() {
             ..Position::default()
         })
         .unwrap();
-        for part in 1..=4_u8 {
-            gyro.send(Gyro {
-                header: Header {
-                    stamp_ns: header.stamp_ns - i64::from(4 - part) * 1_000_000,
-                    sequence: 4 * sequence + u64::from(part),
-                    ..header
-                },
-                rate_radps: 0.01,
-                ..Gyro::default()
-            })
-            .unwrap();
+        for turn in turns(header) {
+            gyro.send(turn).unwrap();
         }
         let pose = [way_m, 0.0, 0.0];
         map.send(said(header, pose)).unwrap();

@@ -79,20 +79,17 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
 
     /// Of the wheels, its turn fused with the gyro's.
     fn velocity(&self, stamp: Stamp, drive: &Drive, filter: &Filter) -> ([f64; 3], Covariance3) {
-        let settings = &self.settings;
-        let velocity = drive.velocity();
-        let covariance = drive.covariance(stamp, &settings.odometry);
-        let gyro = || {
-            let latest = self.history.turning(stamp, settings)?;
-            let period_s = settings.odometry.reference_period.as_seconds();
-            let is_known = drive.state() != OdometryState::Stale;
-            Some(
-                filter
-                    .bias()?
-                    .turning(velocity, &covariance, latest, period_s, is_known),
-            )
+        let settings = &self.settings.odometry;
+        let of_wheels = (drive.velocity(), drive.covariance(stamp, settings));
+        let Some(bias) = &filter.bias else {
+            return of_wheels;
         };
-        gyro().unwrap_or((velocity, covariance))
+        let Some(latest) = self.history.turning(stamp, &self.settings) else {
+            return of_wheels;
+        };
+        let period_s = settings.reference_period.as_seconds();
+        let is_known = drive.state() != OdometryState::Stale;
+        bias.turning(&of_wheels, latest, period_s, is_known)
     }
 
     /// The belief, or what holds it and all that stands against it.

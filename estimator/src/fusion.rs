@@ -44,16 +44,18 @@ pub struct Fusion {
 /// is the Kalman filter's update. If neither covariance has an independent part, it is covariance intersection.
 #[must_use]
 pub fn fuse(own: &Belief, received: &GlobalPose, settings: &FusionSettings) -> Fusion {
-    fuse_and_leave(own, received, settings).0
+    let mut left = Square3::IDENTITY;
+    fuse_and_leave(own, received, settings, &mut left)
 }
 
-/// [`fuse`], and `I − K`: what is left of the error before.
+/// [`fuse`]; where it accepts, `left` becomes `I − K`: what is left of the error before.
 #[inline]
 pub(crate) fn fuse_and_leave(
     own: &Belief,
     received: &GlobalPose,
     settings: &FusionSettings,
-) -> (Fusion, Square3) {
+    left: &mut Square3,
+) -> Fusion {
     let prior = Split::new(&own.parts);
     let message = Split::new(&received.parts);
     let innovation = innovation(&own.pose, &received.pose);
@@ -66,29 +68,25 @@ pub(crate) fn fuse_and_leave(
         _ => weights.own * weights.received * inverse.quadratic(innovation),
     };
     if !accepts(d2, settings.gate) {
-        let refused = Fusion {
+        return Fusion {
             belief: *own,
             accepted: false,
             alpha,
             d2,
         };
-        return (refused, Square3::IDENTITY);
     }
     let gains = Gains::new((&prior, &own.bend), &message, weights, &inverse);
     let belief = gains.update(own, innovation, &prior, &message);
     let accepted = belief.is_finite();
-    let (belief, complement) = if accepted {
-        (belief, gains.complement)
-    } else {
-        (*own, Square3::IDENTITY)
-    };
-    let fusion = Fusion {
-        belief,
+    if accepted {
+        *left = gains.complement;
+    }
+    Fusion {
+        belief: if accepted { belief } else { *own },
         accepted,
         alpha,
         d2,
-    };
-    (fusion, complement)
+    }
 }
 
 /// `ν = y* − x̂`, heading wrapped \[33\].

@@ -205,35 +205,48 @@ impl Bias {
         plus(self.independent.with_pose, 1.0, self.dependent.with_pose)
     }
 
-    /// The belief after the leg, and the motion that it made of it.
+    /// Brings `belief` over the leg; gives the arc that the leg was.
     #[inline]
     pub(crate) fn predict(
         &mut self,
-        belief: &Belief,
+        belief: &mut Belief,
         passage: &Passage,
         settings: &GyroSettings,
-    ) -> (Belief, Motion) {
+    ) -> [f64; 3] {
         let Some(fused) = self.fuse(passage) else {
-            let motion = self.bridged(passage);
-            let swept = motion.swept(belief.pose.phi, passage.dt_s);
-            let (moved, _) = step_with_column(belief, &swept, [0.0; 3]);
-            self.carry(&moved.map);
-            self.dependent.hold(&moved.belief.parts.dependent);
-            self.walk(passage.dt_s, settings);
-            return (moved.belief, motion);
+            return self.predict_blind(belief, passage, settings);
         };
         let gain = self.gain_on_pose(&fused);
-        let learnt = self.corrected(belief, &fused, gain);
+        self.correct(belief, &fused, gain);
         let (swept, column) =
-            Swept::arc_with(learnt.pose.phi, fused.held, &fused.noise, fused.gain);
-        let (mut moved, column) = step_with_column(&learnt, &swept, column);
+            Swept::arc_with(belief.pose.phi, fused.held, &fused.noise, fused.gain);
+        let (moved, column) = step_with_column(belief, &swept, column);
         let ahead = moved.map.apply(gain);
+        *belief = moved.belief;
         self.carry(&moved.map);
-        moved.belief.parts = self.correlated(&moved.belief.parts, &fused, ahead, column);
+        self.correlate(&mut belief.parts, &fused, ahead, column);
         self.learn_by_turn(&fused, ahead, column);
-        self.dependent.hold(&moved.belief.parts.dependent);
+        self.dependent.hold(&belief.parts.dependent);
         self.walk(fused.dt_s, settings);
-        (moved.belief, fused.motion())
+        fused.held
+    }
+
+    /// By the wheels alone.
+    #[inline(never)]
+    fn predict_blind(
+        &mut self,
+        belief: &mut Belief,
+        passage: &Passage,
+        settings: &GyroSettings,
+    ) -> [f64; 3] {
+        let motion = self.bridged(passage);
+        let swept = motion.swept(belief.pose.phi, passage.dt_s);
+        let (moved, _) = step_with_column(belief, &swept, [0.0; 3]);
+        *belief = moved.belief;
+        self.carry(&moved.map);
+        self.dependent.hold(&belief.parts.dependent);
+        self.walk(passage.dt_s, settings);
+        motion.velocity().map(|it| passage.dt_s * it)
     }
 
     /// The motion of the leg for whoever knows nothing of the bias, and what the leg teaches of it.
@@ -253,8 +266,7 @@ impl Bias {
     /// noise.
     pub(crate) fn turning(
         &self,
-        velocity: [f64; 3],
-        covariance: &Covariance3,
+        (velocity, covariance): &([f64; 3], Covariance3),
         [rate, density]: [f64; 2],
         period_s: f64,
         is_known: bool,
@@ -265,9 +277,9 @@ impl Bias {
         }
         let own = density / period_s + self.variance();
         let sum = noise.pp + own;
-        let [_, _, turn] = velocity;
+        let [_, _, turn] = *velocity;
         let gain = [noise.xp, noise.yp, noise.pp].map(|it| it / sum);
-        let fused = plus(velocity, rate - self.mean - turn, gain);
+        let fused = plus(*velocity, rate - self.mean - turn, gain);
         (
             fused,
             Covariance3::trusted(&after(&noise, gain, sum, own, own)),
@@ -334,11 +346,11 @@ impl Bias {
         self.with_pose().map(|it| it * fused.dt_s * fused.learnt)
     }
 
-    /// The belief before the leg, by what the leg teaches of the bias.
+    /// Corrects the belief before the leg by what the leg teaches of the bias.
     #[inline]
-    fn corrected(&self, belief: &Belief, fused: &Fused, gain: [f64; 3]) -> Belief {
+    fn correct(&self, belief: &mut Belief, fused: &Fused, gain: [f64; 3]) {
         if is_zero(gain) {
-            return *belief;
+            return;
         }
         let dt_s = fused.dt_s;
         let [dx, dy, dphi] = gain.map(|it| it * fused.innovation / fused.learnt);
@@ -348,24 +360,15 @@ impl Bias {
         };
         let independent = taken(&belief.parts.independent, &self.independent, fused.white);
         let dependent = taken(&belief.parts.dependent, &self.dependent, 0.0);
-        let Pose { x, y, phi } = belief.pose;
-        let heading = independent.pp + dependent.pp;
-        Belief {
-            pose: Pose::new(x + dx, y + dy, phi + dphi),
-            parts: parts(&independent, &dependent),
-            bend: belief.bend.shrunk(belief.heading_variance(), heading),
-        }
+        let (Pose { x, y, phi }, heading) = (belief.pose, independent.pp + dependent.pp);
+        belief.bend = belief.bend.shrunk(belief.heading_variance(), heading);
+        belief.pose = Pose::new(x + dx, y + dy, phi + dphi);
+        belief.parts = parts(&independent, &dependent);
     }
 
-    /// The parts after the step, the correlation of pose and increments in them. The rows have taken it.
+    /// The correlation of pose and increments in the parts after the step. The rows have taken it.
     #[inline]
-    fn correlated(
-        &self,
-        stepped: &Parts,
-        fused: &Fused,
-        ahead: [f64; 3],
-        column: [f64; 3],
-    ) -> Parts {
+    fn correlate(&self, stepped: &mut Parts, fused: &Fused, ahead: [f64; 3], column: [f64; 3]) {
         let dt_s = fused.dt_s;
         let common = dt_s * self.dependent.variance;
         let (of_own, of_others) = (
@@ -375,7 +378,7 @@ impl Bias {
         let independent = stepped.independent.symmetric() - both(of_own, column) * dt_s;
         let dependent = stepped.dependent.symmetric() - both(of_others, column) * dt_s
             + Symmetric3::outer(dt_s * common, column);
-        parts(&independent, &dependent)
+        *stepped = parts(&independent, &dependent);
     }
 
     /// `A c`
@@ -512,11 +515,6 @@ impl Row {
 }
 
 impl Fused {
-    #[inline]
-    fn motion(&self) -> Motion {
-        moving(self.held, &self.noise, self.dt_s)
-    }
-
     /// With all that the bias does to a robot that has had it for long; `variance` is its own.
     fn motion_alone(&self, variance: f64) -> Motion {
         let noise = Symmetric3 {
@@ -680,7 +678,7 @@ mod tests {
             for at in 0..3000_u32 {
                 let turn = libm::sin(0.01 * f64::from(at));
                 let passage = passage(at, turn);
-                (belief, _) = bias.predict(&belief, &passage, &GyroSettings::ORDINARY);
+                bias.predict(&mut belief, &passage, &GyroSettings::ORDINARY);
                 assert_semidefinite(&belief, &bias, at);
                 if at % 50 == 20 {
                     let noise = Covariance2::diagonal([1e-3, 1e-2]).unwrap();
@@ -700,9 +698,10 @@ mod tests {
                         parts: Parts::dependent(Covariance3::diagonal([1e-3; 3]).unwrap()),
                     };
                     let settings = crate::FusionSettings::default();
-                    let (fusion, complement) =
-                        crate::fusion::fuse_and_leave(&belief, &received, &settings);
-                    bias.hear(&complement);
+                    let mut left = Square3::IDENTITY;
+                    let fusion =
+                        crate::fusion::fuse_and_leave(&belief, &received, &settings, &mut left);
+                    bias.hear(&left);
                     belief = fusion.belief;
                     assert_semidefinite(&belief, &bias, at);
                 }

@@ -97,11 +97,11 @@ pub fn propagate(belief: &Belief, motion: &Motion, dt_s: f64, propagation: Propa
     }
 }
 
-/// `pose` after `dt_s` seconds of `motion`, for whoever knows its heading: along the arc.
+/// `pose` after the arc of `held = [d_x, d_y, Δ]`, for whoever knows its heading.
 #[inline]
-pub(crate) fn drive(pose: Pose, motion: &Motion, dt_s: f64) -> Pose {
-    let [x, y, turn] = motion.velocity().map(|u| dt_s * u);
-    let way = chord_of(pose.phi, [x, y, turn]);
+pub(crate) fn drive(pose: Pose, held: [f64; 3]) -> Pose {
+    let [_, _, turn] = held;
+    let way = chord_of(pose.phi, held);
     Pose::new(pose.x + way.x, pose.y + way.y, pose.phi + turn)
 }
 

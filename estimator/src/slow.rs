@@ -22,8 +22,7 @@ const UNCERTAIN: f64 = 8.0;
 const EAGER_S: f64 = 1.0;
 
 /// `own` after a fix that its gate accepts, `since` the last one with a slow error: `R_i` is the white noise, `R_d` the slow error, and
-/// β is the part of the error's memory that has passed; and what it leaves of the
-/// error before.
+/// β is the part of the error's memory that has passed; and what it leaves of the error before.
 pub(crate) fn update(
     own: &Belief,
     fix: &PositionFix,
@@ -44,8 +43,9 @@ pub(crate) fn update(
         gate: f64::INFINITY,
         ..*settings
     };
-    let (fusion, complement) = fuse_and_leave(own, &received, &settings);
-    (fusion.belief, complement)
+    let mut left = Square3::IDENTITY;
+    let fusion = fuse_and_leave(own, &received, &settings, &mut left);
+    (fusion.belief, left)
 }
 
 fn damping(own: &Belief, white: &Covariance2, slow: &SlowError, since: Span) -> f64 {

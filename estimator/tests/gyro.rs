@@ -96,6 +96,11 @@ fn tick(robot: &mut Robot, at: i64, measurements: &[Measurement]) -> Estimate {
     outputs.estimate
 }
 
+#[allow(clippy::cast_precision_loss)]
+fn nanos(count: i64) -> f64 {
+    count as f64
+}
+
 /// Numbers between −1 and 1 that no two runs differ in.
 struct Chance(u64);
 
@@ -319,6 +324,44 @@ fn wheels_that_slip_do_not_turn_the_robot_and_teach_nothing() {
 }
 
 /// Said to be known to 0.05 rad/s, and off by a whole rad/s: the robot stands and gyro and wheels disagree without end.
+/// Each sample is the mean rate since the one before, in step with the ticks or a millisecond before them. The headings part by no more than
+/// the rate changes in that time, however long the robot drives.
+#[test]
+fn a_gyro_out_of_step_with_the_wheels_loses_no_turn() {
+    let heading = |seconds: f64| 0.8 * libm::sin(2.0 * seconds);
+    let mut settings = settings();
+    settings.gyro = settings.gyro.map(|gyro| GyroSettings {
+        noise: 1e-12,
+        bias_variance: 1e-16,
+        bias_walk: 0.0,
+        ..gyro
+    });
+    let mut robots = [0, -1_000_000].map(|offset_ns| (offset_ns, robot(settings, known())));
+    for at in 1..=3000 {
+        let mut headings = [0.0; 2];
+        for ((offset_ns, robot), told) in robots.iter_mut().zip(&mut headings) {
+            let samples = gyro(at, 0.0).map(|sample| {
+                let Measurement::Gyro(sample) = sample else {
+                    unreachable!("a gyro's")
+                };
+                let stamp = ns(sample.stamp.as_nanos() + *offset_ns);
+                let until = 1e-9 * nanos(stamp.as_nanos());
+                let turned = heading(until) - heading(until - 0.005);
+                Measurement::Gyro(GyroSample {
+                    stamp,
+                    rate_radps: turned / 0.005,
+                    ..sample
+                })
+            });
+            let mut heard = vec![wheels(at, [1.0, 0.0, 0.0], [1e-4, 1e-4, 100.0])];
+            heard.extend(samples);
+            *told = tick(robot, at, &heard).belief.pose.phi;
+        }
+        let [in_step, out_of_step] = headings;
+        assert!((in_step - out_of_step).abs() < 2e-5, "{at}: {headings:?}");
+    }
+}
+
 #[test]
 fn a_bias_that_nobody_thought_possible_is_learnt_in_the_end() {
     let mut robot = robot(settings(), known());

@@ -104,13 +104,13 @@ impl Messages {
             Ok(sensors.of_body(&seen).into())
         });
         self.headings
-            .drain(moment, into, account, |it| heading(it, &limits, sensors));
+            .drain_seldom(moment, into, account, |it| heading(it, &limits, sensors));
         self.fixes
             .drain(moment, into, account, |it| fix(it, &limits, sensors));
         self.neighbours
             .drain(moment, into, account, |it| neighbour(it, &limits));
         self.poses
-            .drain(moment, into, account, |it| said(it, &limits));
+            .drain_seldom(moment, into, account, |it| said(it, &limits));
         if let Some(turns) = &mut self.turns {
             turns.drain(moment, into, account, |it| turn(it, &limits));
         }

@@ -43,7 +43,7 @@ impl Parting {
     #[inline]
     pub(crate) fn judge(&mut self, from: Stamp, dt_s: f64, innovation: f64, variance: f64) -> bool {
         (self.missing, self.blind_s) = (innovation / dt_s, 0.0);
-        let kept = libm::exp(-dt_s / MEMORY_S);
+        let kept = MEMORY_S / (MEMORY_S + dt_s);
         self.sum = kept * self.sum + innovation;
         self.variance = kept * kept * self.variance + variance;
         let square = self.sum * self.sum;

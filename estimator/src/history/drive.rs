@@ -26,8 +26,6 @@ pub(crate) enum Drive {
 pub(crate) struct Leg {
     pub(crate) drive: Drive,
     pub(crate) until: Stamp,
-    /// By the gyro, if it covers the leg.
-    pub(crate) turned: Option<Turned>,
 }
 
 impl Leg {
@@ -47,8 +45,8 @@ impl Leg {
             if sample.start <= from {
                 let drive = Drive::Measured(sample.motion);
                 return Self {
+                    drive,
                     until: until.min(sample.stamp),
-                    ..Self::of(drive, limit)
                 };
             }
             until = until.min(sample.start);
@@ -58,36 +56,24 @@ impl Leg {
 
     fn unmeasured(from: Stamp, limit: Stamp, last: Option<&OdometrySample>, hold: Span) -> Self {
         match last {
-            Some(sample) if from < sample.stamp + hold => {
-                let (motion, since) = (sample.motion, sample.stamp);
-                Self::of(
-                    Drive::Held { motion, since },
-                    limit.min(sample.stamp + hold),
-                )
-            }
-            _ => Self::of(Drive::Unknown, limit),
+            Some(sample) if from < sample.stamp + hold => Self {
+                drive: Drive::Held {
+                    motion: sample.motion,
+                    since: sample.stamp,
+                },
+                until: limit.min(sample.stamp + hold),
+            },
+            _ => Self {
+                drive: Drive::Unknown,
+                until: limit,
+            },
         }
     }
 
+    /// What drives over the leg, from its beginning `from`.
     #[inline]
-    fn of(drive: Drive, until: Stamp) -> Self {
-        Self {
-            drive,
-            until,
-            turned: None,
-        }
-    }
-
-    /// What passes over the leg, from its beginning `from`.
-    #[inline]
-    pub(crate) fn passage(&self, from: Stamp, settings: &OdometrySettings) -> Passage {
-        Passage {
-            from,
-            dt_s: (self.until - from).as_seconds(),
-            motion: self.drive.motion(from, self.until, settings),
-            is_measured: self.is_measured(),
-            turned: self.turned,
-        }
+    pub(crate) fn motion(&self, from: Stamp, settings: &OdometrySettings) -> Motion {
+        self.drive.motion(from, self.until, settings)
     }
 
     #[inline]
@@ -95,10 +81,28 @@ impl Leg {
         matches!(self.drive, Drive::Measured(_))
     }
 
+    /// What passes over the leg, from its beginning `from`, where a gyro has `turned`.
+    pub(crate) fn passage(
+        &self,
+        from: Stamp,
+        turned: Option<Turned>,
+        settings: &OdometrySettings,
+    ) -> Passage {
+        Passage {
+            from,
+            dt_s: (self.until - from).as_seconds(),
+            motion: self.motion(from, settings),
+            is_measured: self.is_measured(),
+            turned,
+        }
+    }
+
     /// Brings the filter from the leg's beginning `from` to its end.
     #[inline]
     pub(crate) fn predict(&self, filter: &mut Filter, from: Stamp, settings: &Settings) {
-        filter.predict(&self.passage(from, &settings.odometry), settings);
+        let motion = self.motion(from, &settings.odometry);
+        let dt_s = (self.until - from).as_seconds();
+        filter.predict(&motion, dt_s, settings.propagation);
     }
 }
 

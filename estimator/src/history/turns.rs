@@ -1,8 +1,10 @@
 //! What the gyro said, in the order of the stamps: which time it covers, and how far it turned.
 //!
 //! A sample covers the time since the one before or, where that is longer ago than one and a half [`GyroSettings::period`], such a
-//! period: what was lost is not made up, the wheels alone tell of that time. So what is covered is a function of the set of samples, not
-//! of how they came. The last one before the history's base stays, because the next one begins where it ended.
+//! period: what was lost is not made up, the wheels alone tell of that time. A leg that ends between two samples goes on turning as the last of
+//! them said; what that was off by, the next sample makes up for: each counts once, over all that it covers. So how far a leg turned is a
+//! function of where it begins and ends and of the samples until then, not of how they came, and a sample changes nothing that ended
+//! before it. The last one before the history's base stays, because the next one begins where it ended.
 
 use super::places::count_before;
 use crate::gyro::GyroSettings;
@@ -49,8 +51,8 @@ impl Turns {
         }
     }
 
-    /// Takes `sample` in; gives since when it may have changed what is covered.
-    pub(crate) fn insert(&mut self, sample: &GyroSample, period: Span) -> Result<Stamp, NotTaken> {
+    /// Takes `sample` in.
+    pub(crate) fn insert(&mut self, sample: &GyroSample) -> Result<(), NotTaken> {
         let place = self.count(|other| key(other) < key(sample));
         if self.get(place).is_some_and(|it| key(it) == key(sample)) {
             return Err(NotTaken::Duplicate);
@@ -63,7 +65,7 @@ impl Turns {
         }
         self.samples[self.at(place)] = *sample;
         self.len += 1;
-        Ok(self.begins(place, sample.stamp, period))
+        Ok(())
     }
 
     /// Forgets what ended before `base` but the last.
@@ -74,8 +76,8 @@ impl Turns {
         }
     }
 
-    /// How far it turned from `from` on, and until when: to the end of what is covered without a gap or, `apart`, of the first
-    /// sample; `None` where nothing is covered. Never beyond `limit`.
+    /// How far it turned from `from` on, and until when: to the `limit`, or as far as is covered without a gap or, `apart`, by the first
+    /// sample; `None` where nothing is covered.
     #[inline]
     pub(crate) fn over(
         &self,
@@ -84,31 +86,38 @@ impl Turns {
         apart: bool,
         settings: &GyroSettings,
     ) -> (Stamp, Option<Turned>) {
-        let mut index = self.first_after(from);
-        let Some(mut sample) = self.get(index) else {
-            return (limit, None);
-        };
-        let begins = self.begins(index, sample.stamp, settings.period);
-        if begins > from {
-            return (limit.min(begins), None);
-        }
+        let index = self.first_after(from);
+        let most = most(settings.period);
         let (mut until, mut turned) = (from, Turned::default());
-        loop {
-            let end = sample.stamp.min(limit);
-            turned.add(sample, (end - until).as_seconds(), settings);
-            until = end;
-            index += 1;
-            if apart || until >= limit {
+        let mut last = index.checked_sub(1).and_then(|last| self.get(last));
+        for sample in (index..self.len).map(|index| &self.samples[self.at(index)]) {
+            if sample.stamp > limit {
                 break;
             }
-            match self.get(index) {
-                Some(next) if self.begins(index, next.stamp, settings.period) <= until => {
-                    sample = next;
-                }
-                _ => break,
+            let begins = begins(sample.stamp, last, settings.period, most);
+            if begins > until {
+                let end = if until > from { until } else { begins };
+                return (end, (until > from).then_some(turned));
+            }
+            turned.add(sample, sample.stamp - until, settings);
+            if let Some(last) = last.filter(|last| last.stamp == begins && begins < until) {
+                // Meanwhile the legs before have turned by that one.
+                let early = (until - begins).as_seconds();
+                turned.angle += (sample.rate_radps - last.rate_radps) * early;
+            }
+            (until, last) = (sample.stamp, Some(sample));
+            if apart {
+                return (until, Some(turned));
             }
         }
-        (until, Some(turned))
+        match last {
+            Some(last) if limit - last.stamp <= most => {
+                turned.add(last, limit - until, settings);
+                (limit, Some(turned))
+            }
+            _ if until > from => (until, Some(turned)),
+            _ => (limit, None),
+        }
     }
 
     /// The rate at `stamp` and the density of its noise, of the last sample up to then that is no older than it may be for the next one to follow.
@@ -129,16 +138,6 @@ impl Turns {
         count_before(self.len, |index| self.get(index).is_some_and(&is_before))
     }
 
-    /// Where what the sample at `index` covers begins.
-    #[inline]
-    fn begins(&self, index: usize, stamp: Stamp, period: Span) -> Stamp {
-        let before = index.checked_sub(1).and_then(|before| self.get(before));
-        let follows = |before: &&GyroSample| stamp - before.stamp <= most(period);
-        before
-            .filter(follows)
-            .map_or(stamp - period, |before| before.stamp)
-    }
-
     #[inline]
     fn get(&self, index: usize) -> Option<&GyroSample> {
         (index < self.len).then(|| &self.samples[self.at(index)])
@@ -152,7 +151,8 @@ impl Turns {
 
 impl Turned {
     #[inline]
-    fn add(&mut self, sample: &GyroSample, dt_s: f64, settings: &GyroSettings) {
+    fn add(&mut self, sample: &GyroSample, span: Span, settings: &GyroSettings) {
+        let dt_s = span.as_seconds();
         let angle = sample.rate_radps * dt_s;
         self.angle += angle;
         self.variance +=
@@ -160,7 +160,17 @@ impl Turned {
     }
 }
 
-/// From one sample to the next.
+/// Where what a sample covers begins, `last` the one before it.
+#[inline]
+fn begins(stamp: Stamp, last: Option<&GyroSample>, period: Span, most: Span) -> Stamp {
+    match last {
+        Some(last) if stamp - last.stamp <= most => last.stamp,
+        _ => stamp - period,
+    }
+}
+
+/// From one sample to the next, at most.
+#[inline]
 fn most(period: Span) -> Span {
     Span::from_nanos(period.as_nanos().saturating_mul(3) / 2)
 }
@@ -193,14 +203,17 @@ mod tests {
     fn turns(samples: &[(i64, f64)]) -> Turns {
         let mut turns = Turns::new();
         for &(stamp, rate) in samples {
-            assert!(turns.insert(&of(stamp, rate), SETTINGS.period).is_ok());
+            assert!(turns.insert(&of(stamp, rate)).is_ok());
         }
         turns
     }
 
     fn over(turns: &Turns, from: i64, limit: i64) -> (i64, Option<f64>) {
         let (until, turned) = turns.over(ns(from), ns(limit), false, &SETTINGS);
-        (until.as_nanos(), turned.map(|it| it.angle))
+        (
+            until.as_nanos(),
+            turned.map(|it| libm::rint(1e6 * it.angle) / 1e6),
+        )
     }
 
     #[test]
@@ -208,9 +221,8 @@ mod tests {
         let turns = turns(&[(110, 2.0), (100, 1.0), (200, 3.0)]);
         assert_eq!(over(&turns, 60, 300), (80, None));
         assert_eq!(over(&turns, 80, 300), (110, Some(40.0)));
-        assert_eq!(over(&turns, 95, 105), (105, Some(15.0)));
         assert_eq!(over(&turns, 110, 300), (180, None));
-        assert_eq!(over(&turns, 110, 120), (120, None));
+        assert_eq!(over(&turns, 180, 205), (205, Some(75.0)));
         assert_eq!(over(&turns, 180, 300), (200, Some(60.0)));
         assert_eq!(over(&turns, 200, 300), (300, None));
         let (until, turned) = turns.over(ns(80), ns(300), true, &SETTINGS);
@@ -218,32 +230,37 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_comes_once_and_tells_since_when_it_matters() {
-        let mut turns = turns(&[(100, 1.0), (140, 2.0)]);
-        let insert = |turns: &mut Turns, stamp| turns.insert(&of(stamp, 0.0), SETTINGS.period);
-        assert_eq!(insert(&mut turns, 100), Err(NotTaken::Duplicate));
-        assert_eq!(insert(&mut turns, 120), Ok(ns(100)));
-        assert_eq!(insert(&mut turns, 180), Ok(ns(160)));
-        assert_eq!(insert(&mut turns, 90), Ok(ns(70)));
-        let mut other = of(100, 0.0);
+    fn what_ends_between_two_samples_goes_on_turning_and_depends_on_none_that_is_later() {
+        let turns = turns(&[(100, 1.0), (110, 2.0), (200, 3.0)]);
+        assert_eq!(over(&turns, 95, 105), (105, Some(10.0)));
+        assert_eq!(over(&turns, 105, 112), (112, Some(19.0)));
+        assert_eq!(over(&turns, 95, 112), (112, Some(10.0 + 19.0)));
+        assert_eq!(over(&turns, 112, 140), (140, Some(56.0)));
+        assert_eq!(over(&turns, 112, 141), (141, None));
+        assert_eq!(over(&turns, 185, 205), (205, Some(60.0)));
+        assert_eq!(over(&turns, 95, 141), (110, Some(25.0)));
+        assert_eq!(over(&turns, 60, 79), (79, None));
+    }
+
+    #[test]
+    fn a_sample_comes_once_and_two_of_one_stamp_count_as_one() {
+        let mut turns = turns(&[(100, 1.0), (110, 2.0)]);
+        assert_eq!(turns.insert(&of(100, 0.0)), Err(NotTaken::Duplicate));
+        let mut other = of(100, 5.0);
         other.origin.sequence = 1;
-        assert_eq!(turns.insert(&other, SETTINGS.period), Ok(ns(100)));
-        assert_eq!(
-            over(&turns, 90, 105),
-            (105, Some(10.0)),
-            "it covers nothing"
-        );
+        assert_eq!(turns.insert(&other), Ok(()));
+        assert_eq!(over(&turns, 90, 110), (110, Some(30.0)));
     }
 
     #[test]
     fn what_is_after_the_base_is_the_same_once_it_has_moved() {
         let mut turns = turns(&[(100, 1.0), (110, 2.0), (120, 3.0)]);
-        let before = over(&turns, 115, 200);
+        let before = over(&turns, 115, 130);
         turns.forget_before(ns(115));
-        assert_eq!((over(&turns, 115, 200), turns.len), (before, 2));
+        assert_eq!((over(&turns, 115, 130), turns.len), (before, 2));
         turns.forget_before(ns(500));
         assert_eq!(turns.len, 1);
-        assert_eq!(turns.insert(&of(130, 0.0), SETTINGS.period), Ok(ns(120)));
+        assert_eq!(turns.insert(&of(130, 0.0)), Ok(()));
     }
 
     #[test]
@@ -251,9 +268,9 @@ mod tests {
         let mut turns = turns(&[(1, 0.0), (2, 0.0)]);
         turns.forget_before(ns(2));
         for stamp in 3..2 + 1024 {
-            assert!(turns.insert(&of(stamp, 0.0), SETTINGS.period).is_ok());
+            assert!(turns.insert(&of(stamp, 0.0)).is_ok());
         }
-        let full = turns.insert(&of(5000, 0.0), SETTINGS.period);
+        let full = turns.insert(&of(5000, 0.0));
         assert_eq!(full, Err(NotTaken::NoRoom));
         assert!(
             (2..1026)

@@ -7,6 +7,7 @@ use std::io;
 use coloc_benches::case;
 use coloc_benches::hot::{self, Arrivals, Hot};
 use coloc_benches::robot::{DEFAULT_SLOTS, Robot};
+use coloc_daemon::config::GyroSource;
 use coloc_estimator::heading::{self, HeadingNoise};
 use coloc_estimator::settings::{Criterion, FusionSettings};
 use coloc_estimator::{NotACovariance, Propagation, convert, fix, fusion, gate, propagate};
@@ -32,10 +33,12 @@ pub(crate) enum Case {
     DaemonFrames,
     DaemonNeighbours,
     DaemonSightings,
+    DaemonFramesTurning,
+    DaemonNeighboursTurning,
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 18] = [
+    pub(crate) const ALL: [Self; 20] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -54,6 +57,8 @@ impl Case {
         Self::DaemonFrames,
         Self::DaemonNeighbours,
         Self::DaemonSightings,
+        Self::DaemonFramesTurning,
+        Self::DaemonNeighboursTurning,
     ];
 
     pub(crate) fn name(self) -> &'static str {
@@ -76,6 +81,8 @@ impl Case {
             Self::DaemonFrames => "daemon-frames",
             Self::DaemonNeighbours => "daemon-4-neighbours-and-fix",
             Self::DaemonSightings => "daemon-and-4-sightings",
+            Self::DaemonFramesTurning => "daemon-frames-gyro-heading",
+            Self::DaemonNeighboursTurning => "daemon-4-neighbours-fix-gyro-heading",
         }
     }
 
@@ -92,7 +99,11 @@ impl Case {
     pub(crate) fn within(self) -> Option<&'static str> {
         matches!(
             self,
-            Self::DaemonFrames | Self::DaemonNeighbours | Self::DaemonSightings
+            Self::DaemonFrames
+                | Self::DaemonNeighbours
+                | Self::DaemonSightings
+                | Self::DaemonFramesTurning
+                | Self::DaemonNeighboursTurning
         )
         .then_some("coloc_daemon::tick::Robot::wake")
     }
@@ -180,9 +191,11 @@ impl Case {
                 let robot = Robot::crowded(DEFAULT_SLOTS)?;
                 repeat(iterations, || robot.clone().tick_crowded());
             }
-            Self::DaemonFrames => whole_ticks(hot::frames, iterations)?,
-            Self::DaemonNeighbours => whole_ticks(hot::neighbours, iterations)?,
-            Self::DaemonSightings => whole_ticks(hot::sightings, iterations)?,
+            Self::DaemonFrames => whole_ticks(Hot::new()?, hot::frames, iterations),
+            Self::DaemonNeighbours => whole_ticks(Hot::new()?, hot::neighbours, iterations),
+            Self::DaemonSightings => whole_ticks(Hot::new()?, hot::sightings, iterations),
+            Self::DaemonFramesTurning => turning_ticks(hot::turning_frames, iterations)?,
+            Self::DaemonNeighboursTurning => turning_ticks(hot::turning_neighbours, iterations)?,
         }
         Ok(())
     }
@@ -198,10 +211,13 @@ fn of_four(ticks: u64, mut robot: Robot) -> Result<(), NotACovariance> {
     Ok(())
 }
 
-fn whole_ticks(arrive: Arrivals, ticks: u64) -> io::Result<()> {
-    let mut hot = Hot::new()?;
+fn whole_ticks(mut hot: Hot, arrive: Arrivals, ticks: u64) {
     hot.warm(arrive);
     hot.run(arrive, ticks);
+}
+
+fn turning_ticks(arrive: Arrivals, ticks: u64) -> io::Result<()> {
+    whole_ticks(Hot::with_gyro(GyroSource::Channel)?, arrive, ticks);
     Ok(())
 }
 
