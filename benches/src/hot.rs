@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 
 use coloc_daemon::clock::{KernelTime, Reading, TimeSource};
-use coloc_daemon::config::Trigger;
+use coloc_daemon::config::{GyroSource, Trigger};
 use coloc_daemon::wait::Wake;
 use coloc_tests::scene::Scene;
 use coloc_tests::surroundings::{Surroundings, config, realtime_ns};
@@ -35,6 +35,25 @@ pub fn neighbours(surroundings: &mut Surroundings, stamp_ns: i64) {
 pub fn sightings(surroundings: &mut Surroundings, stamp_ns: i64) {
     surroundings.send_frames([0.0; 2]);
     surroundings.send_messages(stamp_ns, [0.0; 3]);
+}
+
+/// [`frames`], a gyro at 200 Hz and a heading at 10 Hz.
+pub fn turning_frames(surroundings: &mut Surroundings, stamp_ns: i64) {
+    frames(surroundings, stamp_ns);
+    turn(surroundings, stamp_ns);
+}
+
+/// [`neighbours`], a gyro at 200 Hz and a heading at 10 Hz.
+pub fn turning_neighbours(surroundings: &mut Surroundings, stamp_ns: i64) {
+    neighbours(surroundings, stamp_ns);
+    turn(surroundings, stamp_ns);
+}
+
+fn turn(surroundings: &mut Surroundings, stamp_ns: i64) {
+    let before = surroundings.send_turns(stamp_ns);
+    if before.is_multiple_of(20) {
+        surroundings.send_heading(stamp_ns);
+    }
 }
 
 /// From tick to tick of a robot in a hurry.
@@ -83,9 +102,18 @@ impl Hot {
     /// # Errors
     /// Of the temporary directory.
     pub fn new() -> io::Result<Self> {
+        Self::with_gyro(GyroSource::None)
+    }
+
+    /// The same, of a robot with a gyro.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_gyro(source: GyroSource) -> io::Result<Self> {
         let (directory, clock) = (tempfile::tempdir()?, Hurried::default());
         let mut config = config(directory.path(), Trigger::Timer);
         config.history.length_s = 1.0;
+        config.gyro.source = source;
         let scene = Scene::with(directory, config, Box::new(clock.clone()));
         Ok(Self { scene, clock })
     }

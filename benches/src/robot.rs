@@ -5,9 +5,9 @@ use std::hint::black_box;
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::history::Slot;
 use coloc_estimator::{
-    Covariance2, Estimator, FoundSettings, Measurement, NeighbourPose, NotACovariance,
-    OdometrySample, Origin, Pose, PositionFix, Settings, SlowError, Span, Stamp, Start, TickInputs,
-    step,
+    Covariance2, Estimator, FoundSettings, GyroSample, GyroSettings, Measurement, NeighbourPose,
+    NotACovariance, OdometrySample, Origin, Pose, PositionFix, Settings, SlowError, Span, Stamp,
+    Start, TickInputs, step,
 };
 
 use crate::case;
@@ -169,6 +169,41 @@ impl Robot {
             lever: [0.0; 2],
             slow: SlowError::default(),
         }));
+        self.tick()
+    }
+
+    /// A robot with a gyro at 200 Hz, and a driven second of it.
+    ///
+    /// # Errors
+    /// As [`Self::warm`].
+    pub fn with_gyro() -> Result<Self, NotACovariance> {
+        let mut robot = Self::with_slots(SLOTS)?;
+        let settings = Settings {
+            gyro: Some(GyroSettings::ORDINARY),
+            ..*robot.estimator.settings()
+        };
+        let start = Start::Known(case::belief()?);
+        let storage = vec![Slot::default(); SLOTS];
+        robot.estimator = Estimator::starting(settings, robot.now, &start, storage);
+        for _ in 0..60 {
+            robot.tick_turning();
+        }
+        Ok(robot)
+    }
+
+    /// The next tick, in which a gyro spoke four times, the last a millisecond before it.
+    pub fn tick_turning(&mut self) -> f64 {
+        self.heard.clear();
+        let [_, _, rate_radps] = case::motion().velocity();
+        for part in 1..=4 {
+            self.sequence += 1;
+            self.heard.push(Measurement::Gyro(GyroSample {
+                stamp: self.now + Span::from_millis(5 * part - 1),
+                origin: Origin::counted(self.sequence),
+                rate_radps,
+                noise: 0.0,
+            }));
+        }
         self.tick()
     }
 

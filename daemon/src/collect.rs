@@ -52,7 +52,7 @@ impl Collect {
             wheels: Wheels::open(config, link)?,
             way: Way::new(config),
             messages: Messages::open(config, space)?,
-            measurements: List::with_capacity(way::SAMPLES + messages::MOST),
+            measurements: List::with_capacity(way::WAITING + messages::MOST),
         })
     }
 

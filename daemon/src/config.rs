@@ -11,6 +11,7 @@ mod defaults;
 pub mod error;
 mod example;
 mod finding;
+pub mod gyro;
 mod hint;
 mod initial_pose;
 mod location;
@@ -39,6 +40,7 @@ use toml::de::DeTable;
 use error::Fault;
 
 pub use error::ConfigError;
+pub use gyro::{Gyro, GyroSource};
 pub use others::{Section, SomebodyElses};
 pub use sensors::{Compass, Heading, Receiver, RelativePose, Sensor};
 
@@ -80,6 +82,9 @@ pub struct Config {
     /// after an hour of standing.
     #[serde(default)]
     pub motion: Motion,
+    /// A gyro beside the wheels: it turns the robot, they move it.
+    #[serde(default)]
+    pub gyro: Gyro,
     /// Where the robot is at start.
     #[serde(default)]
     pub initial: Initial,
@@ -136,6 +141,7 @@ impl Config {
             odometry: None,
             canopen: None,
             motion: Motion::default(),
+            gyro: Gyro::default(),
             initial: Initial::default(),
             position: Position::default(),
             relative_pose: RelativePose::default(),

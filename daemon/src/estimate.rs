@@ -103,6 +103,7 @@ pub fn settings(config: &Config) -> Settings {
             outage_variance: config.motion.outage_variance,
         },
         history: span(config.history.length_s),
+        gyro: config.gyro.settings(),
         future_tolerance: span(config.history.future_tolerance_s),
     }
 }

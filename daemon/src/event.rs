@@ -63,6 +63,15 @@ pub enum Event {
         /// How long before the tick the word came that it rests on \[ns\].
         ago_ns: i64,
     },
+    /// What is known of the gyro has changed.
+    Gyro {
+        /// What.
+        news: GyroNews,
+        /// \[rad/s\]
+        bias: f64,
+        /// Standard deviation of it \[rad/s\].
+        sigma: f64,
+    },
     /// The worst bus changed its state.
     Bus {
         /// Before.
@@ -128,6 +137,20 @@ pub enum Event {
     Recorded(Record),
     /// A second's account; the box comes back through [`Link::give_back`].
     Account(Box<Ledger>),
+}
+
+/// What there is to say of a gyro.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum GyroNews {
+    /// Its bias is known.
+    Known,
+    /// Gyro and wheels say different things.
+    Slips,
+    /// They agree again.
+    Holds {
+        /// How long they did not \[ns\].
+        after_ns: i64,
+    },
 }
 
 /// How a source stands against the belief.

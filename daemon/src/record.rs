@@ -4,7 +4,7 @@
 //! that they read back exactly.
 //!
 //! ```text
-//! begin ( tick (odometry | sighting | neighbour | fix | pose)* estimate )*
+//! begin ( tick (odometry | gyro | sighting | neighbour | fix | pose)* estimate )*
 //! ```
 //!
 //! The real-time thread only puts [`Record`]s into the ring. Where a full ring or a slow disk has lost lines there is a line
@@ -14,8 +14,8 @@ mod read;
 mod write;
 
 use coloc_estimator::{
-    Estimate, HeadingFix, HeadingOf, Measurement, Motion, NeighbourPose, OdometrySample, PoseSaid,
-    PositionFix, Sighting, SlowError, Start, TickInputs,
+    Estimate, GyroSample, HeadingFix, HeadingOf, Measurement, Motion, NeighbourPose,
+    OdometrySample, PoseSaid, PositionFix, Sighting, SlowError, Start, TickInputs,
 };
 use serde::{Deserialize, Serialize};
 
@@ -188,6 +188,24 @@ pub enum Record {
         /// Whether it is believed, or one more source's word.
         set: bool,
     },
+    /// Yaw rate.
+    Gyro {
+        /// When.
+        stamp_ns: i64,
+        /// Which gyro.
+        #[serde(default)]
+        source: u16,
+        /// Which life of it.
+        #[serde(default)]
+        session: u64,
+        /// Its count.
+        sequence: u64,
+        /// \[rad/s\]
+        rate: f64,
+        /// Density of its noise, if it says its own \[rad²/s\].
+        #[serde(default, skip_serializing_if = "is_zero")]
+        noise: f64,
+    },
     /// What was published.
     Estimate {
         /// The tick's stamp.
@@ -298,6 +316,7 @@ impl From<&Measurement> for Record {
             Measurement::Heading(heading) => heading.into(),
             Measurement::Fix(fix) => fix.into(),
             Measurement::Pose(said) => said.into(),
+            Measurement::Gyro(sample) => sample.into(),
         }
     }
 }
@@ -405,6 +424,19 @@ impl From<&PoseSaid> for Record {
             pose: said.pose.to_vector().into(),
             covariance: said.covariance.to_row_major(),
             set: said.set,
+        }
+    }
+}
+
+impl From<&GyroSample> for Record {
+    fn from(sample: &GyroSample) -> Self {
+        Self::Gyro {
+            stamp_ns: sample.stamp.as_nanos(),
+            source: sample.origin.source,
+            session: sample.origin.session,
+            sequence: sample.origin.sequence,
+            rate: sample.rate_radps,
+            noise: sample.noise,
         }
     }
 }

@@ -12,7 +12,7 @@ use coloc_daemon::event::{Event, Link};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{
-    Header, Heading, Input, Neighbour, Odometry, OdometryKind, Pose, Position, RelativePose,
+    Gyro, Header, Heading, Input, Neighbour, Odometry, OdometryKind, Pose, Position, RelativePose,
 };
 
 const TICKS: u64 = 10_000;
@@ -50,6 +50,32 @@ fn said(header: Header, pose: [f64; 3]) -> Pose {
     }
 }
 
+fn moved(header: Header, way_m: f64) -> Odometry {
+    Odometry {
+        header: Header {
+            source: 1,
+            session: 1 + header.sequence / 10,
+            ..header
+        },
+        kind: OdometryKind::WheelDistances as u8,
+        values: [way_m, way_m, 0.0, 0.0],
+        ..Odometry::default()
+    }
+}
+
+/// Four yaw rates, a millisecond apart.
+fn turns(header: Header) -> impl Iterator<Item = Gyro> {
+    (1..=4_u8).map(move |part| Gyro {
+        header: Header {
+            stamp_ns: header.stamp_ns - i64::from(4 - part) * 1_000_000,
+            sequence: 4 * header.sequence + u64::from(part),
+            ..header
+        },
+        rate_radps: 0.01,
+        ..Gyro::default()
+    })
+}
+
 #[test]
 fn ticks_allocate_nothing() {
     let world = World::new();
@@ -58,11 +84,15 @@ fn ticks_allocate_nothing() {
         .space
         .subscriber::<Neighbour>(&by_hand::name("b"))
         .unwrap();
-    let settings = format!("{}[odometry.base]\ntrack_m = 0.3\n", world.wheels());
+    let settings = format!(
+        "{}[odometry.base]\ntrack_m = 0.3\n[gyro]\nsource = \"channel\"\n",
+        world.wheels()
+    );
     let mut robot = world.robot("a", 1, &settings);
     let base = world.publisher::<Odometry>("a");
     let map = world.publisher::<Pose>("a");
     let compass = world.publisher::<Heading>("a");
+    let gyro = world.publisher::<Gyro>("a");
     let (laser, dgps, neighbour) = (
         world.publisher::<RelativePose>("a"),
         world.publisher::<Position>("a"),
@@ -81,17 +111,7 @@ fn ticks_allocate_nothing() {
             sender.send(&frame).unwrap();
         }
         // A base that is started again and again, beside the buses.
-        base.send(Odometry {
-            header: Header {
-                source: 1,
-                session: 1 + sequence / 10,
-                ..header
-            },
-            kind: OdometryKind::WheelDistances as u8,
-            values: [way_m, way_m, 0.0, 0.0],
-            ..Odometry::default()
-        })
-        .unwrap();
+        base.send(moved(header, way_m)).unwrap();
         laser
             .send(RelativePose {
                 header,
@@ -111,6 +131,9 @@ fn ticks_allocate_nothing() {
             ..Position::default()
         })
         .unwrap();
+        for turn in turns(header) {
+            gyro.send(turn).unwrap();
+        }
         let pose = [way_m, 0.0, 0.0];
         map.send(said(header, pose)).unwrap();
         compass.send(looking(header)).unwrap();

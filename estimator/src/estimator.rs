@@ -1,13 +1,14 @@
 //! The pure step: `step(&mut Estimator, &TickInputs) -> TickOutputs`.
 
 use crate::belief::Belief;
+use crate::covariance::Covariance3;
 use crate::filter::Filter;
 use crate::found::{Finding, Found, Start};
-use crate::history::{Court, History, Slot};
+use crate::history::{Court, Drive, History, Slot};
 use crate::input::TickInputs;
 use crate::kind::{Key, Measured, Measurement};
 use crate::outbox::Outbox;
-use crate::output::{Estimate, TickOutputs, Verdict};
+use crate::output::{Estimate, OdometryState, TickOutputs, Verdict};
 use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
 use crate::terms::Terms;
@@ -36,9 +37,10 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
     /// An estimator that knows no more than `start` says at `stamp`.
     #[must_use]
     pub fn starting(settings: Settings, stamp: Stamp, start: &Start, storage: S) -> Self {
+        let filter = Filter::starting(stamp, start).with_gyro(settings.gyro());
         Self {
             settings,
-            history: History::new(stamp, &Filter::starting(stamp, start), storage),
+            history: History::new(stamp, &filter, storage),
             found: Found::new(stamp, start),
             now: stamp,
             outbox: Outbox::new(),
@@ -63,14 +65,31 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
     pub fn extrapolated(&self, stamp: Stamp) -> Estimate {
         let drive = self.history.drive_at(stamp, &self.settings.odometry);
         let filter = self.history.filter_at(stamp, &self.settings);
+        let (velocity, velocity_covariance) = self.velocity(stamp, &drive, &filter);
         Estimate {
             stamp,
             driven: filter.driven(),
             belief: self.covered(&filter.settle(self.settings.propagation), stamp),
-            velocity: drive.velocity(),
-            velocity_covariance: drive.covariance(stamp, &self.settings.odometry),
+            velocity,
+            velocity_covariance,
             odometry: drive.state(),
+            gyro: filter.gyro(),
         }
+    }
+
+    /// Of the wheels, its turn fused with the gyro's.
+    fn velocity(&self, stamp: Stamp, drive: &Drive, filter: &Filter) -> ([f64; 3], Covariance3) {
+        let settings = &self.settings.odometry;
+        let of_wheels = (drive.velocity(), drive.covariance(stamp, settings));
+        let Some(bias) = &filter.bias else {
+            return of_wheels;
+        };
+        let Some(latest) = self.history.turning(stamp, &self.settings) else {
+            return of_wheels;
+        };
+        let period_s = settings.reference_period.as_seconds();
+        let is_known = drive.state() != OdometryState::Stale;
+        bias.turning(&of_wheels, latest, period_s, is_known)
     }
 
     /// The belief, or what holds it and all that stands against it.
@@ -78,7 +97,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         if self.found.is_ok() {
             return *belief;
         }
-        let way = self.history.way_to(stamp, &self.settings.odometry);
+        let way = self.history.way_to(stamp, &self.settings);
         self.found.cover(belief, &way, &self.settings)
     }
 
@@ -89,12 +108,12 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
     }
 
     fn take_in(&mut self, inputs: &TickInputs<'_>) {
-        // Odometry first: should the storage run full, what is folded early has been driven by it.
+        // What drives first: should the storage run full, what is folded early has been driven by it.
         for drives in [true, false] {
             inputs
                 .measurements
                 .iter()
-                .filter(|measurement| measurement.as_odometry().is_some() == drives)
+                .filter(|measurement| measurement.drives() == drives)
                 .for_each(|measurement| self.admit(measurement));
         }
     }
@@ -110,6 +129,9 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         let key = measurement.key();
         self.check_time(key.stamp)?;
         measurement.check()?;
+        if let Measurement::Gyro(sample) = measurement {
+            return self.history.turn(sample, &self.settings);
+        }
         if self.settings.floors == Floors::default() {
             self.take(key, measurement)
         } else {
@@ -159,7 +181,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         let terms = Terms::new(&self.settings, self.found.suspended(), self.found.is_ok());
         self.history.replay(self.now, &terms, &mut self.outbox);
         if !self.found.is_ok() {
-            self.history.keep_ways(self.now, &self.settings.odometry);
+            self.history.keep_ways(self.now, &self.settings);
         }
     }
 }

@@ -97,6 +97,13 @@ impl Factor {
         ]
     }
 
+    /// `vᵀ A⁻¹ v` of `v = L y`.
+    #[inline]
+    pub(crate) fn explained(&self, [x, y, p]: [f64; 3]) -> f64 {
+        let [r1, r2, r3] = self.reciprocals;
+        x * x * r1 + y * y * r2 + p * p * r3
+    }
+
     /// Whether each coordinate of `a`, the matrix that was factored, keeps some of its variance once those before
     /// it are known: well above rounding.
     pub(crate) fn is_regular(&self, a: &Symmetric3) -> bool {

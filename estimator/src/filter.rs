@@ -9,7 +9,8 @@ use crate::convert::{GlobalPose, tell};
 use crate::covariance::Covariance3;
 use crate::fix::FixUpdate;
 use crate::found::{Gauge, Start, WIDE};
-use crate::fusion::fuse;
+use crate::fusion::fuse_and_leave;
+use crate::gyro::{Bias, GyroSettings, GyroState, Passage};
 use crate::heading::{self, HeadingNoise};
 use crate::kind::{HeadingFix, Measured, PositionFix};
 use crate::motion::{Motion, drive, propagate};
@@ -19,12 +20,21 @@ use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::settings::{Propagation, Settings};
 use crate::stamp::Stamp;
+use crate::symmetric::Square3;
 use crate::terms::Terms;
 use crate::{fix, lever, slow};
 
 /// What is carried from one measurement to the next.
 #[derive(Copy, Clone, Debug, Default)]
 pub(crate) struct Filter {
+    pub(crate) state: State,
+    /// Of the gyro, if there is one: apart, so that nobody else copies it.
+    pub(crate) bias: Option<Bias>,
+}
+
+/// What every robot carries.
+#[derive(Copy, Clone, Debug, Default)]
+pub(crate) struct State {
     /// As Algorithm 3 left it: its `P_i` still stands for the neighbours' poses yet to come in this event.
     belief: Belief,
     /// Poses were exchanged in this event: `P_i := 0` once no neighbour's pose can follow (Algorithm 4, line 19).
@@ -43,10 +53,18 @@ pub(crate) struct Filter {
     driven: Pose,
 }
 
+/// What a measurement of the pose teaches of the gyro's bias.
+enum Learnt {
+    /// As much as the pose tells of it.
+    OfAll,
+    /// Nothing; so much of the pose's error is left. An error that fixes share would count as news of the bias at each of them.
+    OfPose(Square3),
+}
+
 impl Filter {
     /// Believes `belief`, and has heard nobody up to `stamp`.
     pub(crate) fn beginning(stamp: Stamp, belief: Belief) -> Self {
-        Self {
+        let state = State {
             belief,
             exchanged: false,
             nowhere: false,
@@ -59,14 +77,22 @@ impl Filter {
             } else {
                 Pace::beginning(stamp).met()
             },
-        }
+        };
+        Self { state, bias: None }
     }
 
     /// Believes what is known at the start.
     pub(crate) fn starting(stamp: Stamp, start: &Start) -> Self {
+        let mut filter = Self::beginning(stamp, start.belief());
+        filter.state.nowhere = !start.is_known();
+        filter
+    }
+
+    /// With a gyro, of which this is known.
+    pub(crate) fn with_gyro(self, settings: Option<&GyroSettings>) -> Self {
         Self {
-            nowhere: !start.is_known(),
-            ..Self::beginning(stamp, start.belief())
+            bias: settings.map(Bias::beginning),
+            ..self
         }
     }
 
@@ -74,18 +100,41 @@ impl Filter {
     #[inline]
     pub(crate) fn predict(&mut self, motion: &Motion, dt_s: f64, propagation: Propagation) {
         self.close();
-        self.belief = propagate(&self.belief, motion, dt_s, propagation);
-        self.driven = drive(self.driven, motion, dt_s);
-        self.velocity = match motion {
+        let state = &mut self.state;
+        state.belief = propagate(&state.belief, motion, dt_s, propagation);
+        state.driven = drive(state.driven, motion.velocity().map(|it| dt_s * it));
+        state.velocity = match motion {
             Motion::Nonholonomic { velocity, .. } => *velocity,
             Motion::Holonomic { .. } => [f64::NAN; 2],
         };
     }
 
+    /// A leg passes beside a gyro.
+    #[inline(never)]
+    pub(crate) fn predict_turning(&mut self, passage: &Passage, settings: &GyroSettings) {
+        self.close();
+        let (state, Some(bias)) = (&mut self.state, &mut self.bias) else {
+            return; // Without one, nobody calls this.
+        };
+        let held = bias.predict(&mut state.belief, passage, settings);
+        state.driven = drive(state.driven, held);
+        state.velocity = match passage.motion {
+            Motion::Nonholonomic {
+                velocity: [v, _], ..
+            } => [v, held[2] / passage.dt_s],
+            Motion::Holonomic { .. } => [f64::NAN; 2],
+        };
+    }
+
+    /// What is known of the gyro.
+    pub(crate) fn gyro(&self) -> Option<GyroState> {
+        self.bias.as_ref().map(Bias::state)
+    }
+
     /// Where the wheels alone have taken the robot since its start.
     #[inline]
     pub(crate) fn driven(&self) -> Pose {
-        self.driven
+        self.state.driven
     }
 
     /// Algorithm 2: where the robot that was seen is.
@@ -95,7 +144,7 @@ impl Filter {
         covariance: &Covariance3,
         settings: &Settings,
     ) -> GlobalPose {
-        let told = tell(&self.belief, relative, covariance, settings);
+        let told = tell(&self.state.belief, relative, covariance, settings);
         GlobalPose {
             parts: kept(&told.parts, settings.propagation),
             ..told
@@ -105,7 +154,7 @@ impl Filter {
     /// It was told.
     #[inline]
     pub(crate) fn told(&mut self, settings: &Settings) {
-        self.exchanged |= settings.fusion.reset_on_transmit;
+        self.state.exchanged |= settings.fusion.reset_on_transmit;
     }
 
     /// Algorithm 3, and what the gate said. Whom it does not trust it does not fuse.
@@ -116,20 +165,25 @@ impl Filter {
         trusted: bool,
         settings: &Settings,
     ) -> (Verdict, Gauge) {
-        if self.nowhere {
+        if self.state.nowhere {
             return (Verdict::Heard, Gauge::default());
         }
         let gauge = if settings.found.enabled {
-            Gauge::of_pose(&self.belief, received)
+            Gauge::of_pose(&self.state.belief, received)
         } else {
             Gauge::default()
         };
-        self.pace = self.pace.heard(stamp);
-        let fusion = fuse(&self.belief, received, &self.pace.damped(&settings.fusion));
-        self.exchanged = true;
+        self.state.pace = self.state.pace.heard(stamp);
+        let damped = self.state.pace.damped(&settings.fusion);
+        let mut left = Square3::IDENTITY;
+        let fusion = fuse_and_leave(&self.state.belief, received, &damped, &mut left);
+        self.state.exchanged = true;
         let accepted = fusion.accepted && trusted;
         if accepted {
-            self.belief = fusion.belief;
+            self.state.belief = fusion.belief;
+            if let Some(bias) = &mut self.bias {
+                bias.hear(&left);
+            }
         }
         (verdict(accepted, fusion.d2), gauge)
     }
@@ -137,12 +191,12 @@ impl Filter {
     /// A position fix, and what the gate said.
     pub(crate) fn correct(&mut self, fix: &PositionFix, terms: &Terms<'_>) -> (Verdict, Gauge) {
         self.close();
-        if self.nowhere {
+        if self.state.nowhere {
             return (Verdict::Heard, Gauge::default());
         }
         let settings = terms.settings;
-        let (update, normalised) = self.corrected(fix, settings.position_gate, settings);
-        let wide = self.belief.heading_variance() > WIDE;
+        let (update, normalised, learnt) = self.corrected(fix, settings.position_gate, settings);
+        let wide = self.state.belief.heading_variance() > WIDE;
         let gauge = Gauge {
             d2: update.d2,
             normalised,
@@ -154,14 +208,26 @@ impl Filter {
         if settings.found.enabled && wide {
             return (Verdict::Heard, gauge);
         }
-        self.take(fix, &update);
+        self.take(fix, &update, &learnt);
         (verdict(true, update.d2), gauge)
     }
 
-    fn take(&mut self, fix: &PositionFix, update: &FixUpdate) {
-        self.belief = update.belief;
+    fn take(&mut self, fix: &PositionFix, update: &FixUpdate, learnt: &Learnt) {
+        self.learn(&update.belief, learnt);
+        self.state.belief = update.belief;
         if fix.slow.is_there() {
-            self.slow_heard = fix.stamp;
+            self.state.slow_heard = fix.stamp;
+        }
+    }
+
+    /// The bias learns what the pose does; the pose itself comes after it.
+    fn learn(&mut self, after: &Belief, learnt: &Learnt) {
+        let Some(bias) = &mut self.bias else {
+            return;
+        };
+        match learnt {
+            Learnt::OfAll => bias.learn(&self.state.belief, after),
+            Learnt::OfPose(complement) => bias.stand(complement),
         }
     }
 
@@ -171,20 +237,28 @@ impl Filter {
         fix: &PositionFix,
         gate: f64,
         settings: &Settings,
-    ) -> (FixUpdate, [f64; 2]) {
+    ) -> (FixUpdate, [f64; 2], Learnt) {
         if lever::is_none(fix.lever) {
-            return self.corrected_at(&self.belief, fix, gate, settings);
+            return self.corrected_at(&self.state.belief, fix, gate, settings);
         }
-        let antenna = lever::moved(&self.belief, fix.lever);
-        let (update, normalised) = self.corrected_at(&antenna, fix, gate, settings);
-        let belief = lever::moved(&update.belief, lever::back(fix.lever));
-        let accepted = update.accepted && belief.is_finite();
+        let antenna = lever::moved(&self.state.belief, fix.lever);
+        let (update, normalised, learnt) = self.corrected_at(&antenna.belief, fix, gate, settings);
+        let body = lever::moved(&update.belief, lever::back(fix.lever));
+        let accepted = update.accepted && body.belief.is_finite();
         let update = FixUpdate {
-            belief: if accepted { belief } else { self.belief },
+            belief: if accepted {
+                body.belief
+            } else {
+                self.state.belief
+            },
             accepted,
             ..update
         };
-        (update, normalised)
+        let learnt = match learnt {
+            Learnt::OfAll => Learnt::OfAll,
+            Learnt::OfPose(left) => Learnt::OfPose(body.map.after(&antenna.map.before(&left))),
+        };
+        (update, normalised, learnt)
     }
 
     fn corrected_at(
@@ -193,18 +267,20 @@ impl Filter {
         fix: &PositionFix,
         gate: f64,
         settings: &Settings,
-    ) -> (FixUpdate, [f64; 2]) {
+    ) -> (FixUpdate, [f64; 2], Learnt) {
         if !fix.slow.is_there() {
-            return fix::judged(own, fix.position, &fix.covariance, gate);
+            let (update, normalised) = fix::judged(own, fix.position, &fix.covariance, gate);
+            return (update, normalised, Learnt::OfAll);
         }
         let all = fix.covariance.plus(fix.slow.variance);
         let (update, normalised) = fix::judged(own, fix.position, &all, gate);
         if !update.accepted {
-            return (update, normalised);
+            return (update, normalised, Learnt::OfAll);
         }
-        let since = fix.stamp - self.slow_heard;
-        let belief = slow::update(own, fix, since, &settings.fusion);
-        (FixUpdate { belief, ..update }, normalised)
+        let since = fix.stamp - self.state.slow_heard;
+        let (belief, complement) = slow::update(own, fix, since, &settings.fusion);
+        let update = FixUpdate { belief, ..update };
+        (update, normalised, Learnt::OfPose(complement))
     }
 
     /// A heading, and what the gate said.
@@ -213,16 +289,22 @@ impl Filter {
         let Some(heading) = self.looking(fix) else {
             return Verdict::NotMoving;
         };
-        if self.nowhere {
+        if self.state.nowhere {
             return Verdict::Heard;
         }
-        let since = self.slow_heading_heard.map(|last| fix.stamp - last);
+        let since = self.state.slow_heading_heard.map(|last| fix.stamp - last);
         let noise = HeadingNoise::of(fix.variance, &fix.slow, since);
-        let update = heading::update(&self.belief, heading, &noise, terms.settings.heading_gate);
+        let update = heading::update(
+            &self.state.belief,
+            heading,
+            &noise,
+            terms.settings.heading_gate,
+        );
         if update.accepted {
-            self.belief = update.belief;
+            self.learn(&update.belief, &Learnt::OfAll);
+            self.state.belief = update.belief;
             if fix.slow.is_there() {
-                self.slow_heading_heard = Some(fix.stamp);
+                self.state.slow_heading_heard = Some(fix.stamp);
             }
         }
         verdict(update.accepted, update.d2)
@@ -230,33 +312,39 @@ impl Filter {
 
     /// Where the body looks, as `fix` has it; `None` if it says nothing of that.
     pub(crate) fn looking(&self, fix: &HeadingFix) -> Option<f64> {
-        fix.looking(self.velocity)
+        fix.looking(self.state.velocity)
     }
 
     /// It is not known where the robot is.
     pub(crate) fn lose(&mut self) {
-        self.nowhere = true;
+        self.state.nowhere = true;
     }
 
     /// This is believed from now on, and was learnt from others.
     pub(crate) fn find(&mut self, belief: &Belief) {
-        self.belief = *belief;
-        (self.nowhere, self.exchanged) = (false, false);
-        self.pace = self.pace.met();
+        self.state.belief = *belief;
+        (self.state.nowhere, self.state.exchanged) = (false, false);
+        self.state.pace = self.state.pace.met();
+        if let Some(bias) = &mut self.bias {
+            bias.forget_pose();
+        }
     }
 
     /// The belief as it is before what follows.
     pub(crate) fn belief(&self) -> &Belief {
-        &self.belief
+        &self.state.belief
     }
 
     /// No neighbour's pose can follow at this stamp.
     #[inline]
     fn close(&mut self) {
-        if self.exchanged {
-            self.belief.make_dependent();
-            self.exchanged = false;
-            self.pace = self.pace.met();
+        if self.state.exchanged {
+            self.state.belief.make_dependent();
+            if let Some(bias) = &mut self.bias {
+                bias.make_dependent();
+            }
+            self.state.exchanged = false;
+            self.state.pace = self.state.pace.met();
         }
     }
 
@@ -264,8 +352,8 @@ impl Filter {
     #[inline]
     pub(crate) fn settle(mut self, propagation: Propagation) -> Belief {
         self.close();
-        self.belief.parts = kept(&self.belief.parts, propagation);
-        self.belief
+        self.state.belief.parts = kept(&self.state.belief.parts, propagation);
+        self.state.belief
     }
 }
 
@@ -290,6 +378,7 @@ fn verdict(accepted: bool, d2: f64) -> Verdict {
 mod tests {
     use super::*;
     use crate::covariance::Covariance2;
+    use crate::motion::Motion;
 
     fn predicted() -> Filter {
         let covariance = Covariance3::diagonal([0.01, 0.02, 0.03]).unwrap();
@@ -309,13 +398,13 @@ mod tests {
         let settle = |filter: Filter| filter.settle(Propagation::Honest);
         let told = after(&Settings::default());
         assert_eq!(
-            told.belief,
-            predicted().belief,
+            told.state.belief,
+            predicted().state.belief,
             "neighbours' poses of this event still see it"
         );
-        let total = predicted().belief.total();
+        let total = predicted().state.belief.total();
         assert_eq!(settle(told).parts, Parts::dependent(total));
-        assert_eq!(settle(after(&Settings::paper())), predicted().belief);
+        assert_eq!(settle(after(&Settings::paper())), predicted().state.belief);
     }
 
     #[test]
@@ -328,7 +417,7 @@ mod tests {
             let mut heard = predicted();
             let (gate, _) = heard.hear(Stamp::default(), &improbable, true, &settings);
             assert!(matches!(gate, Verdict::Gated { d2 } if d2 > 1e4));
-            assert_eq!(heard.belief, predicted().belief);
+            assert_eq!(heard.state.belief, predicted().state.belief);
             let settled = heard.settle(settings.propagation);
             assert_eq!(settled.parts.independent, Covariance3::ZERO);
         }
@@ -351,14 +440,14 @@ mod tests {
         };
         let settings = Settings::default();
         let (mut alone, mut other) = (wanders(predicted()), predicted());
-        assert_ne!(alone.belief.parts.dependent, Covariance3::ZERO);
+        assert_ne!(alone.state.belief.parts.dependent, Covariance3::ZERO);
         other.told(&settings);
         other = wanders(other);
         let half = Stamp::default() + crate::stamp::Span::from_millis(500);
         let heading = |filter: &mut Filter, stamp| {
             let (gate, _) = filter.hear(stamp, &word, true, &settings);
             assert!(matches!(gate, Verdict::Accepted { .. }));
-            filter.belief.total().variances()[2]
+            filter.state.belief.total().variances()[2]
         };
         let first = heading(&mut alone, half);
         assert!(first < 0.0015, "{first}");
@@ -366,6 +455,14 @@ mod tests {
             heading(&mut other, half) > 1.2 * first,
             "who has met weighs it"
         );
-        assert!(alone.pace.heard(half).damped(&settings.fusion).damping < 1.0);
+        assert!(
+            alone
+                .state
+                .pace
+                .heard(half)
+                .damped(&settings.fusion)
+                .damping
+                < 1.0
+        );
     }
 }

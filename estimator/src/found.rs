@@ -302,7 +302,7 @@ impl Found {
         let Some(seat) = &mut self.seats[at] else {
             return true;
         };
-        let seen = &lever::moved(prior, word.lever());
+        let seen = &lever::moved(prior, word.lever()).belief;
         let own = shared_of_refusal(word, seen, &test);
         let weight = weigh(word, &test, news, own);
         let is_near = |it: &Hypothesis| is_near(&it.lifted, prior);

@@ -44,6 +44,18 @@ pub struct Fusion {
 /// is the Kalman filter's update. If neither covariance has an independent part, it is covariance intersection.
 #[must_use]
 pub fn fuse(own: &Belief, received: &GlobalPose, settings: &FusionSettings) -> Fusion {
+    let mut left = Square3::IDENTITY;
+    fuse_and_leave(own, received, settings, &mut left)
+}
+
+/// [`fuse`]; where it accepts, `left` becomes `I − K`: what is left of the error before.
+#[inline]
+pub(crate) fn fuse_and_leave(
+    own: &Belief,
+    received: &GlobalPose,
+    settings: &FusionSettings,
+    left: &mut Square3,
+) -> Fusion {
     let prior = Split::new(&own.parts);
     let message = Split::new(&received.parts);
     let innovation = innovation(&own.pose, &received.pose);
@@ -63,9 +75,12 @@ pub fn fuse(own: &Belief, received: &GlobalPose, settings: &FusionSettings) -> F
             d2,
         };
     }
-    let belief = Gains::new((&prior, &own.bend), &message, weights, &inverse)
-        .update(own, innovation, &prior, &message);
+    let gains = Gains::new((&prior, &own.bend), &message, weights, &inverse);
+    let belief = gains.update(own, innovation, &prior, &message);
     let accepted = belief.is_finite();
+    if accepted {
+        *left = gains.complement;
+    }
     Fusion {
         belief: if accepted { belief } else { *own },
         accepted,

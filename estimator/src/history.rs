@@ -18,6 +18,9 @@
 //! recomputed and the beliefs after it are the same bits as before. What arrives for a stamp at or before the base is too old.
 //! An odometry sample that began before the base but ends after it still drives what is after.
 //!
+//! A gyro's samples are no entries: they have a circle of their own ([`turns`]) and drive beside the wheels, all of a leg at once. What
+//! ends before a sample's stamp does not depend on it, so that each of them changes what comes after it alone.
+//!
 //! # Worst case
 //!
 //! Entries stay where they are in the storage; their order is kept in numbers of two bytes. A tick with K
@@ -42,17 +45,28 @@ mod places;
 mod replay;
 mod ring;
 mod settle;
+mod turns;
 mod ways;
 
 use crate::filter::Filter;
-use crate::kind::{Key, Measured, Measurement, OdometrySample};
-use crate::stamp::Stamp;
+use crate::gyro::GyroSettings;
+use crate::kind::{GyroSample, Key, Measured, Measurement, OdometrySample};
+use crate::output::Verdict;
+use crate::settings::Settings;
+use crate::stamp::{Span, Stamp};
 
+pub(crate) use drive::Drive;
 use entry::{Checkpoint, Entry};
 pub use places::MOST_SLOTS;
 use ring::Ring;
 pub(crate) use settle::Court;
+pub use turns::GYRO_SAMPLES;
+pub(crate) use turns::Turned;
+use turns::{NotTaken, Turns};
 use ways::Ways;
+
+/// The shortest time there is.
+const INSTANT: Span = Span::from_nanos(1);
 
 /// One place in the history's storage; `Slot::default()` is an empty one.
 #[derive(Copy, Clone, Debug, Default)]
@@ -65,6 +79,8 @@ pub(crate) struct History<S> {
     /// The last odometry sample that has left it.
     base_odometry: Option<OdometrySample>,
     entries: Ring<S>,
+    /// What drives beside the wheels.
+    turns: Turns,
     /// So many entries, from the oldest on, are up to date.
     evaluated: usize,
     ways: Ways,
@@ -81,6 +97,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             },
             base_odometry: None,
             entries: Ring::new(storage),
+            turns: Turns::new(),
             evaluated: 0,
             ways: Ways::new(),
         }
@@ -113,10 +130,54 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         inserted
     }
 
+    /// Takes in what a gyro said: it drives what ends no earlier.
+    pub(crate) fn turn(&mut self, sample: &GyroSample, settings: &Settings) -> Result<(), Verdict> {
+        if settings.gyro().is_none() {
+            return Ok(()); // Nobody asks for it.
+        }
+        self.turns.insert(sample).map_err(|why| match why {
+            NotTaken::Duplicate => Verdict::Duplicate,
+            NotTaken::NoRoom => Verdict::NoRoom,
+        })?;
+        self.mark_from(self.entries.first_after(sample.stamp - INSTANT));
+        Ok(())
+    }
+
+    /// What the gyro read last, and the density of its noise; `None` where that is too old.
+    pub(crate) fn turning(&self, stamp: Stamp, settings: &Settings) -> Option<[f64; 2]> {
+        self.turns.latest(stamp, settings.gyro()?)
+    }
+
     /// Moves everything before `horizon` into the base.
     pub(crate) fn fold_before(&mut self, horizon: Stamp, court: &mut Court<'_>) {
         while self.oldest().is_some_and(|oldest| oldest < horizon) {
             self.settle_oldest(court);
+        }
+        if let Some(gyro) = self.gyro(court.settings) {
+            self.fold_turns_before(horizon, gyro, court);
+            self.turns.forget_before(self.base.stamp);
+        }
+    }
+
+    /// Where the wheels are silent, the base follows the gyro from leg to leg: nothing is measured that would take it along. Legs that
+    /// end before the horizon end where they would without it, so that the beliefs are the same.
+    fn fold_turns_before(&mut self, horizon: Stamp, gyro: &GyroSettings, court: &mut Court<'_>) {
+        loop {
+            let Checkpoint { stamp, samples, .. } = self.base;
+            if stamp >= horizon {
+                return;
+            }
+            let mut leg = self.leg(stamp, horizon, samples, &court.settings.odometry);
+            if leg.is_measured() {
+                return;
+            }
+            let passage = self.turn_over(stamp, &mut leg, court.settings, gyro);
+            if leg.until >= horizon {
+                return;
+            }
+            self.drive_hypotheses(leg.until, court);
+            self.base.filter.predict_turning(&passage, gyro);
+            self.base.stamp = leg.until;
         }
     }
 
@@ -137,15 +198,35 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         true
     }
 
+    /// A bias is carried along.
+    #[inline]
+    fn has_gyro(&self) -> bool {
+        self.base.filter.bias.is_some()
+    }
+
+    /// How it is, where there is one.
+    #[inline]
+    fn gyro<'a>(&self, settings: &'a Settings) -> Option<&'a GyroSettings> {
+        if self.has_gyro() {
+            settings.gyro()
+        } else {
+            None
+        }
+    }
+
     fn oldest(&self) -> Option<Stamp> {
         self.entries.get(0).map(Entry::stamp)
     }
 
     fn fold_oldest(&mut self) {
+        let with_gyro = self.has_gyro();
         let Some(entry) = self.entries.pop_front() else {
             return;
         };
-        self.base = entry.after;
+        self.base = entry.after();
+        if with_gyro {
+            self.base.filter.bias = Some(entry.bias());
+        }
         if let Some(sample) = entry.measurement.as_odometry() {
             self.base_odometry = Some(*sample);
         }

@@ -59,4 +59,4 @@ pub use bend::Bend;
 pub(crate) use circle::Circle;
 pub(crate) use measure::left;
 pub use step::{Map, Moved, advance};
-pub(crate) use step::{seen_from, step};
+pub(crate) use step::{seen_from, step, step_with_column};

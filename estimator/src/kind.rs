@@ -4,6 +4,7 @@
 //! what is reported of it. Its line in the list below is the only other thing that it takes.
 
 mod fix;
+mod gyro;
 mod heading;
 mod neighbour;
 mod odometry;
@@ -11,6 +12,7 @@ mod pose;
 mod sighting;
 
 pub use fix::{PositionFix, SlowError};
+pub use gyro::GyroSample;
 pub use heading::{HeadingFix, HeadingOf};
 pub use neighbour::NeighbourPose;
 pub use odometry::OdometrySample;
@@ -158,6 +160,8 @@ kinds! {
     Fix(PositionFix),
     /// Own pose, as a person or a map says it.
     Pose(PoseSaid),
+    /// The gyro's yaw rate. It takes no place in an event: it drives, beside the wheels.
+    Gyro(GyroSample),
 }
 
 /// Whether these are coordinates of something in this world.
@@ -222,6 +226,15 @@ impl Measurement {
             Self::Odometry(sample) => Some(sample),
             _ => None,
         }
+    }
+}
+
+impl Measurement {
+    /// Whether it drives the belief, and corrects nothing.
+    #[must_use]
+    #[inline]
+    pub(crate) fn drives(&self) -> bool {
+        matches!(self, Self::Odometry(_) | Self::Gyro(_))
     }
 }
 

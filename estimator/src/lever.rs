@@ -9,7 +9,7 @@
 
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
-use crate::honest::{Increments, advance};
+use crate::honest::{Increments, Map, Moved, advance};
 
 /// Whether there is none.
 #[inline]
@@ -19,16 +19,19 @@ pub(crate) fn is_none([forward, left]: [f64; 2]) -> bool {
 
 /// The belief of the place `lever` \[m\] away from the body's, `[forward, left]`; without a lever the same, bit for bit.
 #[inline]
-pub(crate) fn moved(belief: &Belief, lever: [f64; 2]) -> Belief {
+pub(crate) fn moved(belief: &Belief, lever: [f64; 2]) -> Moved {
     if is_none(lever) {
-        return *belief;
+        return Moved {
+            belief: *belief,
+            map: Map::default(),
+        };
     }
     let way = Increments {
         translation: lever,
         turn: 0.0,
         noise: Covariance3::ZERO,
     };
-    advance(belief, &way).belief
+    advance(belief, &way)
 }
 
 /// The lever that leads back.

@@ -32,6 +32,7 @@ pub mod fix;
 pub mod found;
 pub mod fusion;
 pub mod gate;
+pub mod gyro;
 pub mod heading;
 pub mod history;
 pub mod honest;
@@ -67,12 +68,13 @@ pub use estimator::{Estimator, step};
 pub use fix::FixUpdate;
 pub use found::{Decision, Dissent, Finding, FindingState, FoundSettings, Start, TrustJump};
 pub use fusion::{Fusion, fuse};
-pub use history::{MOST_SLOTS, Slot};
+pub use gyro::{GyroSettings, GyroState};
+pub use history::{GYRO_SAMPLES, MOST_SLOTS, Slot};
 pub use honest::{Bend, Increments};
 pub use input::TickInputs;
 pub use kind::{
-    HeadingFix, HeadingOf, Kind, Measurement, NeighbourPose, OdometrySample, Origin, PoseSaid,
-    PositionFix, RobotId, Sighting, SlowError,
+    GyroSample, HeadingFix, HeadingOf, Kind, Measurement, NeighbourPose, OdometrySample, Origin,
+    PoseSaid, PositionFix, RobotId, Sighting, SlowError,
 };
 pub use motion::{Motion, propagate};
 pub use noise::OdometryNoise;

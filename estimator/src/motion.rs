@@ -97,11 +97,11 @@ pub fn propagate(belief: &Belief, motion: &Motion, dt_s: f64, propagation: Propa
     }
 }
 
-/// `pose` after `dt_s` seconds of `motion`, for whoever knows its heading: along the arc.
+/// `pose` after the arc of `held = [d_x, d_y, Δ]`, for whoever knows its heading.
 #[inline]
-pub(crate) fn drive(pose: Pose, motion: &Motion, dt_s: f64) -> Pose {
-    let [x, y, turn] = motion.velocity().map(|u| dt_s * u);
-    let way = chord_of(pose.phi, [x, y, turn]);
+pub(crate) fn drive(pose: Pose, held: [f64; 3]) -> Pose {
+    let [_, _, turn] = held;
+    let way = chord_of(pose.phi, held);
     Pose::new(pose.x + way.x, pose.y + way.y, pose.phi + turn)
 }
 
@@ -109,8 +109,8 @@ impl Motion {
     /// The arc of `dt_s` seconds, from the heading `phi`.
     #[inline]
     pub(crate) fn swept(&self, phi: f64, dt_s: f64) -> Swept {
-        let held = self.velocity().map(|u| dt_s * u);
-        Swept::arc(phi, held, &(self.noise() * (dt_s * dt_s)))
+        let (held, noise) = self.held_over(dt_s);
+        Swept::arc(phi, held, &noise)
     }
 
     /// [`Self::swept`] from the heading zero, and sine and cosine of half the turn.
@@ -124,14 +124,22 @@ impl Motion {
 
     /// `δt ū` with the covariance `δt² Q` of its noise.
     #[inline]
+    pub(crate) fn held_over(&self, dt_s: f64) -> ([f64; 3], Symmetric3) {
+        let held = self.velocity().map(|u| dt_s * u);
+        (held, self.noise() * (dt_s * dt_s))
+    }
+
+    /// The same for the cubature transform.
+    #[inline]
     fn over(&self, dt_s: f64) -> Displacement {
         let dimension = match self {
             Self::Nonholonomic { .. } => &Dimension::FIVE,
             Self::Holonomic { .. } => &Dimension::SIX,
         };
+        let (mean, noise) = self.held_over(dt_s);
         Displacement {
-            mean: self.velocity().map(|u| dt_s * u),
-            noise: self.noise() * (dt_s * dt_s),
+            mean,
+            noise,
             dimension,
         }
     }

@@ -3,6 +3,7 @@
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::found::Finding;
+use crate::gyro::GyroState;
 use crate::kind::{Kind, RobotId};
 use crate::parts::Parts;
 use crate::pose::Pose;
@@ -35,8 +36,10 @@ pub struct Estimate {
     pub velocity_covariance: Covariance3,
     /// How fresh `velocity` is.
     pub odometry: OdometryState,
-    /// Pose in the odometry frame: where the wheels alone have taken the robot since its start, which is this frame's origin. No
-    /// measurement moves it and no doubt shortens it: it jumps only by what a late sample corrects, and drifts without end.
+    /// What is known of the gyro, if there is one.
+    pub gyro: Option<GyroState>,
+    /// Pose in the odometry frame: where the wheels alone, their turn fused with the gyro's where there is one, have taken the robot
+    /// since its start, which is this frame's origin. No measurement moves it and no doubt shortens it: it jumps only by what a late sample corrects, and drifts without end.
     pub driven: Pose,
 }
 

@@ -2,6 +2,7 @@
 
 use crate::found::FoundSettings;
 use crate::gate::{CHI2_1_99, CHI2_2_99, CHI2_3_99};
+use crate::gyro::GyroSettings;
 use crate::motion::Motion;
 use crate::stamp::Span;
 
@@ -105,6 +106,8 @@ pub struct Settings {
     pub floors: Floors,
     /// Between the samples.
     pub odometry: OdometrySettings,
+    /// Beside the wheels, if there is a gyro. With [`Propagation::Paper`] it is not used.
+    pub gyro: Option<GyroSettings>,
     /// A measurement older than the tick by more than this is rejected as too old.
     pub history: Span,
     /// A measurement stamped after the tick by more than this is rejected as from the future.
@@ -162,6 +165,15 @@ impl OdometrySettings {
 }
 
 impl Settings {
+    /// The gyro's, where it is used.
+    #[inline]
+    pub(crate) fn gyro(&self) -> Option<&GyroSettings> {
+        match self.propagation {
+            Propagation::Honest => self.gyro.as_ref(),
+            Propagation::Paper => None,
+        }
+    }
+
     /// The paper to the letter ([`Propagation::Paper`], [`FusionSettings::paper`]).
     #[must_use]
     pub fn paper() -> Self {
@@ -184,6 +196,7 @@ impl Default for Settings {
             found: FoundSettings::default(),
             floors: Floors::default(),
             odometry: OdometrySettings::default(),
+            gyro: None,
             history: Span::from_millis(1000),
             future_tolerance: Span::from_millis(100),
         }

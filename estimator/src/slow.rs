@@ -3,13 +3,13 @@
 use crate::belief::Belief;
 use crate::convert::GlobalPose;
 use crate::covariance::{Covariance2, Covariance3};
-use crate::fusion::fuse;
+use crate::fusion::fuse_and_leave;
 use crate::kind::{PositionFix, SlowError};
 use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::settings::FusionSettings;
 use crate::stamp::Span;
-use crate::symmetric::Symmetric3;
+use crate::symmetric::{Square3, Symmetric3};
 
 /// Of a heading that was not measured \[rad²\]: the gain in it is nothing, to rounding.
 const UNMEASURED: f64 = 1e9;
@@ -22,13 +22,13 @@ const UNCERTAIN: f64 = 8.0;
 const EAGER_S: f64 = 1.0;
 
 /// `own` after a fix that its gate accepts, `since` the last one with a slow error: `R_i` is the white noise, `R_d` the slow error, and
-/// β is the part of the error's memory that has passed.
+/// β is the part of the error's memory that has passed; and what it leaves of the error before.
 pub(crate) fn update(
     own: &Belief,
     fix: &PositionFix,
     since: Span,
     settings: &FusionSettings,
-) -> Belief {
+) -> (Belief, Square3) {
     let [x, y] = fix.position;
     let received = GlobalPose {
         pose: Pose {
@@ -43,7 +43,9 @@ pub(crate) fn update(
         gate: f64::INFINITY,
         ..*settings
     };
-    fuse(own, &received, &settings).belief
+    let mut left = Square3::IDENTITY;
+    let fusion = fuse_and_leave(own, &received, &settings, &mut left);
+    (fusion.belief, left)
 }
 
 fn damping(own: &Belief, white: &Covariance2, slow: &SlowError, since: Span) -> f64 {

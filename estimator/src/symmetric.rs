@@ -100,6 +100,8 @@ impl Symmetric3 {
 }
 
 impl Square3 {
+    pub(crate) const IDENTITY: Self = Self([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+
     /// `G v`
     #[inline]
     pub(crate) fn apply(&self, v: [f64; 3]) -> [f64; 3] {

@@ -5,9 +5,9 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Estimator, HeadingFix, HeadingOf, Measurement, Motion,
-    NeighbourPose, OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Settings,
-    Sighting, Slot, SlowError, Span, Stamp, TickInputs, Verdict, step,
+    Belief, Covariance2, Covariance3, Estimator, GyroSample, GyroSettings, HeadingFix, HeadingOf,
+    Measurement, Motion, NeighbourPose, OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix,
+    RobotId, Settings, Sighting, Slot, SlowError, Span, Stamp, TickInputs, Verdict, step,
 };
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -22,6 +22,7 @@ const LAST_TICK: i64 = TICKS + 2;
 fn begins(measurement: &Measurement) -> Stamp {
     match measurement {
         Measurement::Odometry(sample) => sample.start,
+        Measurement::Gyro(sample) => sample.stamp - Span::from_nanos(7_500_000),
         other => other.stamp(),
     }
 }
@@ -63,7 +64,8 @@ impl Delivery {
     /// It has a tick to arrive in.
     fn is_possible(&self, settings: &Settings) -> bool {
         let (first, last) = self.ticks(settings);
-        first <= last
+        let is_used = !matches!(self.input, Measurement::Gyro(_)) || settings.gyro.is_some();
+        first <= last && is_used
     }
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss)]
@@ -178,6 +180,26 @@ fn courses() -> impl Strategy<Value = HeadingOf> {
     prop_oneof![2 => Just(HeadingOf::Body), 1 => course]
 }
 
+/// A gyro at 200 Hz, some of its samples lost, some not in step, some where the wheels say something else.
+fn gyro() -> impl Strategy<Value = Vec<Measurement>> {
+    let jitter = prop_oneof![2 => Just(0), 1 => -2_000_000..2_000_000_i64];
+    let sample = (prop::bool::weighted(0.8), jitter, -2.0..2.0);
+    let all = prop::collection::vec(sample, usize::try_from(4 * TICKS).unwrap());
+    let samples = all.prop_map(|samples| {
+        let numbered = (1..).zip(samples).filter(|(_, (received, ..))| *received);
+        numbered
+            .map(|(number, (_, jitter, rate_radps))| {
+                Measurement::Gyro(GyroSample {
+                    stamp: ns(number * PERIOD_NS / 4 + jitter),
+                    rate_radps,
+                    ..GyroSample::default()
+                })
+            })
+            .collect()
+    });
+    prop_oneof![1 => Just(vec![]), 2 => samples]
+}
+
 /// Its sequence is filled in by [`world`].
 fn measurement() -> impl Strategy<Value = Measurement> {
     let robots = || (2..6_u16).prop_map(RobotId);
@@ -251,6 +273,7 @@ fn measurement() -> impl Strategy<Value = Measurement> {
 fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
     match &mut input {
         Measurement::Odometry(_) => {}
+        Measurement::Gyro(sample) => sample.origin.sequence = sequence,
         Measurement::Sighting(sighting) => sighting.origin.sequence = sequence,
         Measurement::Neighbour(neighbour) => neighbour.origin.sequence = sequence,
         Measurement::Heading(heading) => heading.origin.sequence = sequence,
@@ -264,8 +287,8 @@ fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
 fn world() -> impl Strategy<Value = Vec<Delivery>> {
     let odd = prop::collection::vec(odd_sample(), 0..3);
     let measured = prop::collection::vec(measurement(), 0..25);
-    let inputs = (encoder(), odd, measured).prop_map(|(encoder, odd, measured)| {
-        let all = encoder.into_iter().chain(odd).chain(measured);
+    let inputs = (encoder(), gyro(), odd, measured).prop_map(|(encoder, gyro, odd, measured)| {
+        let all = encoder.into_iter().chain(gyro).chain(odd).chain(measured);
         all.zip(0..)
             .map(|(input, sequence)| with_sequence(input, sequence))
             .collect::<Vec<_>>()
@@ -284,6 +307,7 @@ fn settings() -> impl Strategy<Value = Settings> {
     let history = prop_oneof![Just(1000), Just(150)].prop_map(Span::from_millis);
     (history, any::<bool>()).prop_map(|(history, paper)| Settings {
         history,
+        gyro: (!paper).then_some(GyroSettings::ORDINARY),
         ..if paper {
             Settings::paper()
         } else {
@@ -364,7 +388,15 @@ fn bits(belief: &Belief) -> Vec<u64> {
 fn final_beliefs(estimator: &Estimator<Vec<Slot>>) -> Vec<Vec<u64>> {
     let moments = (0..=20).map(|back| tick(LAST_TICK) - Span::from_millis(5 * back));
     moments
-        .map(|moment| bits(&estimator.belief_at(moment).unwrap()))
+        .map(|moment| {
+            let estimate = estimator.extrapolated(moment);
+            let gyro = estimate.gyro.map(|it| [it.bias, it.bias_variance]);
+            let since = estimate.gyro.and_then(|it| it.slipping_since);
+            let mut bits = bits(&estimator.belief_at(moment).unwrap());
+            bits.extend(gyro.iter().flatten().map(|it| it.to_bits()));
+            bits.extend(since.map(|it| it.as_nanos().cast_unsigned()));
+            bits
+        })
         .collect()
 }
 
@@ -443,7 +475,10 @@ fn any_order_of_delivery_gives_the_same_bits() {
 
 #[test]
 fn one_batch_at_the_end_gives_the_same_bits_as_ticks_on_the_way() {
-    let settings = Settings::default();
+    let settings = Settings {
+        gyro: Some(GyroSettings::ORDINARY),
+        ..Settings::default()
+    };
     check(&world(), |deliveries| {
         let (mut prompt, mut at_once) = (start(settings), start(settings));
         run(

@@ -5,8 +5,8 @@ use core::fmt::Debug;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    DriverStatus, Estimate, Header, Heading, Neighbour, Odometry, Pose, Position, RelativePose,
-    Status, Timing,
+    DriverStatus, Estimate, Gyro, Header, Heading, Neighbour, Odometry, Pose, Position,
+    RelativePose, Status, Timing,
 };
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
@@ -24,6 +24,8 @@ pub enum Channel {
     Pose,
     /// Headings.
     Heading,
+    /// Yaw rates.
+    Gyro,
     /// The belief.
     Estimate,
     /// Where the daemon's time goes.
@@ -206,6 +208,18 @@ impl Channel {
             ..DRIVERS
         },
         Told {
+            channel: Self::Gyro,
+            name: "gyro",
+            what: "yaw rates",
+            size: size_of::<Gyro>(),
+            // One gyro, its driver's restarts, and who listens in.
+            publishers: 8,
+            subscribers: 8,
+            // A second at 200 Hz: a robot that was stopped for so long loses no turn.
+            buffer: 256,
+            ..DRIVERS
+        },
+        Told {
             channel: Self::Estimate,
             name: "estimate",
             what: "both poses, velocity, covariances, and whether to drive on them, at every tick",
@@ -340,6 +354,7 @@ travels! {
     Neighbour "v2",
     Pose "v1",
     Heading "v1",
+    Gyro "v1",
     Estimate "v4",
     Timing "v2",
     Status "v3",
@@ -379,6 +394,7 @@ mod tests {
         assert_named::<Neighbour>();
         assert_named::<Pose>();
         assert_named::<Heading>();
+        assert_named::<Gyro>();
         assert_named::<Estimate>();
         assert_named::<Timing>();
         assert_named::<Status>();

@@ -18,11 +18,13 @@ pub enum Input {
     Pose = 4,
     /// Headings: a compass, two antennas, the course over ground.
     Heading = 5,
+    /// Yaw rates of a gyro.
+    Gyro = 6,
 }
 
 impl Input {
     /// How many there are.
-    pub const COUNT: usize = 6;
+    pub const COUNT: usize = 7;
     /// So many have a place in the payloads; those without a name are spare.
     pub const PLACES: usize = 16;
     /// All of them, in the order of their numbers.
@@ -33,6 +35,7 @@ impl Input {
         Self::Neighbour,
         Self::Pose,
         Self::Heading,
+        Self::Gyro,
     ];
 
     /// As it is printed.
@@ -45,6 +48,7 @@ impl Input {
             Self::Neighbour => "neighbour",
             Self::Pose => "pose",
             Self::Heading => "heading",
+            Self::Gyro => "gyro",
         }
     }
 }
@@ -71,7 +75,8 @@ mod tests {
                 "position",
                 "neighbour",
                 "pose",
-                "heading"
+                "heading",
+                "gyro"
             ]
         );
     }

@@ -1,7 +1,7 @@
 //! Every reason, every boundary, every scale.
 use coloc_shm_types::{
-    BeliefState, Clock, Estimate, Header, Heading, Limits, Neighbour, Odometry, OdometryKind, Pose,
-    Position, Present, Reject, RelativePose, Status, Unfit,
+    BeliefState, Clock, Estimate, Gyro, Header, Heading, Limits, Neighbour, Odometry, OdometryKind,
+    Pose, Position, Present, Reject, RelativePose, Status, Unfit,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -105,6 +105,33 @@ fn a_heading_is_one_only_if_the_sensor_has_it() {
             Err(Reject::NotPositiveSemidefinite)
         );
     }
+}
+
+fn gyro() -> Gyro {
+    Gyro {
+        header: at(NOW_NS),
+        rate_radps: -0.3,
+        ..Gyro::default()
+    }
+}
+
+#[test]
+fn a_yaw_rate_is_a_number_and_its_noise_none_below_zero() {
+    assert_eq!(gyro().validate(&LIMITS), Ok(()));
+    let of = |rate_radps, noise, reserved| {
+        let told = Gyro {
+            rate_radps,
+            noise,
+            reserved: [reserved; 8],
+            ..gyro()
+        };
+        told.validate(&LIMITS)
+    };
+    assert_eq!(of(f64::NAN, 0.0, 0), Err(Reject::NotFinite));
+    assert_eq!(of(0.1, f64::INFINITY, 0), Err(Reject::NotFinite));
+    assert_eq!(of(0.1, -1e-9, 0), Err(Reject::NoCovariance));
+    assert_eq!(of(0.1, 1e-9, 0), Ok(()));
+    assert!(of(0.1, 0.0, 1).is_err());
 }
 
 fn pose() -> Pose {

@@ -18,6 +18,7 @@ pub mod dead_reckoning;
 pub mod evaluate;
 pub mod fleet;
 pub mod found;
+pub mod gyro;
 pub mod honest;
 pub mod memory;
 pub mod method;

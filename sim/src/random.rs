@@ -36,6 +36,10 @@ pub enum Purpose {
     Ordeal = 13,
     /// What a robot that is to be calibrated is, and what it reads on its drive.
     Calibration = 14,
+    /// Noise and bias of a gyro.
+    Gyro = 15,
+    /// Which of its samples are lost and which come twice.
+    GyroLoss = 16,
 }
 
 /// All randomness of a run: a pure function of (seed, run, purpose, robots, step).

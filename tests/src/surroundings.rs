@@ -21,8 +21,8 @@ use coloc_daemon::config::{Config, History, Member, Robot, Shm, Tick, Trigger};
 use coloc_drivers::can::{BusSpec, Sender};
 use coloc_drivers::encoder::{OdometryConfig, WheelFrames};
 use coloc_shm_types::{
-    Clock, Estimate, Header, Heading, Message, Neighbour, Pose, Position, Publisher, RelativePose,
-    RobotName, Space, Subscriber,
+    Clock, Estimate, Gyro, Header, Heading, Message, Neighbour, Pose, Position, Publisher,
+    RelativePose, RobotName, Space, Subscriber,
 };
 use rustix::time::{ClockId, clock_gettime};
 
@@ -33,6 +33,9 @@ const METRES_PER_TICK: f64 = 1e-4;
 const NEIGHBOURS: [u16; 4] = [2, 3, 4, 5];
 /// How far they are from the robot, each in its own direction \[m\].
 const DISTANCE_M: f64 = 2.0;
+
+/// From one word of the gyro to the next.
+const TURN_NS: i64 = 5_000_000;
 
 /// The robot's: number 1 of five, with its bus, its shared memory and its files below `directory`; 500 Hz.
 #[must_use]
@@ -80,12 +83,17 @@ pub struct Surroundings {
     laser: Publisher<RelativePose>,
     receiver: Publisher<Position>,
     map: Publisher<Pose>,
-    compass: Publisher<Heading>,
+    /// Once they have spoken: most robots have none.
+    compass: Option<Publisher<Heading>>,
+    gyro: Option<Publisher<Gyro>>,
     neighbours: Vec<Publisher<Neighbour>>,
     told: Vec<Subscriber<Neighbour>>,
     /// What the robot believes.
     pub estimates: Subscriber<Estimate>,
     sent: u64,
+    turned: u64,
+    space: Space,
+    robot: RobotName,
 }
 
 /// What the robot has published.
@@ -122,11 +130,15 @@ impl Surroundings {
             laser: space.publisher(&robot).unwrap(),
             receiver: space.publisher(&robot).unwrap(),
             map: space.publisher(&robot).unwrap(),
-            compass: space.publisher(&robot).unwrap(),
+            compass: None,
+            gyro: None,
             neighbours: publishers.collect::<Result<_, _>>().unwrap(),
             told: subscribers.collect::<Result<_, _>>().unwrap(),
             estimates: space.subscriber(&robot).unwrap(),
             sent: 0,
+            turned: 0,
+            space: space.clone(),
+            robot,
         }
     }
 
@@ -136,7 +148,7 @@ impl Surroundings {
         let stamp_ns = realtime_ns();
         let header = header(stamp_ns, self.sent);
         self.map.send(said(header)).unwrap();
-        self.compass.send(looking(header)).unwrap();
+        self.send_heading(stamp_ns);
         self.send_messages(stamp_ns, [0.0; 3]);
     }
 
@@ -164,6 +176,27 @@ impl Surroundings {
             port.send(word(header, sender, pose)).unwrap();
         }
         self.sent += 1;
+    }
+
+    /// A heading.
+    pub fn send_heading(&mut self, stamp_ns: i64) {
+        let open = || self.space.publisher(&self.robot).unwrap();
+        let compass = self.compass.get_or_insert_with(open);
+        let sequence = self.sent + self.turned;
+        compass.send(looking(header(stamp_ns, sequence))).unwrap();
+    }
+
+    /// What a gyro at 200 Hz says in 20 ms: that the robot stands. How often it has spoken before.
+    pub fn send_turns(&mut self, stamp_ns: i64) -> u64 {
+        let before = self.turned;
+        let open = || self.space.publisher(&self.robot).unwrap();
+        let gyro = self.gyro.get_or_insert_with(open);
+        for part in (0..4).rev() {
+            let header = header(stamp_ns - part * TURN_NS, self.turned);
+            gyro.send(still(header)).unwrap();
+            self.turned += 1;
+        }
+        before
     }
 
     /// From now on whoever listens is woken by what the robot publishes, and has to be.
@@ -253,6 +286,14 @@ fn looking(header: Header) -> Heading {
         what: Heading::COMPASS,
         quality: 1,
         variance: 1e-2,
+        ..Default::default()
+    }
+}
+
+fn still(header: Header) -> Gyro {
+    Gyro {
+        header,
+        rate_radps: 0.001,
         ..Default::default()
     }
 }

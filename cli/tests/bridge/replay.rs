@@ -119,7 +119,8 @@ fn received(tick: &RecordedTick, robot: usize, letters: &Letters) -> Option<Vec<
             Measurement::Odometry(_)
             | Measurement::Heading(_)
             | Measurement::Fix(_)
-            | Measurement::Pose(_) => *measurement,
+            | Measurement::Pose(_)
+            | Measurement::Gyro(_) => *measurement,
         })
     };
     tick.measurements.iter().map(renumbered).collect()

@@ -2,10 +2,11 @@
 //! belief is said with each estimate, not here.)
 
 use coloc_drivers::encoder::Slip;
+use coloc_estimator::{GyroState, Stamp};
 use coloc_shm_types::{BusState, Health, Input, Status};
 
 use super::losses::Teller;
-use crate::event::Event;
+use crate::event::{Event, GyroNews};
 use crate::health::Standing;
 
 /// At the last tick.
@@ -15,7 +16,18 @@ pub(super) struct Changes {
     standing: Standing,
     bus: BusState,
     slips: Option<&'static str>,
+    gyro: Gyro,
 }
+
+/// What was told of the gyro.
+#[derive(Debug, Default)]
+struct Gyro {
+    slipping_since: Option<Stamp>,
+    is_known: bool,
+}
+
+/// A bias that is known better than this is told, and one that is known worse than twice this is not known \[rad/s\].
+const KNOWN: f64 = 2e-3;
 
 impl Changes {
     /// At `tick`.
@@ -47,6 +59,43 @@ impl Changes {
         let to = standing.state;
         if from != to {
             teller.tell(Event::State { from, to, tick });
+        }
+    }
+
+    /// What is known of the gyro after a step, at `now`.
+    pub(super) fn gyro(&mut self, state: Option<GyroState>, now: Stamp, teller: &mut Teller) {
+        let Some(state) = state else {
+            return;
+        };
+        let (bias, sigma) = (state.bias, state.bias_variance.sqrt());
+        let mut tell = |news| teller.tell(Event::Gyro { news, bias, sigma });
+        match (self.gyro.slipping_since, state.slipping_since) {
+            (None, Some(_)) => tell(GyroNews::Slips),
+            (Some(since), None) => tell(GyroNews::Holds {
+                after_ns: (now - since).as_nanos(),
+            }),
+            _ => {}
+        }
+        if !self.gyro.is_known && sigma < KNOWN {
+            tell(GyroNews::Known);
+        }
+        self.gyro = Gyro {
+            slipping_since: state.slipping_since,
+            is_known: sigma
+                < if self.gyro.is_known {
+                    2.0 * KNOWN
+                } else {
+                    KNOWN
+                },
+        };
+    }
+
+    /// Wheels that slip say what is wrong. (They do not make the robot lost: the gyro turns it.)
+    #[allow(clippy::indexing_slicing)] // One place for each of the inputs' numbers.
+    pub(super) fn parted(&self, health: &mut [Health; Input::COUNT]) {
+        let odometry = &mut health[Input::Odometry as usize];
+        if self.gyro.slipping_since.is_some() && *odometry == Health::Ok {
+            *odometry = Health::Faulty;
         }
     }
 

@@ -1,37 +1,40 @@
-//! How many samples of each source of odometry drive the belief. The estimator reports only those that do not.
+//! How many samples of each source of odometry, and of each gyro, drive the belief. The estimator reports only those that do not.
 
-use coloc_estimator::{Kind, Measurement, OdometrySample, Report};
+use coloc_estimator::{Kind, Measurement, Report, Source};
 
-/// Each source of odometry in what was `given`, and how many of its samples are not in `reports`.
+/// Each source of what drives in what was `given`, and how many of its samples are not in `reports`.
 pub(super) fn driven<'a>(
     given: &'a [Measurement],
     reports: &'a [Report],
-) -> impl Iterator<Item = (u16, u64)> + 'a {
-    let samples = move || samples(given);
-    let is_first = move |(place, sample): &(usize, &OdometrySample)| {
-        samples().take(*place).all(|it| it.source != sample.source)
-    };
-    let firsts = samples().enumerate().filter(is_first);
-    firsts.map(move |(_, first)| {
-        let own = samples().filter(|it| it.source == first.source).count();
-        let driven = own.saturating_sub(refused(reports, first.source));
-        (first.source, driven as u64)
+) -> impl Iterator<Item = (Source, u64)> + 'a {
+    let sources = move || given.iter().filter_map(driving);
+    let is_first =
+        move |(place, source): &(usize, Source)| sources().take(*place).all(|it| it != *source);
+    let firsts = sources().enumerate().filter(is_first);
+    firsts.map(move |(_, source)| {
+        let own = sources().filter(|it| *it == source).count();
+        let driven = own.saturating_sub(refused(reports, source));
+        (source, driven as u64)
     })
 }
 
-fn samples(given: &[Measurement]) -> impl Iterator<Item = &OdometrySample> {
-    given.iter().filter_map(Measurement::as_odometry)
+fn driving(measurement: &Measurement) -> Option<Source> {
+    match measurement {
+        Measurement::Odometry(sample) => Some(Source::new(Kind::Odometry, sample.source)),
+        Measurement::Gyro(sample) => Some(Source::new(Kind::Gyro, sample.origin.source)),
+        _ => None,
+    }
 }
 
-fn refused(reports: &[Report], source: u16) -> usize {
-    let own = |it: &&Report| it.source.kind == Kind::Odometry && it.source.number == source;
-    reports.iter().filter(own).count()
+fn refused(reports: &[Report], source: Source) -> usize {
+    reports.iter().filter(|it| it.source == source).count()
 }
 
 #[cfg(test)]
 mod tests {
     use coloc_estimator::{
-        Covariance2, Motion, Origin, PositionFix, SlowError, Source, Stamp, Verdict,
+        Covariance2, GyroSample, Motion, OdometrySample, Origin, PositionFix, SlowError, Stamp,
+        Verdict,
     };
 
     use super::*;
@@ -66,16 +69,19 @@ mod tests {
     }
 
     #[test]
-    fn odometry_is_counted_for_each_of_its_sources() {
+    fn what_drives_is_counted_for_each_of_its_sources() {
         let mut given: Vec<_> = [0, 7, 0, 0, 7].map(sample).into();
         given.insert(2, fix());
+        given.push(Measurement::Gyro(GyroSample::default()));
+        let wheels = |number| Source::new(Kind::Odometry, number);
+        let gyro = Source::new(Kind::Gyro, 0);
         let of = |reports: &[Report]| driven(&given, reports).collect::<Vec<_>>();
-        assert_eq!(of(&[]), [(0, 3), (7, 2)]);
+        assert_eq!(of(&[]), [(wheels(0), 3), (wheels(7), 2), (gyro, 1)]);
         let reports = [
             report(Kind::Odometry, 7),
             report(Kind::Fix, 0),
             report(Kind::Odometry, 7),
         ];
-        assert_eq!(of(&reports), [(0, 3), (7, 0)]);
+        assert_eq!(of(&reports), [(wheels(0), 3), (wheels(7), 0), (gyro, 1)]);
     }
 }

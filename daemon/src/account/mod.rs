@@ -167,12 +167,14 @@ impl Account {
             self.verdict(report);
         }
         for (source, count) in driven(given, outputs.reports) {
-            self.passed(Kind::Odometry, source, count);
+            self.passed(source.kind, source.number, count);
         }
         for told in outputs.outgoing {
             self.passed(Kind::Sighting, told.by, 1);
         }
         self.teller.no_room(outputs);
+        self.changes
+            .gyro(outputs.estimate.gyro, self.now, &mut self.teller);
         for decided in outputs.finding.decisions() {
             self.decided(decided);
         }
@@ -233,8 +235,9 @@ impl Account {
         belief: &Belief,
         finding: &Finding,
     ) -> ([Health; Input::COUNT], Standing) {
-        let health = self.watch.at(self.now);
+        let mut health = self.watch.at(self.now);
         let standing = self.watch.standing(health, belief, finding);
+        self.changes.parted(&mut health);
         let tick = self.tick();
         if self
             .dissents

@@ -14,6 +14,7 @@ pub(super) fn input(kind: Kind) -> Input {
         Kind::Fix => Input::Position,
         Kind::Pose => Input::Pose,
         Kind::Heading => Input::Heading,
+        Kind::Gyro => Input::Gyro,
     }
 }
 

@@ -4,7 +4,9 @@
 //! asks for one after the other.
 
 use coloc_drivers::can::{FRAMES_PER_CALL, Received, StampClock};
-use coloc_drivers::encoder::{FrameReject, OdometryDecoder, WheelOdometry};
+use coloc_drivers::encoder::{
+    FrameReject, GyroDecoder, GyroReading, OdometryDecoder, WheelOdometry,
+};
 
 use super::list::List;
 use crate::clock::Moment;
@@ -13,6 +15,9 @@ use crate::clock::Moment;
 #[derive(Debug)]
 pub struct Frames {
     decoder: OdometryDecoder,
+    gyro: Option<GyroDecoder>,
+    /// What the last frame said of the gyro.
+    turn: Option<Result<GyroReading, FrameReject>>,
     lines: Vec<Line>,
     /// Frames that were read and not decoded yet; the first of them that is not placed yet.
     inbox: List<Frame>,
@@ -53,11 +58,24 @@ impl Frames {
         let lines: Vec<Line> = clocks.into_iter().map(line).collect();
         Self {
             decoder,
+            gyro: None,
+            turn: None,
             inbox: List::with_capacity(FRAMES_PER_CALL * lines.len()),
             lines,
             unplaced: 0,
             next: 0,
         }
+    }
+
+    /// The same, of which some tell of a gyro.
+    #[must_use]
+    pub fn with_gyro(self, gyro: Option<GyroDecoder>) -> Self {
+        Self { gyro, ..self }
+    }
+
+    /// What the frame that [`Self::next`] took last said of the gyro, once.
+    pub fn turn(&mut self) -> Option<Result<GyroReading, FrameReject>> {
+        self.turn.take()
     }
 
     /// The decoder, for its counters.
@@ -119,6 +137,7 @@ impl Frames {
             line.held = line.held.saturating_sub(1);
         }
         let made = self.decoder.push(&frame);
+        self.turn = self.gyro.as_mut().and_then(|gyro| gyro.push(&frame));
         if self.next == self.inbox.as_slice().len() {
             self.forget_decoded();
         }

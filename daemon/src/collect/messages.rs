@@ -1,12 +1,12 @@
 //! The subscribers: drained, validated, and turned into what the estimator computes on.
 
 use coloc_estimator::{
-    Covariance2, Covariance3, HeadingFix, Measurement, NeighbourPose, NotACovariance, Origin,
-    Parts, Pose, PoseSaid, PositionFix, RobotId, Sighting, Stamp,
+    Covariance2, Covariance3, GyroSample, HeadingFix, Measurement, NeighbourPose, NotACovariance,
+    Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Sighting, Stamp,
 };
 use coloc_shm_types::{
-    Heading, Input, Limits, Message, Neighbour, PortError, Pose as PoseMessage, Position, Reject,
-    RelativePose, Sessions, Space,
+    Gyro, Heading, Input, Limits, Message, Neighbour, PortError, Pose as PoseMessage, Position,
+    Reject, RelativePose, Sessions, Space,
 };
 
 use super::list::List;
@@ -15,7 +15,7 @@ use super::sensors::Sensors;
 use super::team::Team;
 use crate::account::Account;
 use crate::clock::Moment;
-use crate::config::Config;
+use crate::config::{Config, GyroSource};
 
 /// A tick takes in so many messages at most; the others wait in shared memory for the next one.
 const SIGHTINGS: usize = 128;
@@ -23,8 +23,10 @@ const FIXES: usize = 32;
 const NEIGHBOURS: usize = 256;
 const POSES: usize = 16;
 const HEADINGS: usize = 64;
+/// A second of 200 Hz: after a stall they come at once.
+const TURNS: usize = 200;
 /// So many of all kinds.
-pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS + POSES + HEADINGS;
+pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS + POSES + HEADINGS + TURNS;
 
 /// The subscribers and what they have received before.
 #[derive(Debug)]
@@ -35,6 +37,8 @@ pub struct Messages {
     poses: Port<PoseMessage>,
     headings: Port<Heading>,
     sensors: Sensors,
+    /// Where a gyro is heard there.
+    turns: Option<Port<Gyro>>,
     team: Team,
 }
 
@@ -54,6 +58,9 @@ impl Messages {
             poses: Port::open(space, name, (Input::Pose, sensors, POSES))?,
             headings: Port::open(space, name, (Input::Heading, sensors, HEADINGS))?,
             sensors: Sensors::of(config),
+            turns: (config.gyro.source == GyroSource::Channel)
+                .then(|| Port::open(space, name, (Input::Gyro, sensors, TURNS)))
+                .transpose()?,
             team,
         })
     }
@@ -66,6 +73,7 @@ impl Messages {
             self.neighbours.deaf(),
             self.poses.deaf(),
             self.headings.deaf(),
+            self.turns.as_ref().and_then(Port::deaf),
         ];
         inputs.into_iter().flatten()
     }
@@ -77,6 +85,9 @@ impl Messages {
         self.neighbours.tell_sessions(now, account);
         self.poses.tell_sessions(now, account);
         self.headings.tell_sessions(now, account);
+        if let Some(turns) = &self.turns {
+            turns.tell_sessions(now, account);
+        }
     }
 
     /// Takes in what has arrived until `moment`, as far as there is room.
@@ -93,13 +104,16 @@ impl Messages {
             Ok(sensors.of_body(&seen).into())
         });
         self.headings
-            .drain(moment, into, account, |it| heading(it, &limits, sensors));
+            .drain_seldom(moment, into, account, |it| heading(it, &limits, sensors));
         self.fixes
             .drain(moment, into, account, |it| fix(it, &limits, sensors));
         self.neighbours
             .drain(moment, into, account, |it| neighbour(it, &limits));
         self.poses
-            .drain(moment, into, account, |it| said(it, &limits));
+            .drain_seldom(moment, into, account, |it| said(it, &limits));
+        if let Some(turns) = &mut self.turns {
+            turns.drain(moment, into, account, |it| turn(it, &limits));
+        }
     }
 
     /// The tick is over: the next one takes in as many again.
@@ -109,6 +123,9 @@ impl Messages {
         self.neighbours.clear();
         self.poses.clear();
         self.headings.clear();
+        if let Some(turns) = &mut self.turns {
+            turns.clear();
+        }
     }
 }
 
@@ -230,6 +247,20 @@ pub fn said(message: &PoseMessage, limits: &Limits<'_>) -> Result<Measurement, R
         pose: pose(message.pose),
         covariance,
         set: message.set == PoseMessage::SET,
+    }))
+}
+
+/// A yaw rate as the estimator takes it, whatever the message holds.
+///
+/// # Errors
+/// Why it is none.
+pub fn turn(message: &Gyro, limits: &Limits<'_>) -> Result<Measurement, Reject> {
+    message.validate(limits)?;
+    Ok(Measurement::Gyro(GyroSample {
+        stamp: stamp(message),
+        origin: origin(message),
+        rate_radps: message.rate_radps,
+        noise: message.noise,
     }))
 }
 

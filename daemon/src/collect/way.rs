@@ -1,6 +1,7 @@
-//! Samples of odometry that wait for the estimator.
+//! What drives the robot, samples of odometry and of a gyro on a bus, and waits for the estimator.
 
-use coloc_estimator::{Measurement, OdometrySample, Span, Stamp, TickInputs};
+use coloc_drivers::encoder::GyroReading;
+use coloc_estimator::{GyroSample, Measurement, OdometrySample, Origin, Span, Stamp, TickInputs};
 use coloc_shm_types::Input;
 
 use super::list::List;
@@ -11,10 +12,20 @@ use crate::config::{self, Config};
 /// ones in another step, before the tick's own.
 pub const SAMPLES: usize = 64;
 
+/// And so many of a gyro: a quarter of a second at 1 kHz, as long as they may wait.
+const TURNS: usize = 256;
+
+/// Together.
+pub const WAITING: usize = SAMPLES + TURNS;
+
 /// The way since the estimator's last step.
 #[derive(Debug)]
 pub struct Way {
     samples: List<Measurement>,
+    /// How many of them are of odometry.
+    moves: usize,
+    /// How many a gyro has said, ever.
+    turns: u64,
     /// They wait no longer, or the history might begin after them.
     patience: Span,
     /// There was one since the last tick.
@@ -28,7 +39,9 @@ impl Way {
     #[must_use]
     pub fn new(config: &Config) -> Self {
         Self {
-            samples: List::with_capacity(SAMPLES),
+            samples: List::with_capacity(WAITING),
+            moves: 0,
+            turns: 0,
             patience: Span::from_nanos(config::nanos(config.history.length_s) / 4),
             had_samples: false,
             newest_ns: [0; 2],
@@ -38,7 +51,8 @@ impl Way {
     /// Whether another sample may be added before the estimator takes these.
     #[must_use]
     pub fn has_room(&self) -> bool {
-        !self.samples.is_full() && !self.spans_more_than(self.patience)
+        let is_full = self.samples.is_full() || self.moves >= SAMPLES;
+        !is_full && !self.spans_more_than(self.patience)
     }
 
     /// Whether all that waits can wait for the tick at `now`.
@@ -56,6 +70,21 @@ impl Way {
             self.newest_ns = [sample.stamp.as_nanos(), newest_ns];
         }
         self.had_samples |= self.samples.push(sample.into());
+        self.moves += 1;
+    }
+
+    /// One more of the gyro.
+    pub fn turn(&mut self, reading: &GyroReading, account: &mut Account) {
+        let stamp = Stamp::from_nanos(reading.stamp_ns);
+        account.valid(Input::Gyro, 0, stamp);
+        self.turns += 1;
+        let sample = GyroSample {
+            stamp,
+            origin: Origin::counted(self.turns),
+            rate_radps: reading.rate_radps,
+            noise: 0.0,
+        };
+        let _ = self.samples.push(sample.into()); // There is room, or it was not asked.
     }
 
     /// Whether there was a sample since the last tick.
@@ -76,7 +105,7 @@ impl Way {
         })
     }
 
-    /// Puts them into a list that has room for [`SAMPLES`].
+    /// Puts them into a list that has room for [`WAITING`].
     pub fn gather(&mut self, into: &mut List<Measurement>) {
         for sample in self.samples.as_slice() {
             let _ = into.push(*sample);
@@ -87,6 +116,7 @@ impl Way {
     /// The estimator has taken them.
     pub fn taken(&mut self) {
         self.samples.clear();
+        self.moves = 0;
     }
 
     /// The tick is over.

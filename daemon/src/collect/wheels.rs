@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use coloc_drivers::can::{self, Bus, Filter};
 use coloc_drivers::encoder::{
-    FrameReject, OdometryConfig, OdometryCounters, OdometryDecoder, Rest, WheelOdometry,
+    FrameReject, GyroDecoder, OdometryConfig, OdometryCounters, OdometryDecoder, Rest,
+    WheelOdometry,
 };
 use coloc_estimator::{Covariance3, Motion, OdometryNoise, OdometrySample, Span, Stamp};
 use coloc_shm_types::{BusState, CanCounters, Input};
@@ -52,6 +53,9 @@ impl Wheels {
     pub fn open(config: &Config, link: Arc<Link>) -> Result<Self, StartError> {
         let odometry = config.odometry.as_ref().filter(|it| it.is_on_can());
         let decoder = odometry.map(OdometryDecoder::new).transpose()?;
+        let gyro = odometry.zip(config.gyro.on_can());
+        let gyro = gyro.map(|(odometry, signal)| GyroDecoder::of(odometry, signal));
+        let gyro = gyro.transpose()?;
         let specs = odometry
             .map(|odometry| odometry.buses.as_slice())
             .unwrap_or_default();
@@ -60,7 +64,8 @@ impl Wheels {
             let ids = decoder
                 .iter()
                 .flat_map(|decoder| decoder.wanted_ids(number));
-            let filter = Filter::ids(ids);
+            let turn = gyro.iter().filter_map(|gyro| gyro.wanted_id(number));
+            let filter = Filter::ids(ids.chain(turn));
             let filter = match &drives {
                 Some(drives) => drives.widen(number, filter),
                 None => filter,
@@ -77,7 +82,7 @@ impl Wheels {
         }
         let clocks = buses.iter().map(Bus::stamp_clock);
         Ok(Self {
-            frames: decoder.map(|decoder| Frames::new(decoder, clocks)),
+            frames: decoder.map(|decoder| Frames::new(decoder, clocks).with_gyro(gyro)),
             buses,
             drives,
             to_motion: ToMotion::new(config),
@@ -128,7 +133,13 @@ impl Wheels {
             return true;
         };
         while way.has_room() {
-            match frames.next(moment) {
+            let made = frames.next(moment);
+            match frames.turn() {
+                Some(Ok(reading)) => way.turn(&reading, account),
+                Some(Err(reason)) if is_wrong(reason) => account.undecodable(Input::Gyro),
+                Some(Err(_)) | None => {}
+            }
+            match made {
                 None => return true,
                 Some(Ok(Some(odometry))) => way.push(self.to_motion.sample(0, &odometry), account),
                 Some(Err(reason)) if is_wrong(reason) => account.undecodable(Input::Odometry),

@@ -2,6 +2,7 @@
 
 mod canopen;
 mod files;
+mod gyro;
 mod history;
 mod noise;
 mod odometry;
@@ -21,6 +22,7 @@ pub(super) fn check(config: &Config, own: &Path) -> Vec<Finding> {
         prefix(config),
         odometry::refusal(config),
         canopen::refusal(config),
+        gyro::refusal(config),
         history::refusal(config),
         polling(config),
     ];

@@ -2,6 +2,7 @@
 
 mod estimator;
 mod forecast;
+mod gyro;
 mod machine;
 mod missing;
 mod noise;
@@ -23,6 +24,7 @@ impl fmt::Display for Understood<'_> {
         let mut page = Page::default();
         robot::write(self.0, &mut page);
         wheels::write(self.0, &mut page);
+        gyro::write(self.0, &mut page);
         estimator::write(self.0, &mut page);
         machine::write(self.0, &mut page);
         missing::write(self.0, &mut page);

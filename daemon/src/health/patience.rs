@@ -21,7 +21,7 @@ pub(super) struct Patience {
 impl Patience {
     pub(super) fn of(input: Input, config: &config::Health) -> Self {
         let least_s = match input {
-            Input::Odometry => config.odometry_stale_s,
+            Input::Odometry | Input::Gyro => config.odometry_stale_s,
             Input::RelativePose => config.relative_pose_stale_s,
             Input::Position | Input::Pose | Input::Heading => config.position_stale_s,
             Input::Neighbour => config.neighbours_stale_s,

@@ -133,6 +133,6 @@ fn gate(input: Input, fusion: &Fusion) -> f64 {
         Input::Position => fusion.position_gate,
         Input::Heading => fusion.heading_gate,
         Input::Neighbour | Input::Pose => fusion.neighbour_gate,
-        Input::Odometry | Input::RelativePose => 0.0,
+        Input::Odometry | Input::RelativePose | Input::Gyro => 0.0,
     }
 }

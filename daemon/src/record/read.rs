@@ -4,7 +4,7 @@ use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use coloc_estimator::{
-    Belief, Bend, Covariance2, Covariance3, HeadingFix, HeadingOf, Measurement, Motion,
+    Belief, Bend, Covariance2, Covariance3, GyroSample, HeadingFix, HeadingOf, Measurement, Motion,
     NeighbourPose, NotACovariance, OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix,
     RobotId, Sighting, SlowError, Span, Stamp, Start, TickInputs,
 };
@@ -155,6 +155,19 @@ impl RecordedTick {
                 },
             }),
             Record::Heading { .. } => heading(record)?.into(),
+            Record::Gyro {
+                stamp_ns,
+                source,
+                session,
+                sequence,
+                rate,
+                noise,
+            } => Measurement::Gyro(GyroSample {
+                stamp: Stamp::from_nanos(stamp_ns),
+                origin: origin(source, session, sequence),
+                rate_radps: rate,
+                noise,
+            }),
             Record::Pose {
                 stamp_ns,
                 source,
@@ -488,6 +501,12 @@ mod tests {
                     pose: third,
                     covariance: cov(2.0),
                     set: true,
+                }),
+                Measurement::Gyro(GyroSample {
+                    stamp,
+                    origin: origin(2, 9, 5),
+                    rate_radps: -1.0 / 3.0,
+                    noise: 1e-9,
                 }),
             ],
             belief: Belief {

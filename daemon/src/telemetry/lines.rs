@@ -4,9 +4,9 @@ use tracing::{debug, info, warn};
 
 use super::throttle::Sum;
 use crate::clock::ClockStep;
-use crate::event::{Against, Event};
+use crate::event::{Against, Event, GyroNews};
 use coloc_drivers::canopen::CanopenEvent;
-use coloc_estimator::Decision;
+use coloc_estimator::{Decision, Span};
 use coloc_shm_types::{BeliefState, Health, Input};
 
 /// One line for one event, or for several that were added up.
@@ -49,6 +49,7 @@ pub(super) fn write((count, event): Sum) {
         Event::State { from, to, tick } => {
             warn!(count, tick, "belief: {from} -> {to}: {}", meaning(to));
         }
+        Event::Gyro { news, bias, sigma } => gyro(count, news, [bias, sigma]),
         Event::Dissent {
             input,
             source,
@@ -104,14 +105,16 @@ pub(super) fn write((count, event): Sum) {
                 overflowed, folded_early, "the estimator ran out of room: raise history.capacity"
             );
         }
-        Event::Lost { events } => {
-            warn!(
-                events,
-                "telemetry could not keep up: these events are in no log or recording"
-            );
-        }
+        Event::Lost { events } => lost(events),
         other => debug!("{other:?}"),
     }
+}
+
+fn lost(events: u64) {
+    warn!(
+        events,
+        "telemetry could not keep up: these events are in no log or recording"
+    );
 }
 
 fn canopen(count: Option<u64>, event: CanopenEvent) {
@@ -160,6 +163,24 @@ fn dissent(count: Option<u64>, who: &str, against: Option<Against>) {
             d2,
             "{who} stands against the belief, has the robot {distance_m:.1} m away, and is heard but not fused"
         );
+    }
+}
+
+fn gyro(count: Option<u64>, news: GyroNews, known: [f64; 2]) {
+    let [bias, sigma] = known.map(f64::to_degrees);
+    let bias = format!("its bias is {bias:.3} ± {sigma:.3} °/s");
+    match news {
+        GyroNews::Known => info!(count, "gyro: {bias} (1 σ)"),
+        GyroNews::Slips => warn!(
+            count,
+            "odometry: wheels and gyro do not turn alike: the wheels slip, or the gyro is mounted or configured wrongly; the gyro \
+             alone turns the robot; {bias}"
+        ),
+        GyroNews::Holds { after_ns } => info!(
+            count,
+            "odometry: wheels and gyro turn alike again, after {:.1} s; {bias}",
+            Span::from_nanos(after_ns).as_seconds()
+        ),
     }
 }
 

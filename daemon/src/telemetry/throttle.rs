@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use crate::clock::ClockStep;
-use crate::event::Event;
+use crate::event::{Event, GyroNews};
 use coloc_drivers::canopen::CanopenEvent;
 use coloc_estimator::Decision;
 
@@ -101,6 +101,14 @@ fn kind(event: &Event) -> Kind {
         }
         Event::Canopen(event) => canopen_kind(event),
         Event::Slips(slip) => [13, u8::from(slip.is_some()), 0, 0],
+        Event::Gyro { news, .. } => {
+            let word = match news {
+                GyroNews::Known => 0,
+                GyroNews::Slips => 1,
+                GyroNews::Holds { .. } => 2,
+            };
+            [15, word, 0, 0]
+        }
         Event::Bus { from, to } => [2, from as u8, to as u8, 0],
         Event::Contested { input, state } => {
             let [high, low] = state.number.to_be_bytes();

@@ -10,6 +10,7 @@ mod counters;
 mod decoder;
 mod description;
 mod guard;
+mod gyro;
 mod kinematics;
 mod least_squares;
 mod merge;
@@ -33,6 +34,7 @@ pub use self::config::{
 pub use self::counters::OdometryCounters;
 pub use self::decoder::OdometryDecoder;
 pub use self::description::{Description, Expected, SignalDescription};
+pub use self::gyro::{GyroDecoder, GyroReading};
 pub use self::merge::{MAX_CHANNELS, Rest, STILL_AFTER_NS, WheelOdometry};
 pub use self::plan::{describe, warnings};
 pub use self::reject::FrameReject;

@@ -4,6 +4,7 @@ mod axle;
 mod bicycle;
 mod body;
 mod counts;
+mod gyro;
 mod meaning;
 mod period;
 mod planner;
@@ -23,6 +24,7 @@ use super::kinematics::Kinematics;
 use super::merge::Merge;
 use super::message::Message;
 use super::slip::SlipLimits;
+pub(super) use gyro::plan as gyro;
 use planner::Planner;
 pub(super) use scale::positive;
 

@@ -89,7 +89,8 @@ impl Word {
                 pose: said.pose,
                 parts: said.parts(),
             },
-            Measurement::Odometry(_)
+            Measurement::Gyro(_)
+            | Measurement::Odometry(_)
             | Measurement::Sighting(_)
             | Measurement::Heading(_)
             | Measurement::Pose(PoseSaid { .. }) => {

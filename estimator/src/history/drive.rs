@@ -1,7 +1,9 @@
 //! What drives the robot between two stamps: a sample, a sample held, or nothing that is known.
 
+use super::turns::Turned;
 use crate::covariance::Covariance3;
 use crate::filter::Filter;
+use crate::gyro::Passage;
 use crate::kind::OdometrySample;
 use crate::motion::Motion;
 use crate::output::OdometryState;
@@ -72,6 +74,27 @@ impl Leg {
     #[inline]
     pub(crate) fn motion(&self, from: Stamp, settings: &OdometrySettings) -> Motion {
         self.drive.motion(from, self.until, settings)
+    }
+
+    #[inline]
+    pub(crate) fn is_measured(&self) -> bool {
+        matches!(self.drive, Drive::Measured(_))
+    }
+
+    /// What passes over the leg, from its beginning `from`, where a gyro has `turned`.
+    pub(crate) fn passage(
+        &self,
+        from: Stamp,
+        turned: Option<Turned>,
+        settings: &OdometrySettings,
+    ) -> Passage {
+        Passage {
+            from,
+            dt_s: (self.until - from).as_seconds(),
+            motion: self.motion(from, settings),
+            is_measured: self.is_measured(),
+            turned,
+        }
     }
 
     /// Brings the filter from the leg's beginning `from` to its end.

@@ -1,11 +1,12 @@
 //! One measurement in its place, with the filter after it.
 
-use crate::filter::Filter;
+use crate::filter::{Filter, State};
 use crate::found::Gauge;
+use crate::gyro::Bias;
 use crate::kind::{Key, Measurement};
 use crate::stamp::Stamp;
 
-/// The filter after an entry of the history.
+/// The filter at a moment of the history.
 #[derive(Copy, Clone, Debug, Default)]
 pub(crate) struct Checkpoint {
     pub(crate) stamp: Stamp,
@@ -19,9 +20,12 @@ pub(crate) struct Checkpoint {
 pub(crate) struct Entry {
     pub(crate) key: Key,
     pub(crate) measurement: Measurement,
-    /// Valid only in the evaluated part of the history.
-    pub(crate) after: Checkpoint,
-    /// How far it is from the filter before it; valid where `after` is.
+    /// Valid only in the evaluated part of the history, like all that follows.
+    after: State,
+    samples: usize,
+    /// Not even looked at where there is no gyro.
+    bias: Bias,
+    /// How far it is from the filter before it.
     pub(crate) gauge: Gauge,
     /// Its message or its verdict has gone out: each does so once, whatever is replayed.
     pub(crate) announced: bool,
@@ -32,7 +36,9 @@ impl Entry {
         Self {
             key,
             measurement: *measurement,
-            after: Checkpoint::default(),
+            after: State::default(),
+            samples: 0,
+            bias: Bias::default(),
             gauge: Gauge::default(),
             announced: false,
         }
@@ -42,6 +48,34 @@ impl Entry {
     pub(crate) fn become_new(&mut self, key: Key, measurement: &Measurement) {
         (self.key, self.measurement) = (key, *measurement);
         self.announced = false;
+    }
+
+    /// The filter after it; the bias is [`Self::bias`].
+    #[inline]
+    pub(crate) fn after(&self) -> Checkpoint {
+        Checkpoint {
+            stamp: self.key.stamp,
+            filter: Filter {
+                state: self.after,
+                bias: None,
+            },
+            samples: self.samples,
+        }
+    }
+
+    /// Of the gyro, where there is one.
+    pub(crate) fn bias(&self) -> Bias {
+        self.bias
+    }
+
+    /// It was applied.
+    #[inline]
+    pub(crate) fn settle(&mut self, after: &Checkpoint, gauge: Gauge) {
+        (self.after, self.samples, self.gauge) = (after.filter.state, after.samples, gauge);
+        if let Some(bias) = &after.filter.bias {
+            self.bias = *bias;
+        }
+        self.announced = true;
     }
 
     pub(crate) fn stamp(&self) -> Stamp {

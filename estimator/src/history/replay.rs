@@ -2,18 +2,16 @@
 
 use super::drive::{Drive, Leg};
 use super::entry::{Checkpoint, Entry};
-use super::{History, Slot};
+use super::{History, INSTANT, Slot};
 use crate::belief::Belief;
 use crate::filter::Filter;
+use crate::gyro::{GyroSettings, Passage};
 use crate::kind::{Measured, OdometrySample};
 use crate::motion::Motion;
 use crate::outbox::Outbox;
 use crate::settings::{OdometrySettings, Settings};
-use crate::stamp::{Span, Stamp};
+use crate::stamp::Stamp;
 use crate::terms::Terms;
-
-/// The shortest time there is.
-const INSTANT: Span = Span::from_nanos(1);
 
 impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// Applies, in their order, the entries up to `until` that are not up to date. What an entry has to tell the world
@@ -31,14 +29,13 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         let Some(entry) = self.entries.get(self.evaluated) else {
             return;
         };
-        let mut after = *self.checkpoint_before(self.evaluated);
+        let mut after = self.checkpoint_before(self.evaluated);
         self.predict(&mut after, entry.stamp(), terms.settings);
         let world = (!entry.announced).then_some(&mut *outbox);
         let gauge = entry.measurement.apply(&mut after.filter, terms, world);
         after.samples += usize::from(entry.measurement.as_odometry().is_some());
         if let Some(entry) = self.entries.get_mut(self.evaluated) {
-            (entry.after, entry.gauge) = (after, gauge);
-            entry.announced = true;
+            entry.settle(&after, gauge);
         }
         self.evaluated += 1;
     }
@@ -58,7 +55,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// The filter at `stamp` as the up-to-date entries give it.
     pub(crate) fn filter_at(&self, stamp: Stamp, settings: &Settings) -> Filter {
         let next = self.entries.first_after(stamp).min(self.evaluated);
-        let mut checkpoint = *self.checkpoint_before(next);
+        let mut checkpoint = self.checkpoint_before(next);
         self.predict(&mut checkpoint, stamp, settings);
         checkpoint.filter
     }
@@ -68,8 +65,13 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     pub(super) fn predict(&self, checkpoint: &mut Checkpoint, to: Stamp, settings: &Settings) {
         while checkpoint.stamp < to {
             let from = checkpoint.stamp;
-            let leg = self.leg(from, to, checkpoint.samples, &settings.odometry);
-            leg.predict(&mut checkpoint.filter, from, settings);
+            let mut leg = self.leg(from, to, checkpoint.samples, &settings.odometry);
+            if let Some(gyro) = self.gyro(settings) {
+                let passage = self.turn_over(from, &mut leg, settings, gyro);
+                checkpoint.filter.predict_turning(&passage, gyro);
+            } else {
+                leg.predict(&mut checkpoint.filter, from, settings);
+            }
             checkpoint.stamp = leg.until;
         }
     }
@@ -79,31 +81,67 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         &self,
         mut from: Stamp,
         to: Stamp,
-        settings: &OdometrySettings,
+        settings: &Settings,
         mut pass: impl FnMut(&Motion, f64),
     ) {
         let mut next = self.entries.first_sample_after(from);
+        let mut bias = self.base.filter.bias;
         while from < to {
-            let leg = self.leg(from, to, next, settings);
-            pass(&leg.motion(from, settings), (leg.until - from).as_seconds());
+            let mut leg = self.leg(from, to, next, &settings.odometry);
+            if let (Some(bias), Some(gyro)) = (&mut bias, self.gyro(settings)) {
+                let passage = self.turn_over(from, &mut leg, settings, gyro);
+                pass(&bias.drive(&passage, gyro), passage.dt_s);
+            } else {
+                let motion = leg.motion(from, &settings.odometry);
+                pass(&motion, (leg.until - from).as_seconds());
+            }
             from = leg.until;
             let has_ended = |sample: &&OdometrySample| sample.stamp <= from;
             next += self.samples_from(next).take_while(has_ended).count();
         }
     }
 
-    fn checkpoint_before(&self, index: usize) -> &Checkpoint {
+    #[inline]
+    fn checkpoint_before(&self, index: usize) -> Checkpoint {
         let entry = index
             .checked_sub(1)
             .and_then(|index| self.entries.get(index));
-        entry.map_or(&self.base, |entry| &entry.after)
+        let Some(entry) = entry else {
+            return self.base;
+        };
+        let mut checkpoint = entry.after();
+        if self.has_gyro() {
+            checkpoint.filter.bias = Some(entry.bias());
+        }
+        checkpoint
     }
 
     /// The leg of Algorithm 1 that begins at `from`; the first sample that can end after it has the number `next`.
-    fn leg(&self, from: Stamp, to: Stamp, next: usize, settings: &OdometrySettings) -> Leg {
+    pub(super) fn leg(
+        &self,
+        from: Stamp,
+        to: Stamp,
+        next: usize,
+        settings: &OdometrySettings,
+    ) -> Leg {
         let last = self
             .last_sample_before(next)
             .filter(|sample| sample.stamp <= from);
         Leg::starting(from, to, last, self.samples_from(next), settings.hold)
+    }
+
+    /// The leg beside the gyro, which covers all of it or nothing: it is cut where that changes and, where nothing is known of the wheels,
+    /// after one of the gyro's samples.
+    pub(super) fn turn_over(
+        &self,
+        from: Stamp,
+        leg: &mut Leg,
+        settings: &Settings,
+        gyro: &GyroSettings,
+    ) -> Passage {
+        let apart = matches!(leg.drive, Drive::Unknown);
+        let (until, turned) = self.turns.over(from, leg.until, apart, gyro);
+        leg.until = until;
+        leg.passage(from, turned, &settings.odometry)
     }
 }

@@ -68,10 +68,9 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         }
     }
 
-    fn drive_hypotheses(&self, to: Stamp, court: &mut Court<'_>) {
+    pub(super) fn drive_hypotheses(&self, to: Stamp, court: &mut Court<'_>) {
         if court.found.is_driven() {
-            let (from, settings) = (self.base.stamp, &court.settings.odometry);
-            self.each_leg(from, to, settings, |motion, dt_s| {
+            self.each_leg(self.base.stamp, to, court.settings, |motion, dt_s| {
                 court.found.drive(motion, dt_s);
             });
         }

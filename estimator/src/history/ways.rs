@@ -6,7 +6,7 @@
 
 use super::{History, Slot};
 use crate::found::Stride;
-use crate::settings::OdometrySettings;
+use crate::settings::Settings;
 use crate::stamp::{Span, Stamp};
 
 /// Of one block \[ns\].
@@ -85,7 +85,10 @@ impl Ways {
 
 impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// Keeps the ways of the whole blocks up to `to`.
-    pub(crate) fn keep_ways(&mut self, to: Stamp, settings: &OdometrySettings) {
+    pub(crate) fn keep_ways(&mut self, to: Stamp, settings: &Settings) {
+        if settings.gyro().is_some() {
+            return; // Its motion depends on the bias at the base.
+        }
         for (from, until) in pieces(self.base.stamp, to) {
             let block = Block::after(from);
             if is_whole(from, until) && self.ways.of(block).is_none() {
@@ -96,7 +99,10 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     }
 
     /// The way from the base to `to`, as it was measured.
-    pub(crate) fn way_to(&self, to: Stamp, settings: &OdometrySettings) -> Stride {
+    pub(crate) fn way_to(&self, to: Stamp, settings: &Settings) -> Stride {
+        if settings.gyro().is_some() {
+            return self.passed(Stride::NONE, self.base.stamp, to, settings);
+        }
         let mut way = Stride::NONE;
         for (from, until) in pieces(self.base.stamp, to) {
             if !is_whole(from, until) {
@@ -113,13 +119,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     }
 
     /// `way`, and then the legs between two stamps.
-    fn passed(
-        &self,
-        mut way: Stride,
-        from: Stamp,
-        until: Stamp,
-        settings: &OdometrySettings,
-    ) -> Stride {
+    fn passed(&self, mut way: Stride, from: Stamp, until: Stamp, settings: &Settings) -> Stride {
         self.each_leg(from, until, settings, |motion, dt_s| {
             way = way.then(&Stride::of(motion, dt_s));
         });
@@ -159,13 +159,20 @@ mod tests {
     use crate::filter::Filter;
     use crate::kind::{Measured, OdometrySample};
     use crate::motion::Motion;
+    use crate::settings::OdometrySettings;
 
-    const SETTINGS: OdometrySettings = OdometrySettings {
-        reference_period: Span::from_millis(20),
-        hold: Span::from_millis(200),
-        hold_growth: 1.0,
-        outage_variance: [0.1, 0.1, 0.1],
-    };
+    fn settings() -> Settings {
+        let odometry = OdometrySettings {
+            reference_period: Span::from_millis(20),
+            hold: Span::from_millis(200),
+            hold_growth: 1.0,
+            outage_variance: [0.1, 0.1, 0.1],
+        };
+        Settings {
+            odometry,
+            ..Settings::default()
+        }
+    }
 
     fn at(ms: i64) -> Stamp {
         Stamp::default() + Span::from_millis(ms)
@@ -205,10 +212,10 @@ mod tests {
                 hear(history, from, to, velocity);
             }
             for now in [at(to), at(to + 37), at(to + 500)] {
-                keeps.keep_ways(now, &SETTINGS);
+                keeps.keep_ways(now, &settings());
                 assert_eq!(
-                    keeps.way_to(now, &SETTINGS),
-                    not.way_to(now, &SETTINGS),
+                    keeps.way_to(now, &settings()),
+                    not.way_to(now, &settings()),
                     "{k}"
                 );
             }

@@ -132,7 +132,25 @@ impl Swept {
 
     /// The same, of sine and cosine of the heading in the middle of the arc.
     #[inline]
-    pub(crate) fn arc_along([sin, cos]: [f64; 2], held: [f64; 3], noise: &Symmetric3) -> Self {
+    pub(crate) fn arc_along(middle: [f64; 2], held: [f64; 3], noise: &Symmetric3) -> Self {
+        Self::along(middle, held, noise).0
+    }
+
+    /// [`Self::arc`], and where `column`, an error of `held`, is seen from the heading.
+    #[inline]
+    pub(crate) fn arc_with(
+        phi: f64,
+        held: [f64; 3],
+        noise: &Symmetric3,
+        column: [f64; 3],
+    ) -> (Self, [f64; 3]) {
+        let (sin, cos) = libm::sincos(phi + 0.5 * held[2]);
+        let (swept, jacobian) = Self::along([sin, cos], held, noise);
+        (swept, jacobian.apply(column))
+    }
+
+    #[inline]
+    fn along([sin, cos]: [f64; 2], held: [f64; 3], noise: &Symmetric3) -> (Self, Jacobian) {
         let [x, y, turn] = held;
         let (g, slope) = chord(0.5 * turn);
         let held = Plane::new(cos * x - sin * y, sin * x + cos * y);
@@ -141,11 +159,12 @@ impl Swept {
             ahead: g * Plane::new(cos, sin),
             by_turn: 0.5 * (slope * held + way.left()),
         };
-        Self {
+        let swept = Self {
             way,
             turn,
             noise: jacobian.carry(noise),
-        }
+        };
+        (swept, jacobian)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::covariance::Covariance3;
 use crate::factor::Factor;
 use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::symmetric::Symmetric3;
+use crate::symmetric::{Square3, Symmetric3};
 
 /// A variance of which less than this is left has cancelled: too few digits of it are right.
 const CANCELLED: f64 = 1e-4;
@@ -73,6 +73,18 @@ fn turned(noise: &Symmetric3, circle: &Circle) -> Symmetric3 {
 pub(crate) fn step(belief: &Belief, swept: &Swept) -> Moved {
     let circle = Circle::of(belief.heading_variance(), swept.noise.pp);
     move_by(belief, swept, &circle)
+}
+
+/// [`step`], and `G` times `column`, an error of the displacement.
+#[inline]
+pub(crate) fn step_with_column(
+    belief: &Belief,
+    swept: &Swept,
+    [x, y, turn]: [f64; 3],
+) -> (Moved, [f64; 3]) {
+    let circle = Circle::of(belief.heading_variance(), swept.noise.pp);
+    let shortened = [circle.mean * x, circle.mean * y, turn];
+    (move_by(belief, swept, &circle), shortened)
 }
 
 #[inline]
@@ -172,6 +184,19 @@ impl Map {
     pub(crate) fn apply(&self, [x, y, p]: [f64; 3]) -> [f64; 3] {
         let [ax, ay] = self.by_heading;
         [x + ax * p, y + ay * p, p]
+    }
+
+    /// `A G`
+    pub(crate) fn after(&self, &Square3([x, y, p]): &Square3) -> Square3 {
+        let [ax, ay] = self.by_heading;
+        let moved = |row: [f64; 3], by: f64| [0, 1, 2].map(|at| row[at] + by * p[at]);
+        Square3([moved(x, ax), moved(y, ay), p])
+    }
+
+    /// `G A`
+    pub(crate) fn before(&self, Square3(rows): &Square3) -> Square3 {
+        let [ax, ay] = self.by_heading;
+        Square3(rows.map(|[x, y, p]| [x, y, ax * x + ay * y + p]))
     }
 
     /// `A P Aᵀ`

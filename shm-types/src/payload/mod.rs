@@ -2,6 +2,7 @@
 mod can_counters;
 mod driver_status;
 mod estimate;
+mod gyro;
 mod header;
 mod heading;
 mod latency;
@@ -18,6 +19,7 @@ mod timing;
 pub use can_counters::CanCounters;
 pub use driver_status::DriverStatus;
 pub use estimate::Estimate;
+pub use gyro::Gyro;
 pub use header::Header;
 pub use heading::Heading;
 pub use latency::Latency;

@@ -2,16 +2,16 @@
 
 use std::sync::LazyLock;
 
-use coloc_daemon::collect::messages::{fix, heading, neighbour, said, sighting};
+use coloc_daemon::collect::messages::{fix, heading, neighbour, said, sighting, turn};
 use coloc_daemon::collect::sensors::Sensors;
 use coloc_daemon::config::Config;
 use coloc_estimator::{
-    Belief, Bend, Covariance3, Estimator, Measurement, Motion, OdometrySample, Parts, Pose,
-    Settings, Slot, Stamp, TickInputs, TickOutputs, step,
+    Belief, Bend, Covariance3, Estimator, GyroSettings, Measurement, Motion, OdometrySample, Parts,
+    Pose, Settings, Slot, Stamp, TickInputs, TickOutputs, step,
 };
 use coloc_shm_types::{
-    Clock, Estimate, Header, Heading, Limits, Neighbour, Odometry, Pose as SaidPose, Position,
-    Present, RelativePose, Status,
+    Clock, Estimate, Gyro, Header, Heading, Limits, Neighbour, Odometry, Pose as SaidPose,
+    Position, Present, RelativePose, Status,
 };
 
 use super::Target;
@@ -45,12 +45,11 @@ fn run(bytes: &[u8]) {
     };
     let mut now_ns = 10 * HISTORY_NS;
     let slots = vec![Slot::default(); SLOTS].into_boxed_slice();
-    let mut robot = Estimator::new(
-        Settings::default(),
-        Stamp::from_nanos(now_ns),
-        initial,
-        slots,
-    );
+    let settings = Settings {
+        gyro: Some(GyroSettings::ORDINARY),
+        ..Settings::default()
+    };
+    let mut robot = Estimator::new(settings, Stamp::from_nanos(now_ns), initial, slots);
     for _ in 0..TICKS {
         if bytes.is_empty() {
             return;
@@ -107,7 +106,7 @@ fn measurement(bytes: &mut Bytes<'_>, now_ns: i64) -> Option<Measurement> {
     let sensors = &*SENSORS;
     let kind = bytes.byte();
     let header = header(bytes, now_ns);
-    match kind % 8 {
+    match kind % 9 {
         0 => {
             let seen = sighting(&seen(header, bytes), &limits).ok()?;
             Some(sensors.of_body(&seen).into())
@@ -117,6 +116,7 @@ fn measurement(bytes: &mut Bytes<'_>, now_ns: i64) -> Option<Measurement> {
         2 => neighbour(&told(header, bytes), &limits).ok(),
         3 => moved(header, bytes, &limits),
         4 => said(&set(header, bytes), &limits).ok(),
+        7 => turn(&turned(header, bytes), &limits).ok(),
         5 => {
             let _ = published(header, bytes).validate(&limits);
             None
@@ -215,6 +215,16 @@ fn set(header: Header, bytes: &mut Bytes<'_>) -> SaidPose {
     }
 }
 
+fn turned(header: Header, bytes: &mut Bytes<'_>) -> Gyro {
+    let [rate_radps, noise] = bytes.numbers();
+    Gyro {
+        header,
+        rate_radps,
+        noise,
+        ..Gyro::default()
+    }
+}
+
 /// The noise of a velocity that says none.
 const USUAL: [f64; 9] = [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 0.01];
 
@@ -290,7 +300,18 @@ fn samples() -> Vec<Vec<u8>> {
     ]
     .concat();
     let set = [head(4, 0), vec![1], numbers(&[1000, 2100, 400]), unit(3)].concat();
-    let tick = [vec![6], fix.clone(), sighting, told, moved, set, looking].concat();
+    let turned = [head(7, 0), numbers(&[100, 0])].concat();
+    let tick = [
+        vec![7],
+        fix.clone(),
+        sighting,
+        told,
+        moved,
+        set,
+        looking,
+        turned,
+    ]
+    .concat();
     vec![
         tick.clone(),
         [vec![1], fix].concat(),

@@ -33,7 +33,11 @@ mod wheels;
 #[test]
 fn the_kernel_says_how_an_interface_is_run() {
     let interface = support::Interface::new("vcan1");
-    let here = || coloc_drivers::can::Controller::of("vcan1").unwrap().unwrap();
+    let here = || {
+        coloc_drivers::can::Controller::of("vcan1")
+            .unwrap()
+            .unwrap()
+    };
     assert_eq!(here().to_string(), "up");
     interface.set(&["down"]);
     assert_eq!(here().to_string(), "down");

@@ -7,6 +7,7 @@ use std::io;
 use coloc_benches::case;
 use coloc_benches::hot::{self, Arrivals, Hot};
 use coloc_benches::robot::{DEFAULT_SLOTS, Robot};
+use coloc_daemon::config::GyroSource;
 use coloc_estimator::heading::{self, HeadingNoise};
 use coloc_estimator::settings::{Criterion, FusionSettings};
 use coloc_estimator::{NotACovariance, Propagation, convert, fix, fusion, gate, propagate};
@@ -25,16 +26,19 @@ pub(crate) enum Case {
     TickUnjudged,
     TickOfFour,
     TickOfFourUnjudged,
+    Turning,
     LateByFifty,
     Sought,
     Crowded,
     DaemonFrames,
     DaemonNeighbours,
     DaemonSightings,
+    DaemonFramesTurning,
+    DaemonNeighboursTurning,
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 17] = [
+    pub(crate) const ALL: [Self; 20] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -46,12 +50,15 @@ impl Case {
         Self::TickUnjudged,
         Self::TickOfFour,
         Self::TickOfFourUnjudged,
+        Self::Turning,
         Self::LateByFifty,
         Self::Sought,
         Self::Crowded,
         Self::DaemonFrames,
         Self::DaemonNeighbours,
         Self::DaemonSightings,
+        Self::DaemonFramesTurning,
+        Self::DaemonNeighboursTurning,
     ];
 
     pub(crate) fn name(self) -> &'static str {
@@ -67,12 +74,15 @@ impl Case {
             Self::TickUnjudged => "tick-alone-unjudged",
             Self::TickOfFour => "tick-4-neighbours-and-fix",
             Self::TickOfFourUnjudged => "tick-4-neighbours-and-fix-unjudged",
+            Self::Turning => "tick-with-gyro",
             Self::LateByFifty => "tick-late-by-50",
             Self::Sought => "tick-with-16-hypotheses",
             Self::Crowded => "tick-worst-of-1024",
             Self::DaemonFrames => "daemon-frames",
             Self::DaemonNeighbours => "daemon-4-neighbours-and-fix",
             Self::DaemonSightings => "daemon-and-4-sightings",
+            Self::DaemonFramesTurning => "daemon-frames-gyro-heading",
+            Self::DaemonNeighboursTurning => "daemon-4-neighbours-fix-gyro-heading",
         }
     }
 
@@ -89,7 +99,11 @@ impl Case {
     pub(crate) fn within(self) -> Option<&'static str> {
         matches!(
             self,
-            Self::DaemonFrames | Self::DaemonNeighbours | Self::DaemonSightings
+            Self::DaemonFrames
+                | Self::DaemonNeighbours
+                | Self::DaemonSightings
+                | Self::DaemonFramesTurning
+                | Self::DaemonNeighboursTurning
         )
         .then_some("coloc_daemon::tick::Robot::wake")
     }
@@ -164,6 +178,10 @@ impl Case {
             Self::TickUnjudged => alone(iterations, Robot::unjudged(0)?),
             Self::TickOfFour => of_four(iterations, Robot::warm(4)?)?,
             Self::TickOfFourUnjudged => of_four(iterations, Robot::unjudged(4)?)?,
+            Self::Turning => {
+                let mut robot = Robot::with_gyro()?;
+                repeat(iterations, || robot.tick_turning());
+            }
             Self::LateByFifty => {
                 let mut robot = Robot::warm(0)?;
                 repeat(iterations, || robot.tick_late(50));
@@ -173,9 +191,11 @@ impl Case {
                 let robot = Robot::crowded(DEFAULT_SLOTS)?;
                 repeat(iterations, || robot.clone().tick_crowded());
             }
-            Self::DaemonFrames => whole_ticks(hot::frames, iterations)?,
-            Self::DaemonNeighbours => whole_ticks(hot::neighbours, iterations)?,
-            Self::DaemonSightings => whole_ticks(hot::sightings, iterations)?,
+            Self::DaemonFrames => whole_ticks(Hot::new()?, hot::frames, iterations),
+            Self::DaemonNeighbours => whole_ticks(Hot::new()?, hot::neighbours, iterations),
+            Self::DaemonSightings => whole_ticks(Hot::new()?, hot::sightings, iterations),
+            Self::DaemonFramesTurning => turning_ticks(hot::turning_frames, iterations)?,
+            Self::DaemonNeighboursTurning => turning_ticks(hot::turning_neighbours, iterations)?,
         }
         Ok(())
     }
@@ -191,10 +211,13 @@ fn of_four(ticks: u64, mut robot: Robot) -> Result<(), NotACovariance> {
     Ok(())
 }
 
-fn whole_ticks(arrive: Arrivals, ticks: u64) -> io::Result<()> {
-    let mut hot = Hot::new()?;
+fn whole_ticks(mut hot: Hot, arrive: Arrivals, ticks: u64) {
     hot.warm(arrive);
     hot.run(arrive, ticks);
+}
+
+fn turning_ticks(arrive: Arrivals, ticks: u64) -> io::Result<()> {
+    whole_ticks(Hot::with_gyro(GyroSource::Channel)?, arrive, ticks);
     Ok(())
 }
 
