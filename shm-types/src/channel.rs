@@ -154,7 +154,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 10] = [
+    pub const TABLE: [Told; 11] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
