@@ -142,7 +142,7 @@ const UNDERSTOOD: &[(&str, &str)] = &[
     ),
     (
         "stands by",
-        "meanwhile it may creep by 0.1 m, 0.1 m sideways, 2.9° and be within 3 σ",
+        "meanwhile it may creep by 0.1 m, 0.1 m sideways, 2.9° in an hour and be within 3 σ",
     ),
     (
         "no samples",
@@ -290,6 +290,21 @@ fn nothing_is_opened_or_made() {
 
 /// Changes of a good file that nobody means, the line that is to be named, and what is said there.
 const UNLIKELY: &[(&str, &str, &str)] = &[
+    (
+        "",
+        "[health]\nfit_heading_rad = 5.0",
+        "robot.toml:14: health.fit_heading_rad = 5: is half a turn or more",
+    ),
+    (
+        "",
+        "[health]\nfit_position_m = 0.0005",
+        "robot.toml:14: health.fit_position_m = 0.0005: is less than a millimetre",
+    ),
+    (
+        "",
+        "[motion]\ncreep_per_hour = [0.1, 0.1, 2.9]",
+        "robot.toml:14: motion.creep_per_hour = [0.1, 0.1, 2.9]: is more than 10 m or 0.5 rad",
+    ),
     (
         "id = 1",
         "id = 0",

@@ -217,3 +217,56 @@ fn check_says_what_100_m_make_of_the_robot() {
         said("", words, "heading ±", "°")
     ));
 }
+
+/// Silent for so long it drives out, turns by so much in all and is back: the farthest that it is from its belief then, in σ of
+/// either direction and of the heading.
+fn sigmas_off_after_a_loop_of(seconds: i64, turn_rad: f64) -> f64 {
+    let mut robot = Parked::new(PERIOD, "");
+    robot.stand_for(SECOND);
+    let before = (0..=50).map(|step| robot.drive_to(f64::from(step) * 0.01));
+    let [x, y, _] = before.last().unwrap().pose;
+    let half_m = 0.45 * seconds as f64;
+    let turn_m = 0.5 * turn_rad * 0.3;
+    robot.be_silent_for(seconds * SECOND);
+    let way_m = 0.5 + 2.0 * half_m;
+    for frame in robot.wheels.encode(way_m - turn_m, way_m + turn_m) {
+        robot.encoders.send(&frame).unwrap();
+    }
+    let after = robot.tick();
+    let [along, across, heading] = sigmas(&after);
+    let turned = (after.pose[2] - turn_rad).sin();
+    [
+        (after.pose[0] - x) / along,
+        (after.pose[1] - y) / across,
+        turned / heading,
+    ]
+    .into_iter()
+    .fold(0.0, |most, it| it.abs().max(most))
+}
+
+#[test]
+fn a_path_that_nobody_counted_is_within_3_sigma() {
+    for seconds in [1, 5, 20, 60] {
+        for turns in [0.5, 1.0, -3.0] {
+            let off = sigmas_off_after_a_loop_of(seconds, turns * std::f64::consts::TAU);
+            assert!(off <= 3.0, "{seconds} s, {turns} turns: {off} σ");
+        }
+    }
+}
+
+/// By how much the heading's σ grows in an hour in which a count comes and goes \[rad\].
+fn dithering_for_an_hour(periods: i64) -> f64 {
+    let mut robot = Parked::for_an_hour("");
+    let before = sigmas(&robot.stand_for(10 * SECOND));
+    let ways = (0..14_400).map(|period| f64::from(u8::from(period / periods % 2 == 0)));
+    let ticks = ways.map(|way| robot.drive_to(way * by_hand::METRES_PER_TICK));
+    sigmas(&ticks.last().unwrap())[2] - before[2]
+}
+
+#[test]
+fn a_parked_robot_whose_encoders_dither_doubts_itself_no_more_than_one_that_stands() {
+    for periods in [1, 2, 4, 40] {
+        let grown = dithering_for_an_hour(periods).to_degrees();
+        assert!(grown <= 1.0, "every {periods} periods: {grown}°");
+    }
+}

@@ -178,6 +178,65 @@ fn a_robot_between_two_counts_does_not_stand() {
     assert!(crept.iter().all(|&it| it == Rest::Moving));
 }
 
+/// A count comes and goes: at first the robot moves, then it stands; when it goes, nothing of its way is lost.
+#[test]
+fn a_dithering_count_stands_and_what_goes_on_does_not() {
+    let one_count = TICK_M / (PERIOD_NS as f64 * 1e-9);
+    for first in [one_count, -one_count] {
+        let mut robot = started();
+        for quiet in [25, 10, 3, 0] {
+            let mut dithered = Vec::new();
+            for speed in [first, -first].repeat(100) {
+                dithered.extend(rests(&mut robot, [0.0, speed], 1));
+                dithered.extend(rests(&mut robot, [0.0, 0.0], quiet));
+            }
+            let stood = dithered.iter().rev().take_while(|&&it| it == Rest::Counts);
+            assert!(stood.count() + 130 >= dithered.len(), "{quiet}");
+        }
+        let crept = rests(&mut robot, [2.0 * one_count, 2.0 * one_count], 30);
+        assert!(crept[2..].iter().all(|&it| it == Rest::Moving), "{crept:?}");
+        robot.assert_nothing_lost_since([0.0; 2]);
+    }
+}
+
+/// A count in two seconds, always on: what was kept while it seemed to stand is said.
+#[test]
+fn slow_creep_is_said_to_the_last_two_counts() {
+    let mut robot = started();
+    for _ in 0..30 {
+        robot.drive([TICK_M / (PERIOD_NS as f64 * 1e-9); 2]);
+        rests(&mut robot, [0.0; 2], 99);
+        let kept_m = robot.way_m[0] - robot.travelled[0];
+        assert!(kept_m.abs() < 2.5 * TICK_M, "{kept_m} m");
+    }
+}
+
+/// What is lost in a few periods is driven on; of a longer silence only the sum is known.
+#[test]
+fn a_path_that_nobody_counted_has_a_spread_and_a_short_loss_has_none() {
+    for (lost, is_open) in [
+        (0, false),
+        (1, false),
+        (3, false),
+        (24, false),
+        (25, true),
+        (3000, true),
+    ] {
+        let mut robot = started();
+        (0..10).for_each(|_| robot.drive([0.5, 0.5]));
+        for _ in 0..lost {
+            let _lost = robot.step([1.0, 0.8]);
+        }
+        robot.drive([1.0, 0.8]);
+        let spread = robot.samples.last().unwrap().spread;
+        let is_spread = |spread: [[f64; 3]; 3]| spread.iter().flatten().any(|&it| it > 0.0);
+        assert_eq!(is_spread(spread), is_open, "{lost} lost: {spread:?}");
+        assert!(!is_open || spread[0][0].min(spread[1][1]).sqrt() >= 0.9);
+        robot.drive([1.0, 0.8]);
+        assert!(!is_spread(robot.samples.last().unwrap().spread));
+    }
+}
+
 /// Without frames there is no sample; the one that ends the silence says what it counted, and nothing of standing.
 #[test]
 fn silence_is_no_standing() {

@@ -1,5 +1,6 @@
 //! The wheels: buses drained, frames decoded, velocities with their noise.
 
+use std::f64::consts::{PI, TAU};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::Arc;
 
@@ -235,7 +236,8 @@ impl ToMotion {
             .unwrap_or_default();
         let ns = odometry.stamp_ns.saturating_sub(odometry.start_ns);
         let span_s = Span::from_nanos(ns).as_seconds();
-        motion.with_noise_added(&spread.scaled(span_s / self.reference_period_s))
+        let moving = motion.with_noise_added(&spread.scaled(span_s / self.reference_period_s));
+        without_whole_turns(moving, span_s)
     }
 
     /// The same where nobody knows in advance whether a robot moves sideways.
@@ -244,7 +246,7 @@ impl ToMotion {
         let holonomic = self.holonomic || sideways != 0.0;
         let moving = Self { holonomic, ..self };
         self.standing(odometry.rest)
-            .unwrap_or_else(|| moving.motion(odometry.velocity))
+            .unwrap_or_else(|| moving.moving(odometry))
     }
 
     /// Zero velocity with its allowance for creep, if that was measured.
@@ -272,6 +274,23 @@ impl ToMotion {
             velocity,
             noise: motion.covariance(),
         }
+    }
+}
+
+/// After a long silence: an arc that closes shows nothing of the spread of what is held along it.
+fn without_whole_turns(motion: Motion, span_s: f64) -> Motion {
+    match motion {
+        Motion::Holonomic {
+            velocity: [vx, vy, omega],
+            noise,
+        } if (omega * span_s).abs() > PI => {
+            let turns = (omega * span_s / TAU).round();
+            Motion::Holonomic {
+                velocity: [vx, vy, omega - turns * TAU / span_s],
+                noise,
+            }
+        }
+        motion => motion,
     }
 }
 

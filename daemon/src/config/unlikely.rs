@@ -5,6 +5,7 @@
 mod buses;
 mod files;
 mod fusion;
+mod health;
 mod motion;
 mod robot;
 mod times;
@@ -20,6 +21,7 @@ pub(super) fn unlikely(config: &Config) -> Vec<Finding> {
         wheels::findings(config),
         motion::findings(config),
         fusion::findings(config),
+        health::findings(config),
         times::findings(config),
         files::findings(config),
         buses::findings(config),

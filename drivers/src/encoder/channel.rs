@@ -271,6 +271,30 @@ impl Channel {
         }
     }
 
+    /// Its way since the last sample that said it \[m\]; 0 where it does not count.
+    pub(super) fn way_m(&self) -> f64 {
+        match self.measure {
+            Measure::Counter(_) => self.value,
+            Measure::Rate { .. } | Measure::Angle { .. } => 0.0,
+        }
+    }
+
+    /// The same in counts.
+    pub(super) fn counts(&self) -> f64 {
+        match self.measure {
+            Measure::Counter(counter) => self.value / counter.metres_per_count().abs(),
+            Measure::Rate { .. } | Measure::Angle { .. } => 0.0,
+        }
+    }
+
+    /// The most that a counter believes \[m/s\]; 0 where it does not count.
+    pub(super) fn max_speed_mps(&self) -> f64 {
+        match self.measure {
+            Measure::Counter(counter) => counter.max_speed_mps(),
+            Measure::Rate { .. } | Measure::Angle { .. } => 0.0,
+        }
+    }
+
     /// Whether a frame has come since the last sample.
     pub(super) fn has_news(&self) -> bool {
         self.has_news

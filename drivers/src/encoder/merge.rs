@@ -4,11 +4,16 @@
 //! * A sample is formed when every channel has news, and the news belong together: stamps no farther apart than half a
 //!   period. Where something was lost this waits for the channel that lags (for `pair_frames` at most), so that a turn is not
 //!   made of one wheel's motion and the other's rest.
-//! * What counters count is never lost with a frame: the next sample covers the longer time.
+//! * What counters count is never lost with a frame: the next sample covers the longer time. Where that is longer than
+//!   `longest_rate_s` and [`BRIDGED_PERIODS`], nobody knows the path: the sample has the spread of every path that ends so.
 //! * What comes less than 1 ms apart (a backlog that came at once) goes into one sample.
 //! * What has not moved for [`STILL_AFTER_NS`] while it was listened to stands; after a single sample without a count nobody knows.
+//!   An encoder at the edge of a count dithers: what comes back stands, until the way is longer than [`DITHER_COUNTS`]; then all of
+//!   it is said.
 //! * An angle is of the moment of its frame: a sample has that at its beginning and that at its end.
 //! * No sample is faster than the robot can be. Where late frames come at once, their way is spread over what follows.
+
+use std::f64::consts::TAU;
 
 use super::channel::{Channel, Continuity, Part, Update};
 use super::counters::OdometryCounters;
@@ -49,6 +54,12 @@ pub enum Rest {
 /// A robot that drives slowly has pauses between two counts, shorter than this \[ns\].
 pub const STILL_AFTER_NS: i64 = 1_000_000_000;
 
+/// Between frames so many usual times apart a robot is taken to go on as it did.
+const BRIDGED_PERIODS: f64 = 4.5;
+
+/// A robot that stands may be so many counts from where it began to.
+const DITHER_COUNTS: f64 = 2.0;
+
 /// The most channels that kinematics take.
 pub const MAX_CHANNELS: usize = 4;
 
@@ -65,8 +76,20 @@ pub(super) struct Merge {
     latest_ns: Option<i64>,
     /// Since when nothing has moved, if nothing does \[ns\].
     still_since_ns: Option<i64>,
+    near: Option<Near>,
+    /// The sample before said that it stands by its counts.
+    stands: bool,
+    /// Time between two frames as it was known when the interval began.
+    usual_ns: Option<i64>,
     slip: Option<SlipWatch>,
     pub(super) counters: OdometryCounters,
+}
+
+/// Since when no wheel is more than a count from where it was, and how far it is \[m\].
+#[derive(Copy, Clone, Debug)]
+struct Near {
+    since_ns: i64,
+    ways_m: [f64; MAX_CHANNELS],
 }
 
 /// What is new for each channel, checked but not applied yet.
@@ -91,6 +114,9 @@ impl Merge {
             held: 0,
             latest_ns: None,
             still_since_ns: None,
+            near: None,
+            stands: false,
+            usual_ns: None,
             slip: None,
             counters: OdometryCounters::default(),
         }
@@ -173,17 +199,106 @@ impl Merge {
         if late && dt_s < self.tolerance.longest_wait_s {
             return Ok(None);
         }
-        let Twist { velocity, spread } = self.twist(dt_s.max(least_s));
+        if self.dithers(start_ns, stamp_ns) {
+            return Ok(Some(self.form_rest(start_ns, stamp_ns)));
+        }
+        let twist = self.twist(dt_s.max(least_s));
+        let Twist { velocity, spread } = self.bridged(twist, dt_s);
         self.begin_interval(stamp_ns, if late { dt_s / least_s } else { 1.0 });
         self.counters.samples += 1;
         self.counters.late_ways += u64::from(late);
+        let rest = self.rest(velocity, start_ns);
+        self.stands = rest == Rest::Counts;
         Ok(Some(WheelOdometry {
             start_ns,
             stamp_ns,
             velocity,
-            rest: self.rest(velocity, start_ns),
+            rest,
             spread,
         }))
+    }
+
+    /// A sample of a robot that stands while its counts dither: their way is kept for when it goes.
+    fn form_rest(&mut self, start_ns: i64, stamp_ns: i64) -> WheelOdometry {
+        self.begin_interval(stamp_ns, 0.0);
+        self.counters.samples += 1;
+        self.stands = true;
+        let near_since_ns = self.near.map_or(start_ns, |near| near.since_ns);
+        let since_ns = self.still_since_ns.unwrap_or(near_since_ns);
+        self.still_since_ns = Some(since_ns.min(near_since_ns));
+        WheelOdometry {
+            start_ns,
+            stamp_ns,
+            velocity: [0.0; 3],
+            rest: Rest::Counts,
+            spread: NO_SPREAD,
+        }
+    }
+
+    /// Whether it stands although something was counted.
+    fn dithers(&mut self, start_ns: i64, stamp_ns: i64) -> bool {
+        if self.channels().any(Channel::is_speed) {
+            return false;
+        }
+        let came_back = self.has_come_back(start_ns, stamp_ns);
+        let is_counted = self.channels().any(|it| it.counts() != 0.0);
+        let is_little = self
+            .channels()
+            .all(|it| it.counts().abs() <= DITHER_COUNTS + 0.5);
+        is_counted && (came_back || (self.stands && is_little))
+    }
+
+    /// Whether every wheel is where it was a second ago, and was never more than a count away.
+    fn has_come_back(&mut self, start_ns: i64, stamp_ns: i64) -> bool {
+        let said =
+            |channel: &Option<Channel>| channel.map_or([0.0; 2], |it| [it.way_m(), it.count_m()]);
+        let said = self.channels.each_ref().map(said);
+        let near = self.near.get_or_insert(Near {
+            since_ns: start_ns,
+            ways_m: [0.0; MAX_CHANNELS],
+        });
+        // What is kept while it stands is in the next way again.
+        let before = if self.stands {
+            [0.0; MAX_CHANNELS]
+        } else {
+            near.ways_m
+        };
+        near.ways_m = std::array::from_fn(|it| before[it] + said[it][0]);
+        let within = |counts: f64| {
+            let mut ways = near.ways_m.iter().zip(&said);
+            ways.all(|(way_m, [_, count_m])| way_m.abs() <= counts * count_m)
+        };
+        if !within(1.5) {
+            *near = Near {
+                since_ns: stamp_ns,
+                ways_m: [0.0; MAX_CHANNELS],
+            };
+            return false;
+        }
+        within(0.5) && start_ns.saturating_sub(near.since_ns) >= STILL_AFTER_NS
+    }
+
+    /// After a silence only the sum of the counts is known. The robot ends within its highest speed's reach, and its mean says
+    /// somewhere else: the farthest that these can be apart is 3 σ. Velocities are held along an arc, which shows only its chord
+    /// of them, by the turn without whole turns: who uses this leaves these out, since an arc that closes shows nothing.
+    fn bridged(&self, twist: Twist, dt_s: f64) -> Twist {
+        let usual_s = self.usual_ns.map_or(0.0, seconds);
+        let longest_s = self.tolerance.longest_rate_s.max(BRIDGED_PERIODS * usual_s);
+        let max_speed_mps = self
+            .channels()
+            .map(Channel::max_speed_mps)
+            .fold(0.0, f64::max);
+        if dt_s <= longest_s || max_speed_mps == 0.0 {
+            return twist;
+        }
+        let [x, y, turn_rate] = twist.velocity;
+        let mut spread = twist.spread;
+        let turn_rad = turn_rate * dt_s;
+        let turn_rad = turn_rad - (turn_rad / TAU).round() * TAU;
+        let sigma_mps = (max_speed_mps + x.hypot(y)) / (3.0 * chord_of_arc(turn_rad));
+        spread[0][0] += sigma_mps * sigma_mps;
+        spread[1][1] += sigma_mps * sigma_mps;
+        Twist { spread, ..twist }
     }
 
     /// What an interval from `start_ns` with that velocity says of standing, by what was before.
@@ -211,6 +326,7 @@ impl Merge {
     /// `said` is the part of the way that the interval before has accounted for.
     fn begin_interval(&mut self, stamp_ns: i64, said: f64) {
         (self.start_ns, self.held) = (Some(stamp_ns), 0);
+        self.usual_ns = self.channels().filter_map(Channel::period_ns).max();
         for channel in self.channels.iter_mut().flatten() {
             channel.begin_interval(said);
         }
@@ -219,7 +335,7 @@ impl Merge {
     /// All that was before is given up, also what a channel has not said yet of the time before.
     fn begin_anew(&mut self, stamp_ns: i64) {
         self.begin_interval(stamp_ns, 1.0);
-        self.still_since_ns = None;
+        (self.still_since_ns, self.near, self.stands) = (None, None, false);
         if let Some(slip) = &mut self.slip {
             slip.forget();
         }
@@ -301,5 +417,15 @@ impl Merge {
 
     fn channel(&mut self, index: usize) -> Option<&mut Channel> {
         self.channels.get_mut(index)?.as_mut()
+    }
+}
+
+/// The chord of an arc that turns by at most half a turn, as a part of the arc.
+fn chord_of_arc(turn_rad: f64) -> f64 {
+    let half_rad = 0.5 * turn_rad.abs();
+    if half_rad < 1e-6 {
+        1.0
+    } else {
+        half_rad.sin() / half_rad
     }
 }

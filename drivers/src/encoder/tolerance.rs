@@ -16,7 +16,9 @@ pub struct Tolerance {
     /// second sender on the same identifier gets through only if ours falls silent.
     #[schemars(range(min = 2, max = 100))]
     pub restart_counts: u32,
-    /// A speed says nothing about a time longer than this before it \[s\].
+    /// A speed says nothing about a time longer than this before it; counts say only how far each wheel came in all, and of a
+    /// time longer than this, and than three lost frames leave, nobody knows the path: the pose is as uncertain as
+    /// `max_speed_mps` makes it \[s\].
     #[schemars(range(max = 10), extend("exclusiveMinimum" = 0))]
     pub longest_rate_s: f64,
     /// While every wheel has news but not of one moment, so many frames are waited for.

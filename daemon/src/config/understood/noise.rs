@@ -135,7 +135,7 @@ fn after_an_hour(config: &Config, odometry: &OdometryConfig, page: &mut Page) {
 fn said_by(config: &Config, odometry: &OdometryConfig) -> String {
     let [forward, sideways, turning] = config.motion.creep_per_hour;
     let creep = format!(
-        "meanwhile it may creep by {forward} m, {sideways} m sideways, {}° and be within 3 σ",
+        "meanwhile it may creep by {forward} m, {sideways} m sideways, {}° in an hour and be within 3 σ",
         brief(turning.to_degrees())
     );
     let by = chosen("motion.stands_by", config.motion.stands_by);

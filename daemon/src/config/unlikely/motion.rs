@@ -23,6 +23,7 @@ pub(super) fn findings(config: &Config) -> Vec<Finding> {
         found.extend(useless(config, odometry.max_speed_mps));
     }
     found.extend(outage(config));
+    found.extend(creep(config));
     found
 }
 
@@ -62,4 +63,20 @@ fn outage(config: &Config) -> Option<Finding> {
     variances
         .contains(&0.0)
         .then(|| Finding::new("motion.outage_variance", problem))
+}
+
+/// What creeps farther in an hour than that is not parked \[m, m, rad\].
+const FARTHEST_CREEP: [f64; 3] = [10.0, 10.0, 0.5];
+
+fn creep(config: &Config) -> Option<Finding> {
+    let creep = config.motion.creep_per_hour;
+    let problem = format!(
+        " = {}: is more than 10 m or 0.5 rad in an hour of standing: is it in metres and radians, and of an hour?",
+        list(&creep)
+    );
+    let is_far = creep
+        .into_iter()
+        .zip(FARTHEST_CREEP)
+        .any(|(it, most)| it > most);
+    is_far.then(|| Finding::new("motion.creep_per_hour", problem))
 }
