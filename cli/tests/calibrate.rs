@@ -101,6 +101,17 @@ fn calibrate(folder: &Path, words: &[&str]) -> Output {
         .unwrap()
 }
 
+/// The configuration is looked for beside the recording: where there is none, neither is it.
+#[test]
+fn a_recording_that_is_not_there_is_what_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = calibrate(folder.path(), &[]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("drive.jsonl"), "{said}");
+    assert!(!said.contains("robot.toml"), "{said}");
+}
+
 fn without_gyro() -> Course {
     Course {
         gyro: false,

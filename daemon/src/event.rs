@@ -11,7 +11,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use coloc_drivers::canopen::CanopenEvent;
 use coloc_drivers::encoder::Slip;
 use coloc_estimator::{Belief, Decision};
-use coloc_shm_types::{BeliefState, BusState, Health, Input, Reject, SourceState, Timing};
+use coloc_shm_types::{
+    BeliefState, BusState, Health, Input, Reject, SourceState, Timing, WhyUnfit,
+};
 use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 
@@ -40,6 +42,15 @@ pub enum Event {
         from: BeliefState,
         /// Since this tick.
         to: BeliefState,
+        /// Its wheels alone are missing.
+        waits_for_wheels: bool,
+        /// Ticks since the start.
+        tick: u64,
+    },
+    /// Whether the robot may drive on its belief has changed, or why not.
+    Fitness {
+        /// Why not; none: it may.
+        why_unfit: Option<WhyUnfit>,
         /// Ticks since the start.
         tick: u64,
     },

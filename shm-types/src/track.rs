@@ -1,29 +1,32 @@
 //! Where the robot was at a past moment: the pose at the time of a scan.
 //!
-//! Between two estimates the robot is taken to go along an arc, as the daemon takes it to. With `λ` the part of the time from
-//! one to the other that has passed, `m` the way of the mean, `m(λ)` its part along the arc, and `J` a turn by a right angle:
+//! Between two estimates the robot goes where the wheels take it, along an arc, as the daemon has it. What the second one has learnt
+//! beyond that (a fix, a neighbour, somebody's word) is a correction at its own moment: until then the older belief is carried on, as
+//! by a daemon that has not heard of it yet. With `λ` the part of the time that has passed, `r(λ)` the way driven up to then from the
+//! heading that was believed, `κ` what an uncertain heading leaves of it in the mean, and `J` a turn by a right angle:
 //!
 //! ```text
-//! P(λ) = (1 − λ) P_a + λ P_b + what is curved:      δ = J (m(λ) − λ m)      s = P_a,φφ
-//!   between position and heading    s δ
-//!   of the position                 P_a,pφ δᵀ + δ P_a,pφᵀ + C(m(λ)) − λ C(m)
-//! C(m) = (Ω_a m mᵀ + C_b (J m)(J m)ᵀ) / e²          e = exp(−s/2)   Ω_a = ½ (1 − e²)²   C_b = ½ (1 − e⁴)
+//! p(λ) = p_a + κ r(λ)      P(λ) = P_a + λ L + S(λ)      δ = κ J r(λ)      s = P_a,φφ
+//! S(λ) between position and heading    s δ
+//!      of the position                 P_a,pφ δᵀ + δ P_a,pφᵀ + ½ (1 − e²)² r rᵀ + ½ (1 − e⁴) (J r)(J r)ᵀ      e = exp(−s/2)
 //! ```
 //!
-//! `C` is what an uncertain heading adds with the square of the way.
+//! `L` is what grows with the time. If nothing was learnt at its end, `p(1) = p_b` and `P(1) = P_b` give κ and L. Otherwise κ and L are those of
+//! the nearest two estimates between which nothing was learnt, or else e and the velocity's covariance. A robot that looks for itself
+//! publishes a guess that goes with its best hypothesis: between two guesses no farther apart than the way driven lies their mixture.
+mod leg;
+
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use crate::Estimate;
+use leg::{Growth, Leg};
 
 /// Two estimates farther apart than this have nothing between them: too many were lost \[ns\].
 const LONGEST_GAP_NS: i64 = 200_000_000;
 
 /// A wall clock that came so much farther than the inner one was set \[ns\].
 const STEP_NS: i64 = 500_000;
-
-/// Below this, `e` is too small to divide by: the way is that of the velocity then.
-const SMALLEST_MEAN: f64 = 0.1;
 
 /// The estimates of the last seconds, of one robot. Memory is bounded by `length` and the rate of the daemon.
 ///
@@ -45,7 +48,8 @@ const SMALLEST_MEAN: f64 = 0.1;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// It answers with what was believed then. What a late measurement has taught the robot since about that moment is not in it.
+/// It answers with what was believed then: by the last estimate up to the moment, carried on along the way that the wheels drove. What
+/// the next estimate has learnt counts from its own moment on, also where a fix in it is of an earlier one.
 #[derive(Clone, Debug)]
 pub struct Track {
     length_ns: i64,
@@ -154,17 +158,60 @@ impl Track {
 
     /// Of several such moments, because the clock was set back, the newest.
     fn by(&self, stamp: Stamp, stamp_ns: i64) -> Result<PastPose, NoPose> {
-        let mut newest_first = self.estimates.iter().rev();
-        if let Some(own) = newest_first.find(|it| stamp(it) == stamp_ns) {
-            return Ok(between(own, own, 0.0));
+        if let Some(own) = self.estimates.iter().rev().find(|it| stamp(it) == stamp_ns) {
+            return Ok(told(own));
         }
-        let pairs = self.estimates.iter().zip(self.estimates.iter().skip(1));
-        let around = |(a, b): &(&Estimate, &Estimate)| (stamp(a)..=stamp(b)).contains(&stamp_ns);
-        match pairs.rev().find(around) {
-            Some((a, b)) if follows(a, b, stamp) => Ok(between(a, b, part(a, b, stamp, stamp_ns))),
+        let around = |leg: &Leg| (stamp(leg.from)..=stamp(leg.to)).contains(&stamp_ns);
+        let legs = (1..self.estimates.len()).rev();
+        match legs
+            .filter_map(|end| self.leg(end).map(|leg| (end, leg)))
+            .find(|(_, leg)| around(leg))
+        {
+            Some((end, leg)) if follows(&leg, stamp) => {
+                Ok(self.within(end, &leg, part(&leg, stamp, stamp_ns)))
+            }
             Some(_) => Err(NoPose::Gap { stamp_ns }),
             None => Err(self.outside(stamp, stamp_ns)),
         }
+    }
+
+    /// The leg that ends with the estimate in that place.
+    fn leg(&self, end: usize) -> Option<Leg<'_>> {
+        let from = self.estimates.get(end.checked_sub(1)?)?;
+        let to = self.estimates.get(end)?;
+        Some(Leg { from, to })
+    }
+
+    fn within(&self, end: usize, leg: &Leg<'_>, part: f64) -> PastPose {
+        if leg.is_guess() {
+            return leg.mixed(part);
+        }
+        let by_velocity = leg.growth_of_velocity();
+        let growth = leg.growth().or_else(|| self.growth_near(end, &by_velocity));
+        let carried = growth.and_then(|growth| leg.at(part, &growth));
+        carried
+            .or_else(|| leg.at(part, &by_velocity))
+            .unwrap_or_else(|| told(leg.from))
+    }
+
+    /// Of the nearest leg without anything learnt, sooner of an older one. κ is of the heading, which may have been learnt since.
+    fn growth_near(&self, end: usize, by_velocity: &Growth) -> Option<Growth> {
+        let growth_of = |end: usize| self.steady(end)?.growth();
+        let just_before = growth_of(end.checked_sub(1)?);
+        let before_that = end.checked_sub(2).and_then(growth_of);
+        let trend = |growth: Growth| before_that.map_or(growth, |it| growth.after(&it));
+        just_before.map(trend).or_else(|| {
+            let older = (1..end).rev();
+            let newer = end + 1..self.estimates.len();
+            let growth = older.chain(newer).find_map(growth_of)?;
+            Some(growth.with_mean_of(by_velocity))
+        })
+    }
+
+    /// One without a gap.
+    fn steady(&self, end: usize) -> Option<Leg<'_>> {
+        self.leg(end)
+            .filter(|leg| follows(leg, |estimate| estimate.boot_ns))
     }
 
     fn outside(&self, stamp: Stamp, stamp_ns: i64) -> NoPose {
@@ -186,103 +233,26 @@ impl Track {
     }
 }
 
-fn follows(a: &Estimate, b: &Estimate, stamp: Stamp) -> bool {
-    let passed_ns = b.boot_ns.saturating_sub(a.boot_ns);
-    let said_ns = stamp(b).saturating_sub(stamp(a));
+fn follows(leg: &Leg<'_>, stamp: Stamp) -> bool {
+    let passed_ns = leg.to.boot_ns.saturating_sub(leg.from.boot_ns);
+    let said_ns = stamp(leg.to).saturating_sub(stamp(leg.from));
     passed_ns <= LONGEST_GAP_NS && said_ns.abs_diff(passed_ns) <= STEP_NS.unsigned_abs()
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a fifth of a second at most")]
-fn part(a: &Estimate, b: &Estimate, stamp: Stamp, stamp_ns: i64) -> f64 {
-    (stamp_ns - stamp(a)) as f64 / (stamp(b) - stamp(a)) as f64
+fn part(leg: &Leg<'_>, stamp: Stamp, stamp_ns: i64) -> f64 {
+    (stamp_ns - stamp(leg.from)) as f64 / (stamp(leg.to) - stamp(leg.from)) as f64
 }
 
-fn between(a: &Estimate, b: &Estimate, part: f64) -> PastPose {
+/// At its own moment.
+fn told(estimate: &Estimate) -> PastPose {
+    let [x, y, phi] = estimate.pose;
+    let [driven_x, driven_y, driven_phi] = estimate.odometry;
     PastPose {
-        pose: pose_between(a.pose, b.pose, part),
-        odometry: pose_between(a.odometry, b.odometry, part),
-        covariance: covariance(a, b, part),
+        pose: [x, y, wrapped(phi)],
+        odometry: [driven_x, driven_y, wrapped(driven_phi)],
+        covariance: estimate.total(),
     }
-}
-
-fn pose_between(a: [f64; 3], b: [f64; 3], part: f64) -> [f64; 3] {
-    let turn = wrapped(b[2] - a[2]);
-    let [x, y] = along_the_arc([b[0] - a[0], b[1] - a[1]], turn, part);
-    [a[0] + x, a[1] + y, wrapped(a[2] + part * turn)]
-}
-
-/// Of a way to the end of an arc that turns by `turn`, that to a `part` of it: chords, each seen from the arc's beginning.
-fn along_the_arc([x, y]: [f64; 2], turn: f64, part: f64) -> [f64; 2] {
-    let (whole, here) = (0.5 * turn, 0.5 * part * turn);
-    let length = part * sinc(here) / sinc(whole);
-    let (sin, cos) = (here - whole).sin_cos();
-    [length * (cos * x - sin * y), length * (sin * x + cos * y)]
-}
-
-fn sinc(half: f64) -> f64 {
-    if half.abs() < 1e-4 {
-        1.0 - half * half / 6.0
-    } else {
-        half.sin() / half
-    }
-}
-
-fn covariance(a: &Estimate, b: &Estimate, part: f64) -> [f64; 9] {
-    let (before, after) = (a.total(), b.total());
-    let mut mixed: [f64; 9] = core::array::from_fn(|place| {
-        let [before, after] = [before[place], after[place]];
-        before + part * (after - before)
-    });
-    for (place, curved) in (0..9).zip(curvature(a, b, part)) {
-        mixed[place] += curved;
-    }
-    mixed
-}
-
-/// What is curved of the covariance between `a` and `b`, row by row.
-fn curvature(a: &Estimate, b: &Estimate, part: f64) -> [f64; 9] {
-    let total = a.total();
-    let (with_heading, s) = ([total[2], total[5]], total[8]);
-    let (turn, whole) = (wrapped(b.pose[2] - a.pose[2]), moved(a, b));
-    let here = along_the_arc(whole, turn, part);
-    let [dx, dy] = [part * whole[1] - here[1], here[0] - part * whole[0]];
-    let certain = [way(a, b), along_the_arc(way(a, b), turn, part)];
-    let [[wxx, wxy, wyy], [hxx, hxy, hyy]] = certain.map(|way| squares(s, way));
-    let xx = 2.0 * with_heading[0] * dx + hxx - part * wxx;
-    let yy = 2.0 * with_heading[1] * dy + hyy - part * wyy;
-    let xy = with_heading[0] * dy + with_heading[1] * dx + hxy - part * wxy;
-    [xx, xy, s * dx, xy, yy, s * dy, s * dx, s * dy, 0.0]
-}
-
-fn moved(a: &Estimate, b: &Estimate) -> [f64; 2] {
-    [b.pose[0] - a.pose[0], b.pose[1] - a.pose[1]]
-}
-
-/// `m/e`: the way if the heading were certain. Where nothing is left of the mean's, that of the velocity.
-#[expect(clippy::cast_precision_loss, reason = "a fifth of a second at most")]
-fn way(a: &Estimate, b: &Estimate) -> [f64; 2] {
-    let mean = (-0.5 * a.total()[8]).exp();
-    if mean > SMALLEST_MEAN {
-        return moved(a, b).map(|way| way / mean);
-    }
-    let passed_s = 1e-9 * (b.boot_ns - a.boot_ns) as f64;
-    let [forward, left, rate] = b.velocity;
-    let (sin, cos) = (a.pose[2] + 0.5 * passed_s * rate).sin_cos();
-    [
-        passed_s * (cos * forward - sin * left),
-        passed_s * (sin * forward + cos * left),
-    ]
-}
-
-/// `C` of a heading's variance `s` and the way `m/e`, as `[xx, xy, yy]`.
-fn squares(s: f64, [x, y]: [f64; 2]) -> [f64; 3] {
-    let loss = -(-s).exp_m1();
-    let (along, across) = (0.5 * loss * loss, 0.5 * loss * (2.0 - loss));
-    [
-        along * x * x + across * y * y,
-        (along - across) * x * y,
-        along * y * y + across * x * x,
-    ]
 }
 
 /// In (−π, π].
@@ -295,7 +265,7 @@ fn wrapped(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Header;
+    use crate::{BeliefState, Header};
 
     const MS: i64 = 1_000_000;
 
@@ -308,6 +278,8 @@ mod tests {
             },
             boot_ns: boot_ms * MS,
             pose,
+            odometry: pose,
+            state: BeliefState::Ok as u8,
             ..Estimate::default()
         }
     }
@@ -401,6 +373,82 @@ mod tests {
         track.note(&other);
         let found = track.at_boot((newest_ms + 10) * MS);
         assert!(matches!(found, Err(NoPose::TooOld { .. })), "{found:?}");
+    }
+
+    fn with_deviations(boot_ms: i64, pose: [f64; 3], [m, rad]: [f64; 2]) -> Estimate {
+        Estimate {
+            independent: [m * m, 0.0, 0.0, 0.0, m * m, 0.0, 0.0, 0.0, rad * rad],
+            odometry: [0.001 * boot_ms as f64, 0.0, 0.0],
+            velocity_covariance: [0.04, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.01],
+            ..estimate(boot_ms, pose)
+        }
+    }
+
+    fn assert_covariance(found: &PastPose) {
+        let covariance = crate::matrix::Matrix::<3>::from_row_major(found.covariance);
+        assert_eq!(covariance.check_covariance(), Ok(()), "{found:?}");
+    }
+
+    /// As after `coloc pose`: until the estimate that has taken it, the robot believes what it believed.
+    #[test]
+    fn a_jump_is_at_the_moment_of_the_estimate_that_has_it() {
+        let sure = [0.05, 0.01];
+        let set = with_deviations(40, [100.04, 50.0, 1.0], sure);
+        let track = track(&[
+            with_deviations(0, [0.0; 3], sure),
+            with_deviations(20, [0.02, 0.0, 0.0], sure),
+            set,
+        ]);
+        for ns in [20 * MS + 1, 25 * MS, 30 * MS, 39 * MS, 40 * MS - 1] {
+            let found = track.at_boot(ns).unwrap();
+            let driven = 1e-9 * ns as f64;
+            assert!((found.pose[0] - driven).abs() < 1e-12, "{found:?}");
+            assert!(found.pose[1].abs() < 1e-12 && found.pose[2].abs() < 1e-12);
+            assert!((found.covariance[0] - 0.0025).abs() < 1e-4, "{found:?}");
+            assert_covariance(&found);
+        }
+        assert_eq!(track.at_boot(40 * MS).unwrap(), told(&set));
+    }
+
+    /// Whatever two estimates say one after the other.
+    #[test]
+    fn there_is_a_covariance_between_any_two_estimates() {
+        let (positions, headings) = ([1e-3, 0.05, 10.0, 2e7], [0.0, 0.01, 1.0, 10.0, 60.0]);
+        let deviations: Vec<_> = positions
+            .into_iter()
+            .flat_map(|m| headings.map(|rad| [m, rad]))
+            .collect();
+        for before in &deviations {
+            for after in &deviations {
+                for (pose, state) in [[0.02, 0.0, 0.0], [100.04, 50.0, 1.0]]
+                    .into_iter()
+                    .flat_map(|pose| [BeliefState::Ok, BeliefState::Finding].map(|it| (pose, it)))
+                {
+                    let said = |boot_ms, pose, deviations| Estimate {
+                        state: state as u8,
+                        ..with_deviations(boot_ms, pose, deviations)
+                    };
+                    let first = said(20, [0.0; 3], *before);
+                    let track = track(&[first, said(40, pose, *after)]);
+                    for ns in [20 * MS + 1, 30 * MS, 40 * MS - 1] {
+                        assert_covariance(&track.at_boot(ns).unwrap());
+                    }
+                }
+            }
+        }
+    }
+
+    /// A receiver that repeats one place to a robot that stands there: the mean does not move, the doubt falls.
+    #[test]
+    fn what_only_makes_sure_is_learnt_as_well() {
+        let still = |boot_ms, m| Estimate {
+            odometry: [0.0; 3],
+            velocity_covariance: [0.0; 9],
+            ..with_deviations(boot_ms, [0.0; 3], [m, 0.01])
+        };
+        let track = track(&[still(0, 0.5), still(20, 0.5), still(40, 0.1)]);
+        let found = track.at_boot(40 * MS - 1).unwrap();
+        assert!((found.covariance[0] - 0.25).abs() < 1e-9, "{found:?}");
     }
 
     #[test]

@@ -60,8 +60,9 @@ pub(crate) fn command(args: &CalibrateArgs) -> Status {
 }
 
 fn calibrate(args: &CalibrateArgs) -> Result<Status, CalibrateError> {
+    let recording = Recording::read(&args.recording)?;
     let config = Config::load(&args.config())?;
-    let recorded = Recorded::new(&Recording::read(&args.recording)?, &config)?;
+    let recorded = Recorded::new(&recording, &config)?;
     let (begin_s, end_s) = (recorded.drive.begin_s(), recorded.drive.end_s());
     let split_s = begin_s + USED * (end_s - begin_s);
     let used = recorded.drive.until(split_s);

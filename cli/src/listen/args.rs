@@ -27,10 +27,11 @@ odometry (never_seen, ok, stale, faulty, refused).
                    3×3, row by row, of x_m, y_m, heading_rad and of vx_mps, vy_mps, omega_radps (JSON alone)
   state            finding, ok, contradicted or lost
   fit, unfit       whether it is good enough to drive on, and why not: \"position 1.24 m > 0.50 m\" (σ and [health]); empty: it is
-  odometry, relative_pose, position, neighbour, pose, heading
+  odometry_health, relative_pose_health, position_health, neighbour_health, pose_health, heading_health
                    how these inputs do: never_seen, ok, stale, faulty or refused
   odometry_x_m, odometry_y_m, odometry_heading_rad
-                   the second pose: where the wheels alone have taken the robot since its daemon started; it never jumps
+                   the second pose: where the wheels alone have taken the robot since its daemon started; it jumps only
+                   by what a late frame of the wheels corrects
 What is not a number is null in JSON and NaN elsewhere.
 --tum, for evaluation tools: timestamp x y z qx qy qz qw, in seconds of `clock` and metres.
 

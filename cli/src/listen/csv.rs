@@ -5,8 +5,9 @@ use coloc_shm_types::Estimate;
 use super::reading::Reading;
 
 pub(super) const HEADING: &str = "session,sequence,tick,clock,stamp_ns,boot_ns,x_m,y_m,heading_rad,\
-    sigma_x_m,sigma_y_m,sigma_heading_rad,vx_mps,vy_mps,omega_radps,state,fit,odometry,relative_pose,position,neighbour,pose,\
-    odometry_x_m,odometry_y_m,odometry_heading_rad,unfit,heading";
+    sigma_x_m,sigma_y_m,sigma_heading_rad,vx_mps,vy_mps,omega_radps,state,fit,\
+    odometry_health,relative_pose_health,position_health,neighbour_health,pose_health,\
+    odometry_x_m,odometry_y_m,odometry_heading_rad,unfit,heading_health";
 
 pub(super) fn line(estimate: &Estimate) -> String {
     let Reading {
@@ -27,22 +28,22 @@ pub(super) fn line(estimate: &Estimate) -> String {
         omega_radps,
         state,
         fit,
-        odometry,
-        relative_pose,
-        position,
-        neighbour,
-        pose,
+        odometry_health,
+        relative_pose_health,
+        position_health,
+        neighbour_health,
+        pose_health,
         odometry_x_m,
         odometry_y_m,
         odometry_heading_rad,
         unfit,
-        heading,
+        heading_health,
     } = Reading::of(estimate);
     format!(
         "{session},{sequence},{tick},{clock},{stamp_ns},{boot_ns},{x_m},{y_m},{heading_rad},\
          {sigma_x_m},{sigma_y_m},{sigma_heading_rad},{vx_mps},{vy_mps},{omega_radps},{state},{fit},\
-         {odometry},{relative_pose},{position},{neighbour},{pose},\
-         {odometry_x_m},{odometry_y_m},{odometry_heading_rad},{unfit},{heading}"
+         {odometry_health},{relative_pose_health},{position_health},{neighbour_health},{pose_health},\
+         {odometry_x_m},{odometry_y_m},{odometry_heading_rad},{unfit},{heading_health}"
     )
 }
 
@@ -50,12 +51,21 @@ pub(super) fn line(estimate: &Estimate) -> String {
 mod tests {
     use std::collections::BTreeMap;
 
-    use coloc_shm_types::RobotName;
+    use coloc_shm_types::{Input, RobotName};
     use serde_json::{Map, Value};
 
     use super::super::json;
     use super::super::reading::example;
     use super::*;
+
+    /// Who reads `pose` beside x_m takes it for one.
+    #[test]
+    fn no_column_of_words_has_the_name_of_a_quantity() {
+        for column in HEADING.split(',') {
+            let is_input = Input::ALL.iter().any(|input| input.name() == column);
+            assert!(!is_input, "{column}");
+        }
+    }
 
     /// As in JSON, apart from what is not a single value there.
     #[test]

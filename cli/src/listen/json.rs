@@ -45,10 +45,11 @@ mod tests {
             "sigma_x_m": 0.5, "sigma_y_m": 1.0, "sigma_heading_rad": 0.05,
             "vx_mps": 0.75, "vy_mps": 0.125, "omega_radps": -0.25,
             "state": "ok", "fit": false,
-            "odometry": "ok", "relative_pose": "never_seen", "position": "stale", "neighbour": "never_seen", "pose": "never_seen",
+            "odometry_health": "ok", "relative_pose_health": "never_seen", "position_health": "stale",
+            "neighbour_health": "never_seen", "pose_health": "never_seen",
             "odometry_x_m": 3.5, "odometry_y_m": 4.5, "odometry_heading_rad": -1.25,
             "unfit": "position 1.00 m > 0.88 m",
-            "heading": "never_seen",
+            "heading_health": "never_seen",
             "covariance": [0.25, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0025],
             "velocity_covariance": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9],
         });

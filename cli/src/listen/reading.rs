@@ -24,17 +24,17 @@ pub(super) struct Reading {
     pub(super) omega_radps: f64,
     pub(super) state: &'static str,
     pub(super) fit: bool,
-    pub(super) odometry: &'static str,
-    pub(super) relative_pose: &'static str,
-    pub(super) position: &'static str,
-    pub(super) neighbour: &'static str,
-    pub(super) pose: &'static str,
+    pub(super) odometry_health: &'static str,
+    pub(super) relative_pose_health: &'static str,
+    pub(super) position_health: &'static str,
+    pub(super) neighbour_health: &'static str,
+    pub(super) pose_health: &'static str,
     pub(super) odometry_x_m: f64,
     pub(super) odometry_y_m: f64,
     pub(super) odometry_heading_rad: f64,
     /// Empty where it is fit.
     pub(super) unfit: String,
-    pub(super) heading: &'static str,
+    pub(super) heading_health: &'static str,
 }
 
 impl Reading {
@@ -62,16 +62,16 @@ impl Reading {
             omega_radps,
             state: estimate.state().name(),
             fit: estimate.is_fit(),
-            odometry: health(Input::Odometry),
-            relative_pose: health(Input::RelativePose),
-            position: health(Input::Position),
-            neighbour: health(Input::Neighbour),
-            pose: health(Input::Pose),
+            odometry_health: health(Input::Odometry),
+            relative_pose_health: health(Input::RelativePose),
+            position_health: health(Input::Position),
+            neighbour_health: health(Input::Neighbour),
+            pose_health: health(Input::Pose),
             odometry_x_m,
             odometry_y_m,
             odometry_heading_rad,
             unfit: unfit(estimate),
-            heading: health(Input::Heading),
+            heading_health: health(Input::Heading),
         }
     }
 }

@@ -45,7 +45,7 @@ fn json_says_every_estimate_in_full() {
         assert_eq!(object["sigma_y_m"], 0.3);
         assert_eq!(object["covariance"][8], 0.0001);
         assert_eq!(
-            (&object["odometry"], &object["fit"]),
+            (&object["odometry_health"], &object["fit"]),
             (&"ok".into(), &true.into())
         );
         ticks.push(tick);

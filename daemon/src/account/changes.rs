@@ -1,8 +1,7 @@
-//! How inputs, belief and buses were at the last tick: a change is told, and only then. (Whether to drive on the
-//! belief is said with each estimate, not here.)
+//! How inputs, belief and buses were at the last tick: a change is told, and only then.
 
 use coloc_drivers::encoder::Slip;
-use coloc_estimator::{GyroState, Stamp};
+use coloc_estimator::{Belief, GyroState, Stamp};
 use coloc_shm_types::{BusState, Health, Input, Status};
 
 use super::losses::Teller;
@@ -54,11 +53,26 @@ impl Changes {
     }
 
     /// At `tick`.
-    pub(super) fn standing(&mut self, standing: Standing, tick: u64, teller: &mut Teller) {
-        let from = std::mem::replace(&mut self.standing, standing).state;
-        let to = standing.state;
+    pub(super) fn standing(
+        &mut self,
+        standing: Standing,
+        belief: &Belief,
+        tick: u64,
+        teller: &mut Teller,
+    ) {
+        let before = std::mem::replace(&mut self.standing, standing);
+        let (from, to) = (before.state, standing.state);
         if from != to {
-            teller.tell(Event::State { from, to, tick });
+            teller.tell(Event::State {
+                from,
+                to,
+                waits_for_wheels: standing.waits_for_wheels,
+                tick,
+            });
+        }
+        if before.unfit != standing.unfit {
+            let why_unfit = standing.why_unfit(belief);
+            teller.tell(Event::Fitness { why_unfit, tick });
         }
     }
 
@@ -144,13 +158,15 @@ mod tests {
             let standing = Standing {
                 state,
                 unfit: Some((Unfit::Heading, 0.25)),
+                waits_for_wheels: false,
             };
             changes.health(health, 7, &mut teller);
-            changes.standing(standing, 7, &mut teller);
+            changes.standing(standing, &Belief::default(), 7, &mut teller);
             changes.buses(bus, &mut teller);
             link.waiting() - before
         };
         let (finding, active) = (BeliefState::default(), BusState::Active);
+        assert_eq!(tell(health, finding, active), 1, "why it is not fit");
         assert_eq!(tell(health, finding, active), 0);
         health[Input::Position as usize] = Health::Ok;
         assert_eq!(tell(health, finding, active), 1);

@@ -246,7 +246,8 @@ impl Account {
             self.watch.against(self.dissents.those());
         }
         self.changes.health(health, tick, &mut self.teller);
-        self.changes.standing(standing, tick, &mut self.teller);
+        self.changes
+            .standing(standing, belief, tick, &mut self.teller);
         (health, standing)
     }
 

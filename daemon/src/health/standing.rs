@@ -1,7 +1,7 @@
 //! What a robot may say of its belief.
 
 use coloc_estimator::{Belief, FindingState};
-use coloc_shm_types::{BeliefState, Health, Input, Unfit, worst_sigmas};
+use coloc_shm_types::{BeliefState, Health, Input, Unfit, WhyUnfit, worst_sigmas};
 
 use crate::config;
 
@@ -12,6 +12,8 @@ pub struct Standing {
     pub state: BeliefState,
     /// Why it does not know well enough to drive, with the limit that is exceeded \[m, rad; 0 for a state\].
     pub unfit: Option<(Unfit, f32)>,
+    /// Its wheels alone are missing: with them it would know.
+    pub waits_for_wheels: bool,
 }
 
 impl Default for Standing {
@@ -20,11 +22,31 @@ impl Default for Standing {
         Self {
             state: BeliefState::default(),
             unfit: Some((Unfit::Belief, 0.0)),
+            waits_for_wheels: false,
         }
     }
 }
 
 impl Standing {
+    /// Why it is not fit, with how uncertain `belief` is.
+    #[must_use]
+    pub fn why_unfit(&self, belief: &Belief) -> Option<WhyUnfit> {
+        let [sigma_m, sigma_rad] = worst_sigmas(&belief.total().to_row_major());
+        let (why, limit) = self.unfit?;
+        let limit = f64::from(limit);
+        Some(match why {
+            Unfit::Belief => WhyUnfit::Belief(self.state),
+            Unfit::Position => WhyUnfit::Position {
+                sigma_m,
+                limit_m: limit,
+            },
+            Unfit::Heading => WhyUnfit::Heading {
+                sigma_rad,
+                limit_rad: limit,
+            },
+        })
+    }
+
     /// As payloads say it: whether it is fit, why not, and the limit.
     #[must_use]
     pub fn fitness(&self) -> (u8, u8, f32) {
@@ -70,6 +92,8 @@ impl Limits {
             } else {
                 Some((Unfit::Belief, 0.0))
             },
+            waits_for_wheels: state == BeliefState::Finding
+                && found.is_none_or(|it| it == FindingState::Ok),
         }
     }
 
@@ -184,6 +208,18 @@ mod tests {
         };
         assert_eq!(said(FindingState::Ok, Health::Ok), BeliefState::Ok);
         assert_eq!(said(FindingState::Ok, Health::Stale), BeliefState::Finding);
+        for (found, wheels, waits) in [
+            (FindingState::Ok, Health::Stale, true),
+            (FindingState::Ok, Health::Ok, false),
+            (FindingState::Finding, Health::Stale, false),
+            (FindingState::Lost, Health::Stale, false),
+        ] {
+            let mut health = refused;
+            health[Input::Odometry as usize] = wheels;
+            let gated = [false; Input::COUNT];
+            let standing = limits.standing(health, gated, &Belief::default(), Some(found));
+            assert_eq!(standing.waits_for_wheels, waits, "{found:?}, {wheels}");
+        }
         for wheels in [Health::Ok, Health::Stale] {
             let said = |found| said(found, wheels);
             assert_eq!(said(FindingState::Finding), BeliefState::Finding);

@@ -45,11 +45,30 @@ pub(super) fn write((count, event): Sum) {
             from,
             to: to @ BeliefState::Ok,
             tick,
+            ..
         } => info!(count, tick, "belief: {from} -> {to}"),
-        Event::State { from, to, tick } => {
+        Event::State {
+            from,
+            to,
+            waits_for_wheels: true,
+            tick,
+        } => warn!(
+            count,
+            tick,
+            "belief: {from} -> {to}: it does not hear its wheels, and knows where it is as soon as they are back"
+        ),
+        Event::State { from, to, tick, .. } => {
             warn!(count, tick, "belief: {from} -> {to}: {}", meaning(to));
         }
         Event::Gyro { news, bias, sigma } => gyro(count, news, [bias, sigma]),
+        Event::Fitness {
+            why_unfit: None,
+            tick,
+        } => info!(count, tick, "fit to drive on"),
+        Event::Fitness {
+            why_unfit: Some(why),
+            tick,
+        } => warn!(count, tick, "not fit to drive on: {why}"),
         Event::Dissent {
             input,
             source,

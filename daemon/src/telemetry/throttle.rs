@@ -7,6 +7,7 @@ use crate::clock::ClockStep;
 use crate::event::{Event, GyroNews};
 use coloc_drivers::canopen::CanopenEvent;
 use coloc_estimator::Decision;
+use coloc_shm_types::WhyUnfit;
 
 const PERIOD: Duration = Duration::from_secs(5);
 
@@ -81,7 +82,13 @@ fn kind(event: &Event) -> Kind {
         Event::Health {
             input, from, to, ..
         } => [1, input as u8, from as u8, to as u8],
-        Event::State { from, to, .. } => [9, from as u8, to as u8, 0],
+        Event::State {
+            from,
+            to,
+            waits_for_wheels,
+            ..
+        } => [9, from as u8, to as u8, u8::from(waits_for_wheels)],
+        Event::Fitness { why_unfit, .. } => [15, unfit_number(why_unfit), 0, 0],
         Event::Dissent {
             input,
             source,
@@ -121,6 +128,15 @@ fn kind(event: &Event) -> Kind {
         Event::Belief { .. } | Event::Timing(_) | Event::Recorded(_) | Event::Account(_) => {
             [7, 0, 0, 0]
         }
+    }
+}
+
+fn unfit_number(why: Option<WhyUnfit>) -> u8 {
+    match why {
+        None => 0,
+        Some(WhyUnfit::Belief(_)) => 1,
+        Some(WhyUnfit::Position { .. }) => 2,
+        Some(WhyUnfit::Heading { .. }) => 3,
     }
 }
 
@@ -219,7 +235,11 @@ mod tests {
 
     #[test]
     fn every_kind_of_line_is_said_at_once_and_then_as_a_sum() {
-        let events: [fn() -> Event; 7] = [
+        let events: [fn() -> Event; 8] = [
+            || Event::Fitness {
+                why_unfit: None,
+                tick: 7,
+            },
             || rejected(3, Reject::Gated),
             || Event::Health {
                 input: Input::Position,
