@@ -264,6 +264,7 @@ fn wrapped(angle: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::cast_precision_loss, reason = "seconds of a test")]
     use super::*;
     use crate::{BeliefState, Header};
 
