@@ -7,7 +7,7 @@ use crate::clock::ClockStep;
 use crate::event::{Against, Event, GyroNews};
 use coloc_drivers::canopen::CanopenEvent;
 use coloc_estimator::{Decision, Span};
-use coloc_shm_types::{BeliefState, Health, Input};
+use coloc_shm_types::{BeliefState, Health, Input, WhyUnfit};
 
 /// One line for one event, or for several that were added up.
 pub(super) fn write((count, event): Sum) {
@@ -43,32 +43,12 @@ pub(super) fn write((count, event): Sum) {
         } => warn!(count, tick, "{input}: {from} -> {to}"),
         Event::State {
             from,
-            to: to @ BeliefState::Ok,
-            tick,
-            ..
-        } => info!(count, tick, "belief: {from} -> {to}"),
-        Event::State {
-            from,
             to,
-            waits_for_wheels: true,
+            waits_for_wheels,
             tick,
-        } => warn!(
-            count,
-            tick,
-            "belief: {from} -> {to}: it does not hear its wheels, and knows where it is as soon as they are back"
-        ),
-        Event::State { from, to, tick, .. } => {
-            warn!(count, tick, "belief: {from} -> {to}: {}", meaning(to));
-        }
+        } => state(count, [from, to], waits_for_wheels, tick),
         Event::Gyro { news, bias, sigma } => gyro(count, news, [bias, sigma]),
-        Event::Fitness {
-            why_unfit: None,
-            tick,
-        } => info!(count, tick, "fit to drive on"),
-        Event::Fitness {
-            why_unfit: Some(why),
-            tick,
-        } => warn!(count, tick, "not fit to drive on: {why}"),
+        Event::Fitness { why_unfit, tick } => fitness(count, why_unfit, tick),
         Event::Dissent {
             input,
             source,
@@ -126,6 +106,28 @@ pub(super) fn write((count, event): Sum) {
         }
         Event::Lost { events } => lost(events),
         other => debug!("{other:?}"),
+    }
+}
+
+fn state(count: Option<u64>, [from, to]: [BeliefState; 2], waits_for_wheels: bool, tick: u64) {
+    let heading = format!("belief: {from} -> {to}");
+    if to == BeliefState::Ok {
+        info!(count, tick, "{heading}");
+    } else if waits_for_wheels {
+        warn!(
+            count,
+            tick,
+            "{heading}: it does not hear its wheels, and knows where it is as soon as they are back"
+        );
+    } else {
+        warn!(count, tick, "{heading}: {}", meaning(to));
+    }
+}
+
+fn fitness(count: Option<u64>, why_unfit: Option<WhyUnfit>, tick: u64) {
+    match why_unfit {
+        None => info!(count, tick, "fit to drive on"),
+        Some(why) => warn!(count, tick, "not fit to drive on: {why}"),
     }
 }
 
