@@ -58,7 +58,7 @@ mod tests {
     use super::super::reading::example;
     use super::*;
 
-    /// Who reads `pose` beside x_m takes it for one.
+    /// Who reads `pose` beside `x_m` takes it for one.
     #[test]
     fn no_column_of_words_has_the_name_of_a_quantity() {
         for column in HEADING.split(',') {
