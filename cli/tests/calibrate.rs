@@ -174,6 +174,8 @@ fn a_drive_without_fixes_shows_nothing_and_names_the_one_that_does() {
 #[test]
 fn what_cannot_be_read_is_said() {
     let folder = tempfile::tempdir().unwrap();
+    record(&Course::alone(), folder.path());
+    std::fs::remove_file(folder.path().join("robot.toml")).unwrap();
     let output = calibrate(folder.path(), &[]);
     let refusal = String::from_utf8(output.stderr).unwrap();
     assert!(

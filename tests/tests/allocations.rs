@@ -53,7 +53,8 @@ fn without_allocation(scene: &mut Scene, ticks: u64) {
 
     assert_eq!(calls, Calls::NONE, "over {counted} ticks");
     let status = scene.robot.account().status();
-    for input in Input::ALL {
+    // A robot with a gyro is in the daemon's own test of allocations.
+    for input in Input::ALL.into_iter().filter(|it| *it != Input::Gyro) {
         // Of frames that a late tick brought close together the wheels make one sample.
         let at_least = if input == Input::Odometry {
             ticks / 2

@@ -339,7 +339,7 @@ mod tests {
     fn inputs_come_through_to_the_estimator() {
         assert_eq!(
             samples().iter().map(|it| valid(it)).collect::<Vec<_>>(),
-            [6, 1, 12]
+            [7, 1, 14]
         );
         let inputs = TARGET.inputs(1, 1000);
         let come_through = inputs.filter(|input| valid(input) > 0).count();
