@@ -32,7 +32,7 @@
 //! # Fixes and headings
 //!
 //! What teaches the pose teaches the bias, by the same joint filter. With `π = P⁻¹ c` and what is left, `b − πᵀ x`, not touched by a
-//! measurement of x, all of it follows from the belief before and after ([`Bias::learn`]).
+//! measurement of x, all of it follows from the belief before and after (`learn`).
 //!
 //! # Neighbours
 //!
@@ -42,7 +42,7 @@
 //!
 //! # Slip
 //!
-//! Where gyro and wheels part, the turn is the gyro's alone, and the bias learns nothing ([`slip`]).
+//! Where gyro and wheels part, the turn is the gyro's alone, and the bias learns nothing (`slip.rs`).
 
 mod slip;
 

@@ -18,7 +18,7 @@
 //! recomputed and the beliefs after it are the same bits as before. What arrives for a stamp at or before the base is too old.
 //! An odometry sample that began before the base but ends after it still drives what is after.
 //!
-//! A gyro's samples are no entries: they have a circle of their own ([`turns`]) and drive beside the wheels, all of a leg at once. What
+//! A gyro's samples are no entries: they have a circle of their own (`turns.rs`) and drive beside the wheels, all of a leg at once. What
 //! ends before a sample's stamp does not depend on it, so that each of them changes what comes after it alone.
 //!
 //! # Worst case

@@ -9,7 +9,7 @@ use super::guard::Guard;
 use super::plan;
 use super::reject::FrameReject;
 
-/// Makes yaw rates of one signal's frames. Nothing here allocates after [`GyroDecoder::new`].
+/// Makes yaw rates of one signal's frames. Nothing here allocates after `new`.
 #[derive(Clone, Debug)]
 pub struct GyroDecoder {
     place: (u8, Id),
