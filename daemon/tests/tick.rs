@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use by_hand::{METRES_PER_TICK, PERIOD, SECOND, TestTime, World, diagonal};
+use by_hand::{METRES_PER_TICK, PERIOD, SECOND, Subject, TestTime, World, diagonal};
 use coloc_daemon::clock::{KernelTime, Reading, TimeSource};
 use coloc_daemon::config::Config;
 use coloc_daemon::event::{Event, Link};
@@ -346,6 +346,33 @@ fn a_heading_turns_the_belief_and_a_course_without_a_way_does_not() {
     assert_eq!(rejected(Reject::NotMoving), 1);
     assert_eq!(rejected(Reject::Gated), 1);
     assert_eq!(status.accepted_of(Input::Heading), 1);
+}
+
+/// A compass that begins to speak after a long time is heard within 60 ms, by its stamp; from then on in each tick.
+#[test]
+fn a_heading_after_a_long_silence_comes_a_little_later() {
+    let world = World::new();
+    let mut robot = world.robot("a", 1, "");
+    let compasses = world.publisher::<Heading>("a");
+    let accepted = |robot: &Subject| robot.robot.account().status().accepted_of(Input::Heading);
+    let near = |sequence| Heading {
+        heading: 0.1,
+        ..heading(world.header(sequence))
+    };
+    for _ in 0..100 {
+        robot.tick();
+    }
+    compasses.send(near(0)).unwrap();
+    let waited = (1..=10).find(|_| {
+        robot.tick();
+        accepted(&robot) == 1
+    });
+    assert!(waited.is_some_and(|ticks| ticks <= 3), "{waited:?} ticks");
+    for sequence in 1..10 {
+        compasses.send(near(sequence)).unwrap();
+        robot.tick();
+        assert_eq!(accepted(&robot), sequence + 1);
+    }
 }
 
 /// It waits in the history like any other, so the belief is propagated in two legs: equal but for rounding.

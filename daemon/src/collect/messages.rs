@@ -2,7 +2,7 @@
 
 use coloc_estimator::{
     Covariance2, Covariance3, GyroSample, HeadingFix, Measurement, NeighbourPose, NotACovariance,
-    Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Sighting, Stamp,
+    Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Sighting, Span, Stamp,
 };
 use coloc_shm_types::{
     Gyro, Heading, Input, Limits, Message, Neighbour, PortError, Pose as PoseMessage, Position,
@@ -15,7 +15,7 @@ use super::sensors::Sensors;
 use super::team::Team;
 use crate::account::Account;
 use crate::clock::Moment;
-use crate::config::{Config, GyroSource};
+use crate::config::{self, Config, GyroSource};
 
 /// A tick takes in so many messages at most; the others wait in shared memory for the next one.
 const SIGHTINGS: usize = 128;
@@ -51,12 +51,13 @@ impl Messages {
         let team = Team::new(config);
         let (name, sensors) = (&config.robot.name, Sessions::SENSORS);
         let robots = team.size();
+        let history = Span::from_nanos(config::nanos(config.history.length_s));
         Ok(Self {
             sightings: Port::open(space, name, (Input::RelativePose, sensors, SIGHTINGS))?,
             fixes: Port::open(space, name, (Input::Position, sensors, FIXES))?,
             neighbours: Port::open(space, name, (Input::Neighbour, robots, NEIGHBOURS))?,
-            poses: Port::open(space, name, (Input::Pose, sensors, POSES))?,
-            headings: Port::open(space, name, (Input::Heading, sensors, HEADINGS))?,
+            poses: Port::open(space, name, (Input::Pose, sensors, POSES))?.within(history),
+            headings: Port::open(space, name, (Input::Heading, sensors, HEADINGS))?.within(history),
             sensors: Sensors::of(config),
             turns: (config.gyro.source == GyroSource::Channel)
                 .then(|| Port::open(space, name, (Input::Gyro, sensors, TURNS)))

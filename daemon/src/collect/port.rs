@@ -21,12 +21,13 @@ pub(super) struct Port<M: Message> {
     /// When it was looked at, and when something came, or it was opened.
     looked: Option<Stamp>,
     heard: Option<Stamp>,
+    rest: Span,
 }
 
 /// A channel that may wait and on which nobody has spoken for so long …
 const SILENT: Span = Span::from_millis(1000);
 
-/// … is looked at so often: what begins to speak there is taken in that much later, and for its own stamp.
+/// … is looked at so often, or four times in a history: what begins to speak there is taken in that much later, and for its own stamp.
 const REST: Span = Span::from_millis(60);
 
 impl<M: Message> Port<M> {
@@ -57,7 +58,17 @@ impl<M: Message> Port<M> {
             most,
             looked: None,
             heard: None,
+            rest: REST,
         })
+    }
+
+    /// That much of the past is kept.
+    pub(super) fn within(self, history: Span) -> Self {
+        let quarter = Span::from_nanos(history.as_nanos() / 4);
+        Self {
+            rest: REST.min(quarter),
+            ..self
+        }
     }
 
     /// The input that is not heard, if it is not.
@@ -101,7 +112,7 @@ impl<M: Message> Port<M> {
     ) {
         let now = moment.stamp;
         let heard = *self.heard.get_or_insert(now);
-        if now - heard > SILENT && self.looked.is_some_and(|looked| now - looked < REST) {
+        if now - heard > SILENT && self.looked.is_some_and(|looked| now - looked < self.rest) {
             return;
         }
         self.looked = Some(now);
