@@ -115,7 +115,7 @@ impl Factor {
 /// The pivot and its reciprocal, both zero if it is rounding of `diagonal`. What is no number stays none: taken for zero, it
 /// would be certainty.
 #[inline]
-fn pivot(d: f64, diagonal: f64) -> (f64, f64) {
+pub(crate) fn pivot(d: f64, diagonal: f64) -> (f64, f64) {
     if d <= RELATIVE * diagonal || d <= ABSOLUTE {
         (0.0, 0.0)
     } else {

@@ -3,8 +3,26 @@
 /// Bisection alone would need 30 evaluations for an accuracy of 1e-9; this bounds the worst case.
 const EVALUATIONS: usize = 60;
 
+/// Where [`from_zero`] looks for a change of sign before it goes to the end: derivatives at the very end are rounding noise for
+/// rank-deficient parts.
+const BEFORE_THE_END: f64 = 1e-4;
+
 /// A point and the function's value there.
 type Point = (f64, f64);
+
+/// The root in (0, ½], to `accuracy`, of a function that is positive at ½, where its value is `middle`; 0 if it is positive everywhere.
+#[inline]
+pub(crate) fn from_zero(f: impl Fn(f64) -> f64, middle: f64, accuracy: f64) -> f64 {
+    let mut high = (0.5, middle);
+    for x in [BEFORE_THE_END, accuracy] {
+        let low = (x, f(x));
+        if low.1 < 0.0 {
+            return bracketed(f, low, high, accuracy);
+        }
+        high = low;
+    }
+    0.0
+}
 
 /// The root between `low`, where the function is negative, and `high`, where it is positive, to `accuracy`.
 ///

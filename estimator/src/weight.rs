@@ -13,17 +13,13 @@
 //! looks at the half of the interval that begins at zero.
 
 use crate::factor::Factor;
-use crate::root::bracketed;
+use crate::root::from_zero;
 use crate::settings::Criterion;
 use crate::split::Split;
 use crate::symmetric::Symmetric3;
 
 /// Of the weight.
 const ACCURACY: f64 = 1e-9;
-
-/// Where the search looks for a change of sign before it goes to the end: derivatives at the very end are
-/// rounding noise for rank-deficient dependent parts.
-const BEFORE_THE_END: f64 = 1e-4;
 
 /// Pivots beyond this part of their diagonal entries lose no digits that matter to products of minors.
 const REGULAR: f64 = 1e-6;
@@ -70,16 +66,11 @@ pub(crate) fn optimal(own: &Split, received: &Split, criterion: Criterion) -> We
 
 /// The optimal weight of `near`, which is at most ½, where the excess is `middle`.
 fn smaller_weight(near: &Split, far: &Split, criterion: Criterion, middle: f64) -> f64 {
-    let excess = |weight| excess(near, far, criterion, weight);
-    let mut high = (0.5, middle);
-    for weight in [BEFORE_THE_END, ACCURACY] {
-        let low = (weight, excess(weight));
-        if low.1 < 0.0 {
-            return bracketed(excess, low, high, ACCURACY);
-        }
-        high = low;
-    }
-    0.0
+    from_zero(
+        |weight| excess(near, far, criterion, weight),
+        middle,
+        ACCURACY,
+    )
 }
 
 /// `√(h/g) − 1` at the given weight of `near`.

@@ -2,10 +2,7 @@
 #![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
 
 use coloc_counting::{Calls, calls_during};
-use coloc_gnss::datum::Origin;
-use coloc_gnss::driver::{GnssDriver, Outlet};
-use coloc_gnss::section::{DatumSection, Gnss};
-use coloc_gnss::stamp::Stamper;
+use coloc_gnss::driver::Outlet;
 use coloc_sensors::{Driver, Moment};
 use coloc_shm_types::{Heading, Position};
 
@@ -33,21 +30,7 @@ impl Outlet for Ears {
 
 #[test]
 fn a_day_allocates_no_more_than_its_first_minutes() {
-    let section = Gnss {
-        datum: DatumSection {
-            latitude_deg: Some(48.0),
-            longitude_deg: Some(11.0),
-            ..DatumSection::default()
-        },
-        ..Gnss::of("stdin")
-    };
-    let origin = Origin::begin(&section.datum, None).unwrap();
-    let mut driver = GnssDriver::new(
-        section,
-        origin,
-        Ears::default(),
-        Stamper::recording(false, 0),
-    );
+    let mut driver = bursts::driver(Ears::default());
     let mut burst = String::new();
     let mut play = |seconds: std::ops::Range<u32>| {
         let mut calls = Calls::default();

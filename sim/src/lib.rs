@@ -13,6 +13,7 @@
 #![forbid(unsafe_code)]
 
 pub mod calibrate;
+pub mod campaign;
 pub mod car;
 pub mod dead_reckoning;
 pub mod evaluate;

@@ -27,7 +27,8 @@ odometry (never_seen, ok, stale, faulty, refused).
                    3×3, row by row, of x_m, y_m, heading_rad and of vx_mps, vy_mps, omega_radps (JSON alone)
   state            finding, ok, contradicted or lost
   fit, unfit       whether it is good enough to drive on, and why not: \"position 1.24 m > 0.50 m\" (σ and [health]); empty: it is
-  odometry_health, relative_pose_health, position_health, neighbour_health, pose_health, heading_health
+  odometry_health, relative_pose_health, position_health, neighbour_health, pose_health, heading_health,
+  gyro_health
                    how these inputs do: never_seen, ok, stale, faulty or refused
   odometry_x_m, odometry_y_m, odometry_heading_rad
                    the second pose: where the wheels alone have taken the robot since its daemon started; it jumps only

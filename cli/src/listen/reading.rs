@@ -35,6 +35,7 @@ pub(super) struct Reading {
     /// Empty where it is fit.
     pub(super) unfit: String,
     pub(super) heading_health: &'static str,
+    pub(super) gyro_health: &'static str,
 }
 
 impl Reading {
@@ -72,6 +73,7 @@ impl Reading {
             odometry_heading_rad,
             unfit: unfit(estimate),
             heading_health: health(Input::Heading),
+            gyro_health: health(Input::Gyro),
         }
     }
 }

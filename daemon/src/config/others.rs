@@ -12,8 +12,20 @@ use super::finding::Finding;
 use super::shape::Shape;
 use super::{Config, ConfigError, none_of, read, review};
 
-/// What other programs have in the file, and who checks it.
-pub(super) const OTHERS: [(&str, &str); 1] = [("gnss", "coloc-gnss check")];
+/// What another program has in the file.
+pub(super) struct Other {
+    pub(super) name: &'static str,
+    /// Who checks it.
+    pub(super) program: &'static str,
+    pub(super) is_in: fn(&Config) -> bool,
+}
+
+/// All of them.
+pub(super) const OTHERS: [Other; 1] = [Other {
+    name: "gnss",
+    program: "coloc-gnss check",
+    is_in: |config| config.gnss.is_there,
+}];
 
 /// Such a section, of which nothing is kept but whether it is there.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize)]

@@ -50,7 +50,7 @@ impl Review<'_> {
 
     /// `at` is where the table begins.
     fn table(&mut self, path: &str, shape: Shape, table: &DeTable<'_>, at: Option<usize>) {
-        let others = |key: &str| path.is_empty() && OTHERS.iter().any(|(name, _)| *name == key);
+        let others = |key: &str| path.is_empty() && OTHERS.iter().any(|other| other.name == key);
         for (key, value) in table.iter().filter(|(key, _)| !others(key.get_ref())) {
             let inner = join(path, key.get_ref());
             match shape.setting(key.get_ref()) {

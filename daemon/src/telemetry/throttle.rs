@@ -114,7 +114,7 @@ fn kind(event: &Event) -> Kind {
                 GyroNews::Slips => 1,
                 GyroNews::Holds { .. } => 2,
             };
-            [15, word, 0, 0]
+            [16, word, 0, 0]
         }
         Event::Bus { from, to } => [2, from as u8, to as u8, 0],
         Event::Contested { input, state } => {
@@ -235,43 +235,59 @@ mod tests {
 
     #[test]
     fn every_kind_of_line_is_said_at_once_and_then_as_a_sum() {
-        let events: [fn() -> Event; 8] = [
-            || Event::Fitness {
-                why_unfit: None,
-                tick: 7,
-            },
-            || rejected(3, Reject::Gated),
-            || Event::Health {
-                input: Input::Position,
-                from: Health::Ok,
-                to: Health::Stale,
-                tick: 7,
-            },
-            || Event::Bus {
-                from: BusState::Active,
-                to: BusState::Off,
-            },
-            || Event::Missed {
-                deadlines: 1,
-                lateness_ns: 5,
-            },
-            || {
-                Event::ClockStepped(ClockStep {
-                    clock: crate::config::ClockSource::Realtime,
-                    by_ns: 1,
-                })
-            },
-            || Event::NoRoom {
-                overflowed: 1,
-                folded_early: 0,
-            },
-            || Event::Lost { events: 1 },
-        ];
-        for event in events {
+        for event in EVENTS {
             let counts: Vec<u64> = said(event).iter().map(|(count, _)| *count).collect();
             assert_eq!(counts, [1, 250, 250, 49], "{:?}", event());
         }
     }
+
+    #[test]
+    fn two_kinds_are_never_added_up() {
+        let mut throttle = Throttle::default();
+        for event in EVENTS {
+            throttle.note(event());
+        }
+        let said: Vec<_> = throttle.due(Instant::now()).collect();
+        assert_eq!(said.len(), EVENTS.len(), "{said:?}");
+    }
+
+    const EVENTS: [fn() -> Event; 9] = [
+        || Event::Fitness {
+            why_unfit: None,
+            tick: 7,
+        },
+        || Event::Gyro {
+            news: GyroNews::Known,
+            bias: 0.01,
+            sigma: 0.001,
+        },
+        || rejected(3, Reject::Gated),
+        || Event::Health {
+            input: Input::Position,
+            from: Health::Ok,
+            to: Health::Stale,
+            tick: 7,
+        },
+        || Event::Bus {
+            from: BusState::Active,
+            to: BusState::Off,
+        },
+        || Event::Missed {
+            deadlines: 1,
+            lateness_ns: 5,
+        },
+        || {
+            Event::ClockStepped(ClockStep {
+                clock: crate::config::ClockSource::Realtime,
+                by_ns: 1,
+            })
+        },
+        || Event::NoRoom {
+            overflowed: 1,
+            folded_early: 0,
+        },
+        || Event::Lost { events: 1 },
+    ];
 
     #[test]
     fn what_is_counted_is_added_up() {

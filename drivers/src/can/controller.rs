@@ -5,6 +5,8 @@ use std::fmt;
 use socketcan::nl::{CanCtrlMode, InterfaceDetails};
 use socketcan::{CanInterface, IoError};
 
+use super::spec::BusSpec;
+
 /// A controller as it is set. A virtual interface has neither a bit rate nor a restart.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct Controller {
@@ -19,6 +21,16 @@ pub struct Controller {
 }
 
 impl Controller {
+    /// That of a bus that is an interface of this machine. A bus that is not here is no fault: it is read about elsewhere.
+    #[must_use]
+    pub fn of_bus(spec: &BusSpec) -> Option<(&str, Self)> {
+        let BusSpec::SocketCan { interface } = spec else {
+            return None;
+        };
+        let here = Self::of(interface).ok().flatten()?;
+        Some((interface, here))
+    }
+
     /// That of an interface on this machine; none if there is no such interface.
     ///
     /// # Errors

@@ -18,15 +18,12 @@
 
 use super::columns::Columns;
 use super::symmetric::{Symmetric2, apply};
-use crate::root::bracketed;
+use crate::root::from_zero;
 use crate::symmetric::Symmetric3;
 use crate::weight::Weights;
 
 /// Of the weight: near an end the gain is in proportion to what is left of it.
 const ACCURACY: f64 = 1e-12;
-
-/// Where the search looks for a change of sign before it goes to the end.
-const BEFORE_THE_END: f64 = 1e-4;
 
 /// Below this weight a difference has lost too many digits.
 const CANCELLING: f64 = 1e-2;
@@ -105,23 +102,25 @@ impl Problem {
             received: 0.5,
         });
         if middle >= 0.0 {
-            let small = smaller(middle, |own| {
+            let excess = |own: f64| {
                 self.excess(Weights {
                     own,
                     received: 1.0 - own,
                 })
-            });
+            };
+            let small = from_zero(excess, middle, ACCURACY);
             return Weights {
                 own: small,
                 received: 1.0 - small,
             };
         }
-        let small = smaller(inverted(middle), |received| {
+        let excess = |received: f64| {
             inverted(self.excess(Weights {
                 own: 1.0 - received,
                 received,
             }))
-        });
+        };
+        let small = from_zero(excess, inverted(middle), ACCURACY);
         Weights {
             own: 1.0 - small,
             received: small,
@@ -178,19 +177,6 @@ fn weighted(a: &[[f64; 2]; 3], b: &[[f64; 2]; 3], square_lever: f64) -> Symmetri
 /// `√(g/h) − 1` of `√(h/g) − 1`.
 fn inverted(excess: f64) -> f64 {
     1.0 / (1.0 + excess) - 1.0
-}
-
-/// The weight up to ½ at which `excess` is zero; `middle` is its value at ½.
-fn smaller(middle: f64, excess: impl Fn(f64) -> f64) -> f64 {
-    let mut high = (0.5, middle);
-    for weight in [BEFORE_THE_END, ACCURACY] {
-        let low = (weight, excess(weight));
-        if low.1 < 0.0 {
-            return bracketed(excess, low, high, ACCURACY);
-        }
-        high = low;
-    }
-    0.0
 }
 
 #[cfg(test)]

@@ -5,14 +5,8 @@ use core::ops::{Add, Mul};
 use nalgebra::Matrix2;
 
 use crate::covariance::Covariance2;
-use crate::factor::Factor;
+use crate::factor::{Factor, pivot};
 use crate::symmetric::Symmetric3;
-
-/// A pivot up to this part of its diagonal entry counts as zero.
-const RELATIVE: f64 = 1e-14;
-
-/// A pivot below this counts as zero.
-const ABSOLUTE: f64 = 1e-100;
 
 /// A determinant beyond this part of the diagonal's product has lost no digits that matter.
 const REGULAR: f64 = 1e-6;
@@ -186,16 +180,6 @@ impl Symmetric2 {
 #[inline]
 pub(super) fn apply(h: &[[f64; 3]; 2], v: [f64; 3]) -> [f64; 2] {
     h.map(|[x, y, p]| x * v[0] + y * v[1] + p * v[2])
-}
-
-/// A pivot and its reciprocal; both zero where it is rounding.
-#[inline]
-fn pivot(value: f64, diagonal: f64) -> (f64, f64) {
-    if value > RELATIVE * diagonal && value > ABSOLUTE {
-        (value, 1.0 / value)
-    } else {
-        (0.0, 0.0)
-    }
 }
 
 impl Add for Symmetric2 {

@@ -1,49 +1,13 @@
 //! What all cases have in common: the belief, and how close is close enough.
 
 use coloc_estimator::angle::wrap;
-use coloc_estimator::{Belief, Bend, Covariance2, Covariance3, Parts, Pose};
-use serde::Deserialize;
+use coloc_estimator::{Belief, Pose};
 
-pub(crate) type Rows = [[f64; 3]; 3];
-pub(crate) type Rows2 = [[f64; 2]; 2];
+#[path = "../state/mod.rs"]
+mod state;
 
-/// A belief as the files have it, or a part of it.
-#[derive(Deserialize)]
-pub(crate) struct State {
-    pub(crate) x: [f64; 3],
-    pub(crate) P_i: Rows,
-    pub(crate) P_d: Rows,
-    /// Columns in the axes of the common frame.
-    pub(crate) K_H: [[f64; 2]; 3],
-}
-
-impl State {
-    pub(crate) fn belief(&self) -> Belief {
-        let [x, y, phi] = self.x;
-        let (sin, cos) = phi.sin_cos();
-        Belief {
-            pose: Pose::new(x, y, phi),
-            parts: Parts {
-                independent: covariance(&self.P_i),
-                dependent: covariance(&self.P_d),
-            },
-            bend: Bend {
-                along: self.K_H.map(|[x, y]| x * cos + y * sin),
-                across: self.K_H.map(|[x, y]| y * cos - x * sin),
-            },
-        }
-    }
-}
-
-/// `K_H = [k_a k_b] R(φ̄)ᵀ`
-fn in_common_axes(belief: &Belief) -> [[f64; 2]; 3] {
-    let (sin, cos) = belief.pose.phi.sin_cos();
-    let Bend { along, across } = belief.bend;
-    std::array::from_fn(|i| {
-        let (a, b) = (along[i], across[i]);
-        [a * cos - b * sin, a * sin + b * cos]
-    })
-}
+use state::in_common_axes;
+pub(crate) use state::{Rows, Rows2, State, covariance, covariance2};
 
 /// How far from what is expected a belief may be, in its own deviations and beside them.
 pub(crate) struct Tolerance {
@@ -95,12 +59,4 @@ impl Tolerance {
             );
         }
     }
-}
-
-pub(crate) fn covariance(rows: &Rows) -> Covariance3 {
-    Covariance3::from_row_major(rows.as_flattened().try_into().unwrap()).unwrap()
-}
-
-pub(crate) fn covariance2(rows: &Rows2) -> Covariance2 {
-    Covariance2::from_row_major(rows.as_flattened().try_into().unwrap()).unwrap()
 }

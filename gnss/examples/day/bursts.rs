@@ -2,8 +2,27 @@
 
 use std::fmt::Write;
 
+use coloc_gnss::datum::Origin;
+use coloc_gnss::driver::{GnssDriver, Outlet};
+use coloc_gnss::section::{DatumSection, Gnss};
+use coloc_gnss::stamp::Stamper;
+
 /// So many sentences a second.
 pub(crate) const SENTENCES: u32 = 10;
+
+/// Hears it, and tells `outlet`.
+pub(crate) fn driver<O: Outlet>(outlet: O) -> GnssDriver<O> {
+    let section = Gnss {
+        datum: DatumSection {
+            latitude_deg: Some(48.0),
+            longitude_deg: Some(11.0),
+            ..DatumSection::default()
+        },
+        ..Gnss::of("stdin")
+    };
+    let origin = Origin::begin(&section.datum, None).unwrap();
+    GnssDriver::new(section, origin, outlet, Stamper::recording(false, 0))
+}
 
 /// Writes the sentences of that second of 2024-06-01.
 pub(crate) fn write(second: u32, burst: &mut String) {

@@ -6,10 +6,7 @@ mod bursts;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use coloc_gnss::datum::Origin;
-use coloc_gnss::driver::{GnssDriver, Outlet};
-use coloc_gnss::section::{DatumSection, Gnss};
-use coloc_gnss::stamp::Stamper;
+use coloc_gnss::driver::Outlet;
 use coloc_sensors::{Driver, Moment};
 use coloc_shm_types::{Heading, Position};
 
@@ -32,21 +29,7 @@ impl Outlet for Ears {
 }
 
 fn main() -> ExitCode {
-    let section = Gnss {
-        datum: DatumSection {
-            latitude_deg: Some(48.0),
-            longitude_deg: Some(11.0),
-            ..DatumSection::default()
-        },
-        ..Gnss::of("stdin")
-    };
-    let origin = Origin::begin(&section.datum, None).unwrap();
-    let mut driver = GnssDriver::new(
-        section,
-        origin,
-        Ears::default(),
-        Stamper::recording(false, 0),
-    );
+    let mut driver = bursts::driver(Ears::default());
     let (mut burst, mut spent, mut early_kib) = (String::new(), Duration::ZERO, 0);
     for second in 0..DAY_S {
         bursts::write(second, &mut burst);

@@ -1,14 +1,12 @@
 //! `gyro`: hundreds of simulated robots with a gyro; see `coloc_sim::gyro`.
 
 use std::error::Error;
-use std::io::{Write as _, stdout};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Instant;
 
 use clap::Parser;
+use coloc_sim::campaign::{Page, Part, run};
 use coloc_sim::gyro::{Form, find};
-use coloc_sim::honest::splice;
 
 /// Is the heading better by a gyro, and honest? Is its bias found, and slip seen?
 #[derive(Parser)]
@@ -27,6 +25,9 @@ struct Args {
     markdown: Option<PathBuf>,
 }
 
+/// What it consists of.
+const PARTS: [Part<Form>; 1] = [("rows", find)];
+
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let args = Args::parse();
     let form = if args.short {
@@ -38,22 +39,9 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         robots: args.robots.unwrap_or(form.robots),
         ..form
     };
-    let begun = Instant::now();
-    let found = find(&form);
-    let text = format!("{} robots of each row.\n\n{}", form.robots, found.text);
-    if let Some(path) = &args.markdown {
-        splice::write(path, "gyro", &text)?;
-    }
-    let mut out = stdout();
-    writeln!(out, "{text}")?;
-    for it in &found.missed {
-        writeln!(out, "* MISSED: {it}")?;
-    }
-    let took_s = begun.elapsed().as_secs();
-    writeln!(
-        out,
-        "{} bars missed. It took {took_s} s.",
-        found.missed.len()
-    )?;
-    Ok(ExitCode::from(u8::from(!found.missed.is_empty())))
+    let page = args
+        .markdown
+        .as_deref()
+        .map(|path| Page { path, mark: "gyro" });
+    run(&PARTS, &[], &form, page)
 }

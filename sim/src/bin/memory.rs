@@ -1,13 +1,11 @@
 //! `memory`: receivers whose errors drift for minutes; see `coloc_sim::memory`.
 
 use std::error::Error;
-use std::fmt::Write as _;
-use std::io::{Write as _, stdout};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use coloc_sim::honest::{Finding, splice};
+use coloc_sim::campaign::{Page, Part, recordings, run};
 use coloc_sim::memory::{Form, park, parked};
 
 /// Does a belief stay honest that rests on a receiver whose error is the same for minutes? Parked for an hour, and a recorded car
@@ -32,64 +30,19 @@ struct Args {
 }
 
 /// What it consists of.
-type Part = (&'static str, fn(&Form) -> Finding);
-
-const PARTS: [Part; 2] = [("parked", parked::find), ("park", park::find)];
+const PARTS: [Part<Form>; 2] = [("parked", parked::find), ("park", park::find)];
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let args = Args::parse();
-    if let Some(name) = unknown(&args.only) {
-        return Err(format!("there is no part {name}").into());
-    }
-    let data = args.data.or_else(recordings);
+    let data = recordings(args.data);
     let form = if args.short {
         Form::short(args.seed, data)
     } else {
         Form::long(args.seed, data)
     };
-    let (mut text, mut missed) = (String::new(), 0);
-    let is_chosen = |name: &str| args.only.is_empty() || args.only.iter().any(|it| it == name);
-    for (_, find) in PARTS.into_iter().filter(|it| is_chosen(it.0)) {
-        let finding = find(&form);
-        missed += finding.missed.len();
-        let words = told(&finding);
-        stdout().write_all(words.as_bytes())?;
-        text.push_str(&words);
-    }
-    if let Some(path) = &args.markdown {
-        splice::write(path, "memory", &text)?;
-    }
-    writeln!(stdout(), "{missed} bars missed")?;
-    Ok(ExitCode::from(u8::from(missed > 0)))
-}
-
-fn unknown(only: &[String]) -> Option<&String> {
-    only.iter()
-        .find(|name| PARTS.iter().all(|(part, _)| part != name))
-}
-
-fn recordings() -> Option<PathBuf> {
-    if let Some(given) = std::env::var_os("COLOC_DATA") {
-        return Some(given.into());
-    }
-    let above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
-    let mut candidates = above.map(|parent| parent.join("shared/data"));
-    candidates.find(|it| it.is_dir())
-}
-
-fn told(finding: &Finding) -> String {
-    let Finding {
-        title,
-        text,
-        missed,
-    } = finding;
-    let mut told = format!("### {title}\n\n{text}\n");
-    for it in missed {
-        let _ = writeln!(told, "* MISSED: {it}"); // A string takes all.
-    }
-    if missed.is_empty() {
-        told.push_str("All bars held.\n");
-    }
-    told.push('\n');
-    told
+    let page = args.markdown.as_deref().map(|path| Page {
+        path,
+        mark: "memory",
+    });
+    run(&PARTS, &args.only, &form, page)
 }

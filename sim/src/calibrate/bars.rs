@@ -4,7 +4,7 @@ use coloc_calibrate::{Fit, Found, NoFit, Parameter, Robot, bound, fit};
 use rayon::prelude::*;
 
 use super::world::{Course, configured, drive};
-use crate::honest::Finding;
+use crate::campaign::Finding;
 use crate::honest::table::{Table, digits, percent};
 
 /// How much of it is done.

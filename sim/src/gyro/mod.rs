@@ -12,6 +12,7 @@ mod world;
 
 use rayon::prelude::*;
 
+use crate::campaign::Finding;
 use crate::honest::table::{Table, percent};
 use run::Outcome;
 
@@ -110,15 +111,6 @@ const ROWS: [Row; 7] = [
     },
 ];
 
-/// What came of it.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Found {
-    /// The table, in Markdown.
-    pub text: String,
-    /// Every bar that was missed, in a line.
-    pub missed: Vec<String>,
-}
-
 impl Form {
     /// The whole campaign.
     #[must_use]
@@ -143,7 +135,7 @@ impl Form {
 
 /// Runs it and holds it to its bars.
 #[must_use]
-pub fn find(form: &Form) -> Found {
+pub fn find(form: &Form) -> Finding {
     let mut table = Table::new([
         "robots that",
         "heading after 600 s",
@@ -161,7 +153,8 @@ pub fn find(form: &Form) -> Found {
         table.row(told(row, &outcome));
         missed.extend(misses(row, &outcome, form.chance));
     }
-    Found {
+    Finding {
+        title: format!("{} robots of each row", form.robots),
         text: table.text(),
         missed,
     }
@@ -190,9 +183,16 @@ fn told(row: &Row, it: &Outcome) -> [String; 9] {
         ),
         inside.join(", "),
         format!("{:.4}°/s", it.bias_sigma.rms().to_degrees()),
-        format!("{} of {}, {:.2} s", it.named, it.slips, it.delay_s()),
+        slips(it),
         it.false_alarms.to_string(),
     ]
+}
+
+fn slips(it: &Outcome) -> String {
+    if it.slips == 0 {
+        return "none there".into();
+    }
+    format!("{} of {}, {:.2} s", it.named, it.slips, it.delay_s())
 }
 
 fn misses(row: &Row, it: &Outcome, chance: f64) -> Vec<String> {

@@ -26,6 +26,7 @@ pub mod splice;
 pub mod trio;
 pub mod weak;
 
+use crate::campaign::Finding;
 pub use filter::Filter;
 pub use score::Score;
 pub use sort::Sort;
@@ -82,15 +83,4 @@ impl Form {
     pub fn dt_s(&self) -> f64 {
         1.0 / f64::from(self.rate_hz)
     }
-}
-
-/// What came of a part.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Finding {
-    /// Of the part.
-    pub title: String,
-    /// What was found, for people, in Markdown.
-    pub text: String,
-    /// Every bar that was missed, in a line.
-    pub missed: Vec<String>,
 }

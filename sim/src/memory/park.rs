@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::recording::Recording;
 use super::{CHI2_2_95, Form};
-use crate::honest::Finding;
+use crate::campaign::Finding;
 use crate::honest::table::{Table, digits, percent};
 
 /// Wheel base, and how far the wheel with the encoder is from the middle of its axle \[m\].

@@ -7,7 +7,7 @@ use coloc_estimator::{
 use rayon::prelude::*;
 
 use super::{CHI2_2_95, Form};
-use crate::honest::Finding;
+use crate::campaign::Finding;
 use crate::honest::table::{Table, digits, percent};
 use crate::random::{Draws, Noise, Purpose};
 

@@ -1,5 +1,7 @@
 //! Five robots that tell one another what their cameras saw: who is seen, where it must be, and who sees, where the other believes to be.
 
+mod method;
+
 use coloc_estimator::angle::wrap;
 use coloc_estimator::partial::{
     Alone, BodySighting, Innovation, PositionSettings, ReadingNoise, SplitPosition, fuse, observed,
@@ -12,11 +14,13 @@ use coloc_estimator::{
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use method::{Camera, METHODS, Method, Numbers, Ways};
+
 use super::lost::Lost;
 use super::recorded::{Recorded, Sighting, Subject};
 use super::tracks::rate;
 use super::{CHI2_3_95, FORWARD, Form, REFERENCE_S, TURNING};
-use crate::honest::Finding;
+use crate::campaign::Finding;
 use crate::honest::table::{Table, digits, percent};
 use crate::random::{Noise, Purpose};
 use crate::world::World;
@@ -28,186 +32,6 @@ const FIX_SIGMA_M: f64 = 0.1;
 const FIX_EVERY: usize = 5;
 /// Of a tube's place \[m\].
 const LANDMARK_SIGMA_M: f64 = 0.01;
-
-/// How the cameras err: of the range relative and beside it, and of the bearing; then what is slow of it.
-#[derive(Copy, Clone, Debug)]
-struct Camera {
-    relative: f64,
-    beside_m: f64,
-    bearing: f64,
-    slow: [f64; 2],
-}
-
-/// As the cameras of MR.CLAM do.
-const SPLIT: Camera = Camera {
-    relative: 0.006,
-    beside_m: 0.005,
-    bearing: 0.006,
-    slow: [0.045, 0.013],
-};
-
-/// Who learns of a sighting of another robot.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-enum Ways {
-    /// Nobody.
-    None,
-    /// The robot that was seen.
-    Told,
-    /// The one that saw it too.
-    Both,
-}
-
-/// What is used of a sighting.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-enum Numbers {
-    Both,
-    Bearing,
-    Range,
-}
-
-/// The same errors, taken as new in every sighting.
-const WHITE: Camera = Camera {
-    relative: 0.045,
-    beside_m: 0.005,
-    bearing: 0.014,
-    slow: [0.0; 2],
-};
-
-/// A row of the table.
-#[derive(Copy, Clone, Debug)]
-struct Method {
-    name: &'static str,
-    ways: Ways,
-    landmarks: bool,
-    receivers: usize,
-    /// Those without a receiver do not know at the start which way they look.
-    lost: bool,
-    camera: Camera,
-    numbers: Numbers,
-    /// Of each recording, of R1 to R5, x and y \[cm\]; those with a receiver have none.
-    reference: [&'static [[f64; 2]]; 2],
-}
-
-/// No bar.
-const FREE: [&[[f64; 2]]; 2] = [&[], &[]];
-
-const METHODS: [Method; 10] = [
-    Method {
-        name: "alone",
-        ways: Ways::None,
-        landmarks: false,
-        receivers: 2,
-        lost: false,
-        camera: SPLIT,
-        numbers: Numbers::Both,
-        reference: FREE,
-    },
-    Method {
-        name: "only told where one was seen",
-        ways: Ways::Told,
-        landmarks: false,
-        receivers: 2,
-        lost: false,
-        camera: SPLIT,
-        numbers: Numbers::Both,
-        reference: FREE,
-    },
-    Method {
-        name: "both ways",
-        ways: Ways::Both,
-        landmarks: false,
-        receivers: 2,
-        lost: false,
-        camera: SPLIT,
-        numbers: Numbers::Both,
-        reference: [
-            &[[15.9, 18.9], [14.3, 13.4], [13.7, 10.9]],
-            &[[12.2, 12.5], [12.7, 12.9], [9.9, 11.1]],
-        ],
-    },
-    Method {
-        name: "both ways, one receiver",
-        ways: Ways::Both,
-        landmarks: false,
-        receivers: 1,
-        lost: false,
-        camera: SPLIT,
-        numbers: Numbers::Both,
-        reference: [
-            &[[22.1, 29.0], [19.2, 21.6], [16.7, 19.3], [21.0, 21.2]],
-            &[[20.2, 21.5], [12.9, 16.8], [18.3, 17.5], [19.6, 19.5]],
-        ],
-    },
-    Method {
-        name: "both ways, headings unknown at the start",
-        ways: Ways::Both,
-        landmarks: false,
-        receivers: 2,
-        lost: true,
-        camera: SPLIT,
-        numbers: Numbers::Both,
-        reference: [
-            &[[15.9, 18.9], [14.3, 13.4], [13.7, 10.9]],
-            &[[12.2, 12.5], [12.7, 12.9], [9.9, 11.1]],
-        ],
-    },
-    Method {
-        name: "both ways, one receiver, headings unknown at the start",
-        ways: Ways::Both,
-        landmarks: false,
-        receivers: 1,
-        lost: true,
-        camera: SPLIT,
-        numbers: Numbers::Both,
-        reference: [
-            &[[22.1, 29.0], [19.2, 21.6], [16.7, 19.3], [21.0, 21.2]],
-            &[[20.2, 21.5], [12.9, 16.8], [18.3, 17.5], [19.6, 19.5]],
-        ],
-    },
-    Method {
-        name: "both ways, and 15 landmarks",
-        ways: Ways::Both,
-        landmarks: true,
-        receivers: 2,
-        lost: false,
-        camera: SPLIT,
-        numbers: Numbers::Both,
-        reference: [
-            &[[5.5, 6.1], [7.6, 7.2], [5.2, 6.2]],
-            &[[7.3, 8.0], [6.1, 9.8], [4.9, 7.0]],
-        ],
-    },
-    Method {
-        name: "both ways, all noise taken as white",
-        ways: Ways::Both,
-        landmarks: false,
-        receivers: 2,
-        lost: false,
-        camera: WHITE,
-        numbers: Numbers::Both,
-        reference: FREE,
-    },
-    Method {
-        name: "both ways, bearings alone",
-        ways: Ways::Both,
-        landmarks: false,
-        receivers: 2,
-        lost: false,
-        camera: SPLIT,
-        numbers: Numbers::Bearing,
-        reference: FREE,
-    },
-    Method {
-        name: "both ways, ranges alone",
-        ways: Ways::Both,
-        landmarks: false,
-        receivers: 2,
-        lost: false,
-        camera: SPLIT,
-        numbers: Numbers::Range,
-        reference: FREE,
-    },
-];
 
 /// More than a row has of x and y is missed: of ten draws, and of fewer, which are up to 15 % off.
 const ALLOWED: f64 = 1.10;

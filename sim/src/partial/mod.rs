@@ -17,7 +17,7 @@ pub mod tracks;
 
 use std::path::PathBuf;
 
-use crate::honest::Finding;
+use crate::campaign::Finding;
 use recorded::Recorded;
 
 /// χ² with two and three degrees of freedom, 95 %.

@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::{CHI2_2_95, CHI2_3_95, Form};
-use crate::honest::Finding;
+use crate::campaign::Finding;
 use crate::honest::table::{Table, percent};
 use crate::random::{Draws, Noise, Purpose};
 

@@ -14,7 +14,7 @@ use coloc_estimator::angle::wrap;
 
 use super::recorded::{Recorded, Subject};
 use super::{CHI2_2_95, CHI2_3_95, FORWARD, Form, REFERENCE_S, TURNING};
-use crate::honest::Finding;
+use crate::campaign::Finding;
 use crate::honest::table::{Table, digits, percent};
 use crate::world::World;
 

@@ -40,7 +40,7 @@ pub(super) fn write(config: &Config, page: &mut Page) {
     ];
     let missing = missing.into_iter().filter(|(is_missing, _)| *is_missing);
     page.lines("not set", missing.map(|(_, text)| text.to_owned()));
-    let others = OTHERS.iter().filter(|_| config.gnss.is_there);
-    let others = others.map(|(name, program)| format!("[{name}]: see {program}"));
+    let others = OTHERS.iter().filter(|other| (other.is_in)(config));
+    let others = others.map(|other| format!("[{}]: see {}", other.name, other.program));
     page.lines("not colocd's", others);
 }

@@ -1,6 +1,6 @@
 //! Buses, signals, a base, and what happens when they say nothing.
 
-use coloc_drivers::can::{BusSpec, Controller};
+use coloc_drivers::can::Controller;
 use coloc_drivers::encoder::{
     BaseConfig, Description, Expected, Length, OdometryConfig, Rounded, SignalDescription, Time,
     describe,
@@ -72,14 +72,6 @@ fn base(config: &Config, base: &BaseConfig, page: &mut Page) {
     page.lines("base", lines);
 }
 
-/// That of an interface of this machine.
-fn controller(spec: &BusSpec) -> Option<Controller> {
-    match spec {
-        BusSpec::SocketCan { interface } => Controller::of(interface).ok().flatten(),
-        BusSpec::Local { .. } | BusSpec::Candump { .. } => None,
-    }
-}
-
 fn buses(odometry: &OdometryConfig, description: &Description, page: &mut Page) {
     for (number, spec) in odometry.buses.iter().enumerate() {
         let own = |it: &&Expected| usize::from(it.bus) == number;
@@ -94,7 +86,7 @@ fn buses(odometry: &OdometryConfig, description: &Description, page: &mut Page) 
             &format!("bus {number}"),
             format!("{spec}, from which is wanted {expected}"),
         );
-        if let Some(controller) = controller(spec) {
+        if let Some((_, controller)) = Controller::of_bus(spec) {
             page.line("", format!("it is {controller}"));
         }
     }

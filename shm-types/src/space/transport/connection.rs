@@ -253,7 +253,6 @@ impl<P> Port<P> {
     }
 
     #[cold]
-    #[inline]
     fn attempt(&self) -> Option<&P> {
         let now = Instant::now();
         if now < self.next_attempt.get() {

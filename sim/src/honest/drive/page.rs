@@ -1,12 +1,13 @@
 //! What is said of it.
 
 use super::{Cell, LOOKS_S, Look, World, cells};
+use crate::campaign::Finding;
+use crate::honest::Form;
 use crate::honest::filter::Filter;
 use crate::honest::score::Score;
 use crate::honest::sort::Sort;
 use crate::honest::table::{Table, digits, percent};
 use crate::honest::turning::Turning;
-use crate::honest::{Finding, Form};
 
 /// A filter beyond this has lost its robots.
 const LOST: f64 = 100.0;
