@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 
 use coloc_daemon::clock::{KernelTime, Reading, TimeSource};
-use coloc_daemon::config::{GyroSource, Trigger};
+use coloc_daemon::config::{Config, GyroSource, Trigger};
 use coloc_daemon::wait::Wake;
 use coloc_tests::scene::Scene;
 use coloc_tests::surroundings::{Surroundings, config, realtime_ns};
@@ -102,7 +102,7 @@ impl Hot {
     /// # Errors
     /// Of the temporary directory.
     pub fn new() -> io::Result<Self> {
-        Self::with_gyro(GyroSource::None)
+        Self::of(|_| ())
     }
 
     /// The same, of a robot with a gyro.
@@ -110,10 +110,22 @@ impl Hot {
     /// # Errors
     /// As [`Self::new`].
     pub fn with_gyro(source: GyroSource) -> io::Result<Self> {
+        Self::of(|config| config.gyro.source = source)
+    }
+
+    /// The same, open to this group.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn open_to(group: String) -> io::Result<Self> {
+        Self::of(|config| config.shm.group = group)
+    }
+
+    fn of(differs: impl FnOnce(&mut Config)) -> io::Result<Self> {
         let (directory, clock) = (tempfile::tempdir()?, Hurried::default());
         let mut config = config(directory.path(), Trigger::Timer);
         config.history.length_s = 1.0;
-        config.gyro.source = source;
+        differs(&mut config);
         let scene = Scene::with(directory, config, Box::new(clock.clone()));
         Ok(Self { scene, clock })
     }

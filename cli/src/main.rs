@@ -19,6 +19,7 @@ mod calibrate;
 mod comparison;
 mod daemon;
 mod demo;
+mod estimates;
 mod eval;
 mod first_robot;
 mod fitted;

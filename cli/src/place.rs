@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use coloc_shm_types::{OpenError, RobotName, Running, Space, places};
+use coloc_shm_types::{OpenError, ReadError, RobotName, Running, Space, places};
 
 /// Which shared memory is meant.
 #[derive(Clone, Debug, Default, Args)]
@@ -27,9 +27,11 @@ pub(crate) struct Place {
 impl Place {
     /// Whether somebody acts for `robot` there.
     pub(crate) fn runs(&self, robot: &RobotName) -> Result<bool, OpenError> {
-        Ok(Space::running(&self.root)?
-            .iter()
-            .any(|one| one.robot == *robot))
+        match Space::running(&self.root) {
+            // In another user's place nothing is seen of a robot that is being started again.
+            Err(OpenError::NotReadable(ReadError::NotShared { .. })) => Ok(false),
+            running => Ok(running?.iter().any(|one| one.robot == *robot)),
+        }
     }
 }
 
@@ -121,7 +123,7 @@ impl PlaceArgs {
     fn place(&self, known: &[Place]) -> Result<Place, OpenError> {
         let root = match &self.root {
             Some(root) => absolute(root),
-            None => absolute(&places::shared_memory_root()?.path),
+            None => absolute(&places::root_to_look_at()?.path),
         };
         self.among(root, known)
     }

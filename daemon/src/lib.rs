@@ -79,6 +79,11 @@ fn check(path: &Path, strict: bool) -> Result<(), EndError> {
     if let Err(problem) = config.shm_root() {
         warnings.push(format!("a robot of this user could not start: {problem}"));
     }
+    if let Err(problem) = config.readers() {
+        warnings.push(format!(
+            "shm.group: a robot of this user could not start: {problem}"
+        ));
+    }
     let unlikely = warnings
         .iter()
         .map(|it| format!("{:<13} {it}\n", "warning"));

@@ -2,19 +2,23 @@
 
 use coloc_estimator::{Estimate, OutgoingPose};
 use coloc_shm_types::{
-    self as shm, Health, Input, Neighbour, PortError, Publisher, RobotName, Sender, Space,
+    self as shm, GroupPage, Health, Input, Neighbour, PortError, Publisher, RobotName, Sender,
+    Space,
 };
 use tracing::warn;
 
 use crate::clock::Moment;
 use crate::config::Config;
 use crate::health::Standing;
+use crate::start::StartError;
 
 /// The ports, all opened at start: a peer that is missing does not matter, its service waits for it. A peer's channel that is
 /// full is a state, not a reason not to start.
 #[derive(Debug)]
 pub struct Publish {
     sender: Sender,
+    /// For the users of a group, if one is configured.
+    page: Option<GroupPage>,
     estimates: Publisher<shm::Estimate>,
     peers: Vec<Peer>,
     /// Messages that did not reach everybody; they are not sent again, the next tick's are newer.
@@ -44,17 +48,19 @@ impl Publish {
     /// Opens a port for the estimate and one for each peer; whoever listens already is connected before the first tick.
     ///
     /// # Errors
-    /// If a port cannot be opened.
-    pub fn open(config: &Config, space: &Space, sender: &Sender) -> Result<Self, PortError> {
+    /// If a port, or the page for a group, cannot be opened.
+    pub fn open(config: &Config, space: &Space, sender: &Sender) -> Result<Self, StartError> {
         let estimates = space.publisher(&config.robot.name)?;
+        let page = page(config, &estimates)?;
         // Whom this does not reach now the first message will.
         let _ = estimates.refresh();
         let peers = config
             .peers()
             .map(|peer| Peer::open(space, peer.id, &peer.name, sender.beside()))
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<_, PortError>>()?;
         Ok(Self {
             sender: sender.beside(),
+            page,
             estimates,
             peers,
             undelivered: 0,
@@ -64,7 +70,13 @@ impl Publish {
     /// Puts the estimate where everybody finds it who looks.
     pub fn estimate(&mut self, estimate: &Estimate, with: &Circumstances, moment: &Moment) {
         let message = self.message(estimate, with, moment);
-        self.undelivered += u64::from(self.estimates.put(message).is_err());
+        let write = |message: &shm::Estimate| {
+            if let Some(page) = &self.page {
+                page.write(message);
+            }
+        };
+        let put = self.estimates.put_with(message, write);
+        self.undelivered += u64::from(put.is_err());
     }
 
     /// Wakes those who wait for what was said, once all of it was: a reader of a higher priority takes the processor at once.
@@ -125,6 +137,17 @@ impl Publish {
             ..shm::Estimate::default()
         }
     }
+}
+
+fn page(
+    config: &Config,
+    estimates: &Publisher<shm::Estimate>,
+) -> Result<Option<GroupPage>, StartError> {
+    let Some(group) = config.readers()? else {
+        return Ok(None);
+    };
+    let robot = &config.robot;
+    Ok(Some(estimates.open_to(&group, &robot.name, robot.id)?))
 }
 
 impl Peer {

@@ -2,7 +2,7 @@
 
 use coloc_drivers::can;
 use coloc_shm_types::advice::advised;
-use coloc_shm_types::{OpenError, PortError};
+use coloc_shm_types::{NoGroup, OpenError, PortError};
 use rustix::io::Errno;
 
 use crate::config::ConfigError;
@@ -16,6 +16,9 @@ pub enum StartError {
     /// The shared memory cannot be entered, or the robot is run already.
     #[error("{0}")]
     Space(#[from] OpenError),
+    /// `shm.group`.
+    #[error("shm.group: {0}")]
+    Group(#[from] NoGroup),
     /// A port cannot be opened.
     #[error("{0}")]
     Port(#[from] PortError),

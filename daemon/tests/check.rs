@@ -609,6 +609,22 @@ fn what_cannot_be_is_refused() {
 }
 
 #[test]
+fn it_says_who_else_may_read() {
+    let own = rustix::process::getegid().as_raw();
+    let said = understood(&format!("{ROBOT}group = \"{own}\"\n"));
+    let shm = of(&said, "shm");
+    assert!(
+        shm.contains("can be read by the users of the group") && shm.contains(&own.to_string()),
+        "{said}"
+    );
+    assert!(!said.contains("shm.group"), "{said}");
+    let said = understood(&format!("{ROBOT}group = \"no-such-group\"\n"));
+    let warning = "warning       shm.group: a robot of this user could not start: there is no group `no-such-group` on \
+                   this computer: make it (groupadd no-such-group), or name another one";
+    assert!(said.lines().any(|line| line == warning), "{said}");
+}
+
+#[test]
 fn a_running_daemon_logs_what_is_unlikely() {
     // It does not start: the bus is a log that is not there. The log has the warnings all the same.
     let site = Site::new(&format!(

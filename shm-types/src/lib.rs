@@ -58,8 +58,8 @@ pub use reject::Reject;
 pub use rhythm::Rhythm;
 pub use robot_name::{NotARobotName, RobotName};
 pub use space::{
-    Claim, Lost, OpenError, PortError, Publisher, ReceiveError, Remark, Running, SendError, Space,
-    Subscriber, WaitError,
+    Claim, Group, GroupPage, Lost, NoGroup, OpenError, PortError, Publisher, ReadError, Reader,
+    ReceiveError, Remark, Running, SendError, Space, Subscriber, WaitError,
 };
 pub use track::{NoPose, PastPose, Track};
 pub use unfit::{Unfit, WhyUnfit, worst_sigmas};

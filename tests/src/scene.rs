@@ -22,6 +22,12 @@ use crate::surroundings::{Surroundings, config};
 /// memory.
 pub const WARM_UP: u64 = 200;
 
+/// The number of a group of this user's, as `shm.group` has it.
+#[must_use]
+pub fn own_group() -> String {
+    rustix::process::getegid().as_raw().to_string()
+}
+
 /// The robot, what it waits for, and everything around it.
 pub struct Scene {
     /// Five steps a tick.
@@ -42,6 +48,15 @@ impl Scene {
     pub fn new(trigger: Trigger) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let config = config(directory.path(), trigger);
+        Self::with(directory, config, Box::new(KernelTime))
+    }
+
+    /// The same, open to a group of this user's.
+    #[must_use]
+    pub fn for_group(trigger: Trigger) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let mut config = config(directory.path(), trigger);
+        config.shm.group = own_group();
         Self::with(directory, config, Box::new(KernelTime))
     }
 

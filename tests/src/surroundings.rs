@@ -59,6 +59,7 @@ pub fn config(directory: &Path, trigger: Trigger) -> Config {
         shm: Shm {
             root: directory.join("shm"),
             prefix: "test".into(),
+            ..Shm::default()
         },
         odometry: Some(OdometryConfig::differential(
             bus,

@@ -11,7 +11,7 @@ use coloc_counting::{Calls, calls_during};
 use coloc_daemon::config::Trigger;
 use coloc_daemon::config::{Realtime, Scheduler};
 use coloc_daemon::realtime;
-use coloc_shm_types::Input;
+use coloc_shm_types::{Input, Reader};
 use coloc_tests::scene::Scene;
 use coloc_tests::surroundings::Heard;
 
@@ -30,6 +30,15 @@ fn no_tick_allocates_for_those_who_wait() {
     let mut scene = Scene::new(Trigger::Timer);
     scene.surroundings.wait();
     without_allocation(&mut scene, 10_000);
+}
+
+#[test]
+fn no_tick_allocates_for_a_group() {
+    let mut scene = Scene::for_group(Trigger::Timer);
+    let reader = Reader::open(&scene.config.shm.root, &scene.config.robot.name).unwrap();
+    reader.bell().unwrap();
+    without_allocation(&mut scene, 10_000);
+    assert!(reader.newest().unwrap().tick >= 10_000);
 }
 
 fn ticks_without_allocation(trigger: Trigger, ticks: u64) {

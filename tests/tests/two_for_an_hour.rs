@@ -92,6 +92,7 @@ fn config(directory: &Path, index: usize) -> Config {
         shm: Shm {
             root: directory.join("shm"),
             prefix: "hour".into(),
+            ..Shm::default()
         },
         odometry: Some(OdometryConfig::differential(
             bus(directory, index),

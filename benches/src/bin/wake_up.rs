@@ -16,16 +16,20 @@ use std::io::{BufRead, BufReader};
 use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::process::{Child, Command, ExitCode, Stdio};
+use std::time::Instant;
 
 use coloc_daemon::config::{Realtime, Scheduler};
 use coloc_daemon::realtime;
-use coloc_shm_types::{Estimate, Header, RobotName, Space};
+use coloc_shm_types::{Estimate, Group, Header, Reader as GroupReader, RobotName, Space};
 use coloc_tests::output::{end, print_line};
+use coloc_tests::scene::own_group;
 use rustix::thread::clock_nanosleep_absolute;
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
 const PREFIX: &str = "wakeup";
 const ROBOT: &str = "robot1";
+/// Open to a group, and nobody else listens to it.
+const OPEN: &str = "robot2";
 const READY: &str = "ready";
 const SECOND_NS: i64 = 1_000_000_000;
 /// Each.
@@ -41,6 +45,7 @@ fn main() -> ExitCode {
     let result = match words.as_slice() {
         ["--read-datagrams", directory] => read_datagrams(Path::new(directory)),
         ["--read-estimates", directory] => read_estimates(Path::new(directory)),
+        ["--read-page", directory] => read_page(Path::new(directory)),
         [] => measure(60),
         [seconds] => seconds.parse().map_or_else(|_| Err(USAGE.into()), measure),
         _ => Err(USAGE.into()),
@@ -55,6 +60,7 @@ type Duration = (u16, i64);
 /// As sources of estimates.
 const COLD: u16 = 0;
 const REHEARSED: u16 = 1;
+const PAGE: u16 = 2;
 
 type Done = Result<(), Box<dyn Error>>;
 
@@ -63,15 +69,17 @@ fn measure(seconds: usize) -> Done {
     let mut readers = [
         Reader::start("--read-datagrams", directory.path())?,
         Reader::start("--read-estimates", directory.path())?,
+        Reader::start("--read-page", directory.path())?,
     ];
     publish(directory.path(), WARM_UP + 50 * seconds)?;
-    let [datagrams, estimates] = readers.each_mut().map(Reader::finish);
-    let (datagrams, estimates) = (datagrams?, estimates?);
+    let [datagrams, estimates, page] = readers.each_mut().map(Reader::finish);
+    let (datagrams, estimates, page) = (datagrams?, estimates?, page?);
     let floor = sorted(&datagrams, 0)?;
     print_line(&row("Unix datagram", &floor, &floor));
     for (name, source) in [("estimate", COLD), ("estimate, rehearsed", REHEARSED)] {
         print_line(&row(name, &sorted(&estimates, source)?, &floor));
     }
+    print_line(&row("page of a group", &sorted(&page, PAGE)?, &floor));
     let load = read_to_string("/proc/loadavg").unwrap_or_default();
     print_line(&format!("load {}", load.trim()));
     Ok(())
@@ -81,6 +89,9 @@ fn measure(seconds: usize) -> Done {
 fn publish(directory: &Path, count: usize) -> Done {
     let space = Space::open(&directory.join("shm"), PREFIX, "publisher")?;
     let estimates = space.publisher::<Estimate>(&RobotName::new(ROBOT)?)?;
+    let (name, group) = (RobotName::new(OPEN)?, Group::find(&own_group())?);
+    let open = space.publisher::<Estimate>(&name)?;
+    let page = open.open_to(&group, &name, 2)?;
     let socket = UnixDatagram::unbound()?;
     socket.connect(directory.join("datagrams"))?;
     estimates.refresh()?;
@@ -90,25 +101,33 @@ fn publish(directory: &Path, count: usize) -> Done {
         sleep_until(due_ns);
         socket.send(&bytes(now_ns()))?;
         for (turn, source) in (1..).zip([COLD, REHEARSED]) {
-            sleep_until(due_ns + turn * PERIOD_NS / 3);
+            sleep_until(due_ns + turn * PERIOD_NS / 4);
             if source == REHEARSED {
                 estimates.rehearse();
             }
-            let header = Header {
-                stamp_ns: now_ns(),
-                source,
-                ..Header::default()
-            };
-            estimates.send(Estimate {
-                header,
-                ..Estimate::default()
-            })?;
+            estimates.send(estimate(source))?;
         }
+        sleep_until(due_ns + 3 * PERIOD_NS / 4);
+        let last = estimate(PAGE);
+        page.write(&last);
+        open.send(last)?;
         due_ns += PERIOD_NS;
     }
     // Who leaves takes what was not received along.
     sleep_until(due_ns);
     Ok(())
+}
+
+fn estimate(source: u16) -> Estimate {
+    let header = Header {
+        stamp_ns: now_ns(),
+        source,
+        ..Header::default()
+    };
+    Estimate {
+        header,
+        ..Estimate::default()
+    }
 }
 
 /// An estimate's, as far as it matters how many.
@@ -144,6 +163,28 @@ fn read_estimates(directory: &Path) -> Done {
     while let Some(estimate) = estimates.wait(PATIENCE)? {
         let duration = now_ns() - estimate.header.stamp_ns;
         durations.push((estimate.header.source, duration));
+    }
+    print(&durations);
+    Ok(())
+}
+
+/// As another user would.
+fn read_page(directory: &Path) -> Done {
+    print_line(READY);
+    settle(0);
+    let robot = RobotName::new(OPEN)?;
+    let start = Instant::now();
+    let page = loop {
+        match GroupReader::open(&directory.join("shm"), &robot) {
+            Ok(page) => break page,
+            Err(error) if start.elapsed() > PATIENCE => return Err(error.into()),
+            Err(_) => std::thread::sleep(std::time::Duration::from_millis(1)),
+        }
+    };
+    let mut durations = Vec::with_capacity(1 << 20);
+    // In the end the publisher is gone.
+    while let Ok(Some(estimate)) = page.wait(PATIENCE) {
+        durations.push((estimate.header.source, now_ns() - estimate.header.stamp_ns));
     }
     print(&durations);
     Ok(())

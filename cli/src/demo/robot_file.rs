@@ -58,6 +58,7 @@ fn describe(
         shm: Shm {
             root: root.into(),
             prefix: PREFIX.into(),
+            ..Shm::default()
         },
         telemetry: Telemetry {
             state_file: directory.join(format!("{}.belief.toml", name(index + 1))),

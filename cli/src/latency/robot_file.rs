@@ -84,6 +84,7 @@ fn describe(wanted: &Wanted<'_>) -> Result<Config, String> {
         shm: Shm {
             root: wanted.root.into(),
             prefix: PREFIX.into(),
+            ..Shm::default()
         },
         initial: Initial {
             pose: Some(InitialPose::Given(pose(0.0))),

@@ -3,9 +3,10 @@
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use coloc_shm_types::{Estimate, PortError, Running, Space, Subscriber};
+use coloc_shm_types::{Estimate, PortError, Running};
 
 use crate::demo::interrupt::Interrupt;
+use crate::estimates::{Deaf, Estimates, Station};
 use crate::place::Found;
 
 /// An estimate is of use for as long: who says nothing in that time is silent.
@@ -26,21 +27,21 @@ pub(super) enum Word {
 
 /// An ear, until it has heard something.
 enum Ear {
-    Open(Subscriber<Estimate>),
+    Open(Estimates),
     Done(Word),
 }
 
 /// Hears all of them at once, in their order.
 pub(super) fn hear(found: &Found, interrupt: &Interrupt) -> Vec<Word> {
     let place = &found.place;
-    let space = match Space::join(&place.root, &place.prefix, "coloc-list") {
-        Ok(space) => space,
+    let station = match Station::enter(place, "coloc-list") {
+        Ok(station) => station,
         Err(error) => return refused(found, &error.to_string()),
     };
     let mut ears: Vec<Ear> = found
         .robots
         .iter()
-        .map(|robot| Ear::open(&space, robot))
+        .map(|robot| Ear::open(&station, robot))
         .collect();
     let deadline = Instant::now() + PATIENCE;
     while ears.iter_mut().any(Ear::waits) && Instant::now() < deadline && !interrupt.is_there() {
@@ -58,23 +59,23 @@ fn refused(found: &Found, why: &str) -> Vec<Word> {
 }
 
 impl Ear {
-    fn open(space: &Space, robot: &Running) -> Self {
-        match space.existing(&robot.robot) {
-            Ok(subscriber) => Self::Open(subscriber),
-            Err(PortError::NoChannel { .. }) => Self::Done(Word::Starting),
+    fn open(station: &Station, robot: &Running) -> Self {
+        match station.hear_existing(&robot.robot) {
+            Ok(estimates) => Self::Open(estimates),
+            Err(Deaf::Port(PortError::NoChannel { .. })) => Self::Done(Word::Starting),
             Err(error) => Self::Done(Word::Refused(error.to_string())),
         }
     }
 
     /// Gives its place back as soon as it has heard something.
     fn waits(&mut self) -> bool {
-        let Self::Open(subscriber) = self else {
+        let Self::Open(estimates) = self else {
             return false;
         };
-        let word = match subscriber.receive() {
+        let word = match estimates.receive() {
             Ok(None) => return true,
             Ok(Some(estimate)) => Word::Estimate(Box::new(estimate)),
-            Err(error) => Word::Refused(error.to_string()),
+            Err(error) => Word::Refused(error),
         };
         *self = Self::Done(word);
         false

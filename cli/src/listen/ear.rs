@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use coloc_shm_types::{Estimate, Lost, RobotName, Space, Subscriber};
+use coloc_shm_types::{RobotName, Space};
 
 use super::ListenError;
+use crate::estimates::{Change, Estimates, Station};
 use crate::place::Place;
 
 /// Why a robot is not heard.
@@ -30,18 +31,18 @@ impl fmt::Display for WhySilent {
 
 /// What it is heard with.
 pub(super) struct Ear {
-    estimates: Subscriber<Estimate>,
-    space: Space,
+    estimates: Estimates,
+    station: Station,
     place: Place,
 }
 
 impl Ear {
     pub(super) fn open(place: &Place, robot: &RobotName) -> Result<Self, ListenError> {
-        let space = Space::join(&place.root, &place.prefix, "coloc-listen")?;
-        let estimates = space.subscriber(robot)?;
+        let station = Station::enter(place, "coloc-listen")?;
+        let estimates = station.hear(robot)?;
         Ok(Self {
             estimates,
-            space,
+            station,
             place: place.clone(),
         })
     }
@@ -55,12 +56,12 @@ impl Ear {
         }
     }
 
-    pub(super) fn estimates(&self) -> &Subscriber<Estimate> {
+    pub(super) fn estimates(&self) -> &Estimates {
         &self.estimates
     }
 
     /// Whether a robot that starts now would be heard.
-    pub(super) fn check(&self) -> Result<(), Lost> {
-        self.space.check()
+    pub(super) fn check(&self) -> Option<Change> {
+        self.station.check(&self.estimates)
     }
 }

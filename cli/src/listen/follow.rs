@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use coloc_shm_types::{Estimate, Lost, RobotName, Subscriber};
+use coloc_shm_types::{Estimate, Lost, RobotName};
 
 use super::args::ListenArgs;
 use super::ear::{Ear, WhySilent};
@@ -14,6 +14,7 @@ use super::silence::Silence;
 use super::{ListenError, outlet};
 use crate::demo::clock::now_ns;
 use crate::demo::interrupt::Interrupt;
+use crate::estimates::{Change, Estimates};
 use crate::output::{complain, print_line, takes_no_more};
 use crate::status::Status;
 
@@ -99,9 +100,9 @@ impl<'a> Follower<'a> {
 
     fn follow(&mut self, ear: &Ear, interrupt: &Interrupt) -> Parting {
         self.checked_ns = now_ns();
-        // Before the first look, so that nothing comes unnoticed after it.
-        let bell = ear.estimates().bell().ok();
         while !interrupt.is_there() {
+            // Before the look, so that nothing comes unnoticed after it.
+            let bell = ear.estimates().bell();
             let took_all = self.listen(ear.estimates());
             if self.is_done() {
                 break;
@@ -131,7 +132,7 @@ impl<'a> Follower<'a> {
     }
 
     /// Takes what is there, for as long as somebody takes it from here; whether that is all.
-    fn listen(&mut self, estimates: &Subscriber<Estimate>) -> bool {
+    fn listen(&mut self, estimates: &Estimates) -> bool {
         while !self.is_done() {
             if !outlet::is_ready() {
                 self.hearing.was_not_asked(now_ns());
@@ -180,20 +181,35 @@ impl<'a> Follower<'a> {
 
     /// Where shared memory was deleted nobody seems to run: that is asked first.
     fn look_after(&mut self, ear: &Ear, now_ns: i64) -> Option<Parting> {
-        let lost = || ear.check().err().map(|Lost(path)| Parting::Lost(path));
         if self.hearing.becomes_silent(now_ns) {
-            return lost().or_else(|| self.ask_why(ear, Silence::begins));
+            let parting = self.check(ear);
+            return parting.or_else(|| self.ask_why(ear, Silence::begins));
         }
         if now_ns - self.checked_ns < SECOND_NS {
             return None;
         }
         self.checked_ns = now_ns;
         self.tell_losses();
-        let lost = lost();
-        if lost.is_some() || !self.hearing.is_silent() {
-            return lost;
+        let parting = self.check(ear);
+        if parting.is_some() || !self.hearing.is_silent() {
+            return parting;
         }
         self.ask_why(ear, Silence::goes_on)
+    }
+
+    /// Another process may act by now for a robot whose own has gone.
+    fn check(&mut self, ear: &Ear) -> Option<Parting> {
+        match ear.check()? {
+            Change::Lost(Lost(path)) => Some(Parting::Lost(path)),
+            Change::Gone => {
+                let why = ear.why_silent(self.robot);
+                if matches!(why, WhySilent::Gone) {
+                    let news = self.silence.begins(why.to_string());
+                    self.say(news);
+                }
+                Some(Parting::Gone)
+            }
+        }
     }
 
     /// Says it as far as it is news to `silence`; whether it is gone, which is sure at once.

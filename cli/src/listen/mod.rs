@@ -18,8 +18,9 @@ mod silence;
 mod table;
 mod tum;
 
-use coloc_shm_types::{OpenError, PortError, RobotName};
+use coloc_shm_types::{OpenError, RobotName};
 
+use crate::estimates::Deaf;
 use crate::output::complain;
 use crate::status::Status;
 
@@ -32,7 +33,7 @@ pub(crate) enum ListenError {
     #[error(transparent)]
     Open(#[from] OpenError),
     #[error(transparent)]
-    Port(#[from] PortError),
+    Deaf(#[from] Deaf),
     #[error("{robot} runs in {places}: choose one with --root")]
     Several {
         /// Whose estimates are wanted.

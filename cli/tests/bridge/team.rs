@@ -66,6 +66,7 @@ impl Team {
             shm: Shm {
                 root: self.home.path().join("shm"),
                 prefix: PREFIX.into(),
+                ..Shm::default()
             },
             // As the worlds of the sim are made.
             motion: Preset::Paper.motion(),

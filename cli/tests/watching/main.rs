@@ -2,6 +2,7 @@
 //! process, which says what they are to say; where one is to be killed it is a real daemon.
 #![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
 
+mod anothers;
 mod comings;
 mod forms;
 mod listing;

@@ -1,6 +1,7 @@
 //! `coloc` beside robots that go on speaking.
 
 use std::io::{BufRead, BufReader, Read};
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
@@ -41,6 +42,18 @@ impl Coloc {
     /// With these words, wherever robots run on this computer.
     pub(crate) fn start_anywhere(words: &str) -> Self {
         let mut child = Self::bare(words).stdout(Stdio::piped()).spawn().unwrap();
+        let stdout = lines(child.stdout.take().unwrap());
+        Self::of(child, Some(stdout))
+    }
+
+    /// The same as the first, of another user: a copy of the program that everybody may run.
+    pub(crate) fn start_as(program: &Path, user: (u32, u32), words: &str, root: &Path) -> Self {
+        let mut command = Command::new(program);
+        command.args(words.split_whitespace());
+        command.stdin(Stdio::null()).stderr(Stdio::piped());
+        command.current_dir("/").uid(user.0).gid(user.1);
+        command.arg("--root").arg(root);
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
         let stdout = lines(child.stdout.take().unwrap());
         Self::of(child, Some(stdout))
     }

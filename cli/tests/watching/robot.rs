@@ -5,7 +5,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use coloc_shm_types::{
-    Claim, Clock, Estimate, Health, Input, Publisher, RobotName, Sender, Space, Unfit,
+    Claim, Clock, Estimate, Group, GroupPage, Health, Input, Publisher, RobotName, Sender, Space,
+    Unfit,
 };
 use tempfile::TempDir;
 
@@ -59,6 +60,7 @@ pub(crate) fn name(robot: &str) -> RobotName {
 }
 
 pub(crate) struct Robot {
+    page: Option<GroupPage>,
     estimates: Publisher<Estimate>,
     /// [`Unfit`] and the limit.
     pub(crate) unfit: Option<(Unfit, f32)>,
@@ -73,8 +75,17 @@ impl Robot {
             _claim: space.claim_robot(&name(robot), id).unwrap(),
             estimates: space.publisher(&name(robot)).unwrap(),
             unfit: None,
+            page: None,
             sender: Sender::start(id, Clock::Boottime).unwrap(),
         }
+    }
+
+    /// Which this group may read.
+    pub(crate) fn start_for(ground: &Ground, robot: &str, id: u16, group: u32) -> Self {
+        let mut open = Self::start(ground, robot, id);
+        let group = Group::find(&group.to_string()).unwrap();
+        open.page = Some(open.estimates.open_to(&group, &name(robot), id).unwrap());
+        open
     }
 
     /// The next estimate. That one of the listeners has lost one is his affair.
@@ -96,6 +107,9 @@ impl Robot {
             ..Estimate::default()
         };
         estimate.health[Input::Odometry as usize] = Health::Ok as u8;
+        if let Some(page) = &self.page {
+            page.write(&estimate);
+        }
         let _ = self.estimates.send(estimate);
     }
 }

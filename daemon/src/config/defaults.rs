@@ -33,6 +33,7 @@ impl Default for Shm {
         Self {
             root: PathBuf::new(),
             prefix: coloc_shm_types::places::DEFAULT_PREFIX.into(),
+            group: String::new(),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use coloc_drivers::can::BusSpec;
 use coloc_shm_types::places::{self, NoPlace, SharedMemoryRoot};
 use coloc_shm_types::private::{OwnFile, PrivateDirectory};
-use coloc_shm_types::{OpenError, Space};
+use coloc_shm_types::{Group, NoGroup, OpenError, Space};
 
 use super::Config;
 
@@ -48,6 +48,19 @@ impl Config {
             path: self.shm.root.clone(),
             goes_at_logout: false,
         })
+    }
+
+    /// The group that may read the newest estimate, if one is configured.
+    ///
+    /// # Errors
+    /// If there is no such group on this computer, or this user may open nothing to it.
+    pub fn readers(&self) -> Result<Option<Group>, NoGroup> {
+        if self.shm.group.is_empty() {
+            return Ok(None);
+        }
+        let group = Group::find(&self.shm.group)?;
+        group.check_membership()?;
+        Ok(Some(group))
     }
 
     /// Takes part in the shared memory under `name`.

@@ -129,6 +129,10 @@ pub struct Shm {
     /// First letters of its files in `/dev/shm`: letters, digits and `_`.
     #[schemars(length(min = 1, max = 16))]
     pub prefix: String,
+    /// Other users who may read the robot's newest estimate and wait for it, and nothing else: the members of this group, by
+    /// name or by number (`"1001"`). The user who runs colocd has to be a member too. Empty: nobody.
+    #[schemars(length(max = 64))]
+    pub group: String,
 }
 
 /// `[motion]`: noise of an odometry sample and what happens without one. What is not written is the preset's, which serde's

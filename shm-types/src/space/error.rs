@@ -3,6 +3,7 @@ use std::path::PathBuf;
 
 use iceoryx2::node::NodeCreationFailure;
 
+use super::group::{NoGroup, ReadError};
 use crate::advice::advised;
 use crate::places::NoPlace;
 use crate::private::NotPrivate;
@@ -16,6 +17,12 @@ pub enum OpenError {
     /// A directory or file is not ours alone.
     #[error(transparent)]
     NotPrivate(#[from] NotPrivate),
+    /// A group that nothing can be opened to.
+    #[error(transparent)]
+    NoGroup(#[from] NoGroup),
+    /// Another user's robot, which this one may not read.
+    #[error(transparent)]
+    NotReadable(#[from] ReadError),
     /// The prefix would not fit into file names.
     #[error("shared-memory prefix `{prefix}`: use 1 to 16 of the characters a-z, A-Z, 0-9 and `_`")]
     BadPrefix {

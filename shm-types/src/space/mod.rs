@@ -6,6 +6,7 @@ mod disk;
 mod error;
 mod gate;
 mod ground;
+mod group;
 mod key;
 mod leftovers;
 mod lock;
@@ -28,6 +29,7 @@ use rustix::io::Errno;
 
 pub use claim::Claim;
 pub use error::{Lost, OpenError, PortError, ReceiveError, Remark, SendError, WaitError};
+pub use group::{Group, GroupPage, NoGroup, ReadError, Reader};
 pub use port::{Publisher, Subscriber};
 pub use roll::Running;
 
@@ -125,15 +127,22 @@ impl Space {
     }
 
     /// The robots for which a process acts in a space at `root`, by name. For whoever does not take part: nothing is made,
-    /// and of those who were killed none is among them.
+    /// and of those who were killed none is among them. In another user's place, those that this one may [read](Reader).
     ///
     /// # Errors
-    /// If the place is another user's, or cannot be looked at. One that is not there is no error.
+    /// If the place is another user's who lets this one read nothing, or cannot be looked at. One that is not there is no error.
     pub fn running(root: &Path) -> Result<Vec<Running>, OpenError> {
         roll::running(root)
     }
 
-    /// Root and prefix of every space that this user's processes have on this computer, or have left when they were killed.
+    /// Whether `root` is another user's, so that its robots can be [read](Reader) at most.
+    #[must_use]
+    pub fn is_anothers(root: &Path) -> bool {
+        roll::is_anothers(root)
+    }
+
+    /// Root and prefix of every space that this user's processes have on this computer, or have left when they were killed; and of
+    /// those of other users where this one may [read](Reader) a robot.
     #[must_use]
     pub fn places() -> Vec<(PathBuf, String)> {
         roll::places()

@@ -19,8 +19,9 @@ use iceoryx2::service::builder::publish_subscribe::{
 use rustix::io::Errno;
 
 use super::bells::{BELLS, Page, Ringer, Waiter};
-use super::error::{PortError, ReceiveError, SendError, WaitError};
+use super::error::{OpenError, PortError, ReceiveError, SendError, WaitError};
 use super::gate::Pass;
+use super::group::{Group, GroupPage};
 use super::leftovers::{self, Turn};
 use super::manner::Manner;
 use super::services::Use;
@@ -28,7 +29,7 @@ use super::spoken;
 use super::transport;
 use super::transport::fault::{self, Site};
 use super::{Node, Space};
-use crate::{Message, Quality, RobotName};
+use crate::{Estimate, Message, Quality, RobotName};
 
 type Factory<M> =
     iceoryx2::service::port_factory::publish_subscribe::PortFactory<transport::Service, M, ()>;
@@ -98,12 +99,22 @@ impl<M: Message> Publisher<M> {
     /// # Errors
     /// As [`Self::send`].
     pub fn put(&self, message: M) -> Result<(), SendError> {
+        self.put_with(message, |_| ())
+    }
+
+    /// The same; `look` sees the message where it lies, before anybody else does. What is looked at so need not be copied.
+    ///
+    /// # Errors
+    /// As [`Self::send`].
+    pub fn put_with(&self, message: M, look: impl FnOnce(&M)) -> Result<(), SendError> {
         self.put.set(true);
         let slot = self
             .port
             .loan_uninit()
             .map_err(|error| SendError(error.into()))?;
-        slot.write_payload(message).send().map_err(SendError)?;
+        let sample = slot.write_payload(message);
+        look(&sample);
+        sample.send().map_err(SendError)?;
         if self.missed.take() {
             return Err(SendError(iceoryx2::port::SendError::UnableToDeliver));
         }
@@ -135,6 +146,29 @@ impl<M: Message> Publisher<M> {
         let connected = self.port.update_connections();
         self.bells.greet(&self.stay.space);
         connected.map_err(|error| SendError(error.into()))
+    }
+}
+
+impl Publisher<Estimate> {
+    /// Opens a page on which users of `group` may read the newest estimate of `robot`, whose number is `id`, and wait for it. Each
+    /// estimate is to be [written](GroupPage::write) to it before it is sent.
+    ///
+    /// # Errors
+    /// If this user may give nothing to that group, or the system refuses something.
+    pub fn open_to(
+        &self,
+        group: &Group,
+        robot: &RobotName,
+        id: u16,
+    ) -> Result<GroupPage, OpenError> {
+        let space = &self.stay.space;
+        let _pass = space.gate().pass();
+        let bells = self.stay.page().map_err(|error| OpenError::System {
+            action: "use",
+            path: transport::SHARED_MEMORY.into(),
+            source: error.into(),
+        })?;
+        GroupPage::open(space, bells, robot, id, group)
     }
 }
 
@@ -299,7 +333,7 @@ impl Stay {
             return PortError::Full {
                 service,
                 port: "waiting subscriber",
-                limit: BELLS,
+                limit: BELLS - 1,
             };
         }
         PortError::Refused {

@@ -1,18 +1,18 @@
 //! Who runs on this computer, for whoever only looks: nothing is made, and nobody is kept from starting.
 use std::ffi::OsString;
 use std::io::ErrorKind;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::claim::{self, Claimant};
 use super::error::OpenError;
 use super::gate::Gate;
+use super::group;
 use super::key;
 use super::lock;
 use super::segments;
 use crate::RobotName;
-use crate::private::{NotPrivate, OwnFile, own_user};
+use crate::private::{OwnFile, own_user};
 
 /// A robot for which a process acts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,6 +27,9 @@ pub struct Running {
 
 /// Those for whom a living process has a claim below `root`, by name.
 pub(super) fn running(root: &Path) -> Result<Vec<Running>, OpenError> {
+    if is_anothers(root) {
+        return group::running(root);
+    }
     if !is_there(root)? {
         return Ok(Vec::new());
     }
@@ -42,16 +45,15 @@ pub(super) fn running(root: &Path) -> Result<Vec<Running>, OpenError> {
     Ok(found)
 }
 
-/// Whether it is ours; `Ok(false)` if there is nothing.
+/// Whether it is another user's, as far as that can be seen.
+pub(super) fn is_anothers(root: &Path) -> bool {
+    group::owner(root).is_some_and(|owner| owner != own_user())
+}
+
+/// `Ok(false)` if there is nothing.
 fn is_there(root: &Path) -> Result<bool, OpenError> {
     match root.metadata() {
-        Ok(found) if found.uid() == own_user() => Ok(true),
-        Ok(found) => Err(NotPrivate::WrongUser {
-            path: root.into(),
-            owner: found.uid(),
-            own: own_user(),
-        }
-        .into()),
+        Ok(_) => Ok(true),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
         Err(source) => Err(look_at(root, source)),
     }
@@ -92,12 +94,13 @@ fn acting(claims: &Path, robot: RobotName) -> Option<Running> {
     })
 }
 
-/// Root and prefix of all spaces that this user's processes have or had on this computer.
+/// Root and prefix of all spaces that this user's processes have or had on this computer, and of others that it may read.
 pub(super) fn places() -> Vec<(PathBuf, String)> {
     let mut all: Vec<_> = segments::list()
         .unwrap_or_default()
         .iter()
         .filter_map(|name| segments::place_of(name))
+        .chain(group::places())
         .collect();
     all.sort();
     all.dedup();

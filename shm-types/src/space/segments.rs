@@ -64,6 +64,13 @@ fn root_and_key(space: &str) -> Option<(&str, Key)> {
     Some((hash, Key::parse(key)?))
 }
 
+/// The prefix, and the root's hash as text, of a space's name.
+pub(super) fn prefix_and_hash(space: &str) -> Option<(&str, &str)> {
+    let (hash, _) = root_and_key(space)?;
+    let prefix = space.get(..space.len().checked_sub(2 + 2 * HEX)?)?;
+    Some((prefix, hash))
+}
+
 /// The mode of `/dev/shm`, if others may take away there what is not theirs.
 pub(super) fn loose_mode() -> Option<u32> {
     let found = rustix::fs::stat(SHARED_MEMORY).ok()?;

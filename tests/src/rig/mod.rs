@@ -150,6 +150,7 @@ fn config(root: &Path, bus: &BusSpec) -> Config {
         shm: Shm {
             root: root.into(),
             prefix: "rig".into(),
+            ..Shm::default()
         },
         initial: Initial {
             sigma: [0.1, 0.1, 0.0],

@@ -51,6 +51,7 @@ fn configuration(data: &Path, bus: &str, root: &Path) -> Config {
         shm: Shm {
             root: root.into(),
             prefix: PREFIX.into(),
+            ..Shm::default()
         },
         odometry: Some(odometry),
         realtime: ordinary(),

@@ -170,6 +170,7 @@ pub(crate) fn configuration(left: &str, right: &str, trigger: Trigger, root: &Pa
         shm: Shm {
             root: root.into(),
             prefix: PREFIX.into(),
+            ..Shm::default()
         },
         initial: Initial {
             sigma: [0.1, 0.1, 0.0],

@@ -4,6 +4,7 @@
 //! rights; elsewhere a line says that the tests were left out.
 #![allow(clippy::unwrap_used, reason = "a test")]
 
+mod group;
 mod outputs;
 mod shut;
 mod stage;

@@ -71,9 +71,9 @@ impl Stage {
         directory
     }
 
-    fn command(&self, act: &str, places: &[&Path]) -> Command {
+    fn command_of(&self, user: User, act: &str, places: &[&Path]) -> Command {
         let places: Vec<_> = places.iter().map(|place| place.to_str().unwrap()).collect();
-        let mut command = strangers(&self.program);
+        let mut command = user.command(&self.program);
         command
             .args(["--ignored", "--exact", "the_stranger", "--nocapture"])
             .env(ACT, act)
@@ -90,21 +90,37 @@ impl Stage {
 
     /// A daemon that the stranger runs in his `home` under this umask.
     pub(crate) fn strangers_daemon(&self, home: &Path, umask: &str) -> Daemon {
+        self.daemon_of(STRANGER_ALONE, home, umask, &configuration(home))
+    }
+
+    /// The same of another user and configuration.
+    pub(crate) fn daemon_of(
+        &self,
+        user: User,
+        home: &Path,
+        umask: &str,
+        configuration: &Config,
+    ) -> Daemon {
         let program = self.path("colocd");
         if !program.exists() {
             fs::copy(env!("CARGO_BIN_EXE_colocd-under-test"), &program).unwrap();
             chmod(&program, 0o755);
         }
-        let mut shell = strangers(Path::new("sh"));
+        let mut shell = user.command(Path::new("sh"));
         shell
             .args(["-c", "umask $1; exec \"$2\" run \"$3\"", "sh", umask])
             .arg(program);
-        Daemon::spawn(shell, home, &configuration(home))
+        Daemon::spawn(shell, home, configuration)
     }
 
     /// What the stranger managed to do.
     pub(crate) fn stranger(&self, act: &str, places: &[&Path]) -> String {
-        let output = self.command(act, places).output().unwrap();
+        self.user(STRANGER_ALONE, act, places)
+    }
+
+    /// What that user managed to do.
+    pub(crate) fn user(&self, user: User, act: &str, places: &[&Path]) -> String {
+        let output = self.command_of(user, act, places).output().unwrap();
         let said = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(
             output.status.success() && said.contains("1 passed"),
@@ -116,7 +132,12 @@ impl Stage {
 
     /// A stranger who holds on to something until it is dropped.
     pub(crate) fn stranger_stays(&self, act: &str, places: &[&Path]) -> Staying {
-        let mut command = self.command(act, places);
+        self.user_stays(STRANGER_ALONE, act, places)
+    }
+
+    /// The same of that user.
+    pub(crate) fn user_stays(&self, user: User, act: &str, places: &[&Path]) -> Staying {
+        let mut command = self.command_of(user, act, places);
         let mut child = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -131,11 +152,24 @@ impl Stage {
     }
 }
 
-/// As the other user.
-fn strangers(program: &Path) -> Command {
-    let mut command = Command::new(program);
-    command.current_dir("/").uid(STRANGER).gid(STRANGER);
-    command
+/// By numbers, without other groups; nobody need know them.
+#[derive(Copy, Clone, Debug)]
+pub(crate) struct User {
+    pub(crate) id: u32,
+    pub(crate) group: u32,
+}
+
+const STRANGER_ALONE: User = User {
+    id: STRANGER,
+    group: STRANGER,
+};
+
+impl User {
+    fn command(self, program: &Path) -> Command {
+        let mut command = Command::new(program);
+        command.current_dir("/").uid(self.id).gid(self.group);
+        command
+    }
 }
 
 pub(crate) struct Staying(Child);
@@ -143,6 +177,18 @@ pub(crate) struct Staying(Child);
 impl Staying {
     pub(crate) fn id(&self) -> u32 {
         self.0.id()
+    }
+
+    pub(crate) fn signal(&self, signal: Signal) {
+        send(&self.0, signal);
+    }
+}
+
+impl Staying {
+    /// Lets go of it.
+    pub(crate) fn ends_well(&mut self) {
+        drop(self.0.stdin.take());
+        assert!(self.0.wait().unwrap().success());
     }
 }
 
@@ -162,6 +208,7 @@ pub(crate) fn configuration(site: &Path) -> Config {
         shm: Shm {
             root: site.join("shm"),
             prefix: PREFIX.into(),
+            ..Shm::default()
         },
         odometry: Some(OdometryConfig::differential(bus, 0.3, 1e-5, 5.0)),
         realtime: Realtime {
@@ -174,6 +221,11 @@ pub(crate) fn configuration(site: &Path) -> Config {
             id: 1,
         })
     }
+}
+
+fn send(child: &Child, signal: Signal) {
+    let pid = Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap();
+    kill_process(pid, signal).unwrap();
 }
 
 /// A robot's daemon, ours.
@@ -246,8 +298,13 @@ impl Daemon {
     }
 
     fn signal(&self, signal: Signal) {
-        let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();
-        kill_process(pid, signal).unwrap();
+        send(&self.child, signal);
+    }
+
+    /// What it has said, if it ends by itself.
+    pub(crate) fn refuses(mut self) -> String {
+        assert_eq!(self.child.wait().unwrap().code(), Some(1));
+        self.said()
     }
 
     /// What it has said by its end.

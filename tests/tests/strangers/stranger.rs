@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::FlockOperation;
 
-use super::shut;
 use super::stage::{ACT, PLACES, READY};
+use super::{group, shut};
 
 pub(crate) fn act() {
     let places = std::env::var(PLACES).expect("started by a test");
@@ -27,6 +27,12 @@ pub(crate) fn act() {
         ("make under a umask", [home]) => shut::make_under_a_umask(home),
         ("lock", [place]) => hold(place),
         ("try-lock", [place]) => println!("did: {:?}", lock(place)),
+        ("read", [root]) => group::read(root),
+        ("read of two", [root]) => group::read_of_two(root),
+        ("fall asleep", [root]) => group::fall_asleep(root),
+        ("break", files) => files.iter().for_each(|file| group::break_file(file)),
+        ("crowd", [door]) => group::crowd(door),
+        ("pretend", [page]) => group::pretend(page),
         (act, _) => panic!("no such act: {act}"),
     }
 }
@@ -91,9 +97,9 @@ fn is_test(path: &Path) -> bool {
         .is_some_and(|name| name.to_string_lossy().starts_with("strangers_"))
 }
 
-type Attempts = Vec<(&'static str, io::Result<()>)>;
+pub(crate) type Attempts = Vec<(&'static str, io::Result<()>)>;
 
-fn report(path: &Path, attempts: Attempts) {
+pub(crate) fn report(path: &Path, attempts: Attempts) {
     for (what, result) in attempts {
         if result.is_ok() {
             println!("did: {what} {}", path.display());
@@ -127,7 +133,7 @@ fn with_socket(socket: &Path) -> Attempts {
     ]
 }
 
-fn with_file(path: &Path) -> Attempts {
+pub(crate) fn with_file(path: &Path) -> Attempts {
     let open = |options: &mut OpenOptions| options.open(path).map(drop);
     vec![
         ("look at", path.metadata().and_then(|it| visible(path, &it))),

@@ -18,9 +18,10 @@ use std::time::Duration;
 use coloc_daemon::config::Trigger;
 use coloc_drivers::can::Sender;
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::{Estimate, Subscriber};
+use coloc_shm_types::{Estimate, Reader, Subscriber};
 use coloc_tests::scene::Scene;
 use coloc_tests::surroundings::{Surroundings, realtime_ns};
+use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 use rustix::process::getppid;
 
@@ -111,6 +112,62 @@ fn a_tick_calls_once_for_each_who_waits_and_for_nobody_else() {
     hold_number(&ticks, MOST_CALLS + 1);
 }
 
+#[test]
+fn a_tick_calls_once_for_all_who_wait_in_a_group() {
+    let prepare = |scene: &Scene| {
+        let readers = [reader(scene), reader(scene)];
+        move |surroundings: &mut Surroundings| {
+            readers.iter().for_each(take_a_ring);
+            surroundings.send();
+        }
+    };
+    let Some(ticks) = ticks_of(|| Scene::for_group(Trigger::Timer), prepare) else {
+        return;
+    };
+    for Tick { calls, locks } in &ticks {
+        assert_eq!((calls.of(libc::SYS_sendto), *locks), (1, 0), "{calls:?}");
+        assert!(!unexpected(calls, &[libc::SYS_sendto]), "{calls:?}");
+    }
+    hold_number(&ticks, MOST_CALLS + 1);
+}
+
+/// More rings do not fit into its connection.
+const RINGS: u32 = 20;
+
+#[test]
+fn a_tick_does_not_call_for_who_reads_without_waiting_or_does_not_come_back() {
+    let prepare = |scene: &Scene| {
+        let (forgetful, looks) = (reader(scene), reader(scene));
+        forgetful.bell().unwrap();
+        move |surroundings: &mut Surroundings| {
+            let _ = (&forgetful, looks.newest());
+            surroundings.send();
+        }
+    };
+    let Some(ticks) = ticks_of(|| Scene::for_group(Trigger::Timer), prepare) else {
+        return;
+    };
+    for Tick { calls, locks } in &ticks {
+        assert_eq!((calls.of(libc::SYS_futex), *locks), (0, 0), "{calls:?}");
+        assert!(!unexpected(calls, &[libc::SYS_sendto]), "{calls:?}");
+    }
+    let rung = ticks.iter().map(|it| it.calls.of(libc::SYS_sendto));
+    assert!(rung.sum::<u32>() < RINGS);
+    hold_number(&ticks, MOST_CALLS);
+}
+
+fn reader(scene: &Scene) -> Reader {
+    Reader::open(&scene.config.shm.root, &scene.config.robot.name).unwrap()
+}
+
+/// Once it has come, the next estimate rings.
+fn take_a_ring(reader: &Reader) {
+    let bell = reader.bell().unwrap();
+    let mut waited = [PollFd::from_borrowed_fd(bell, PollFlags::IN)];
+    assert!(poll(&mut waited, None).unwrap() > 0);
+    while reader.receive().unwrap().is_some() {}
+}
+
 /// Ticks, each after what `prepare` made has brought it its inputs, while nobody waits.
 fn hold<A>(trigger: Trigger, prepare: impl FnOnce(&Scene) -> A + Send)
 where
@@ -146,8 +203,18 @@ fn ticks<A>(trigger: Trigger, prepare: impl FnOnce(&Scene) -> A + Send) -> Optio
 where
     A: FnMut(&mut Surroundings),
 {
+    ticks_of(|| Scene::new(trigger), prepare)
+}
+
+fn ticks_of<A>(
+    scene: impl FnOnce() -> Scene + Send,
+    prepare: impl FnOnce(&Scene) -> A + Send,
+) -> Option<Vec<Tick>>
+where
+    A: FnMut(&mut Surroundings),
+{
     on_a_counted_thread(|counter| {
-        let mut scene = Scene::new(trigger);
+        let mut scene = scene();
         let mut arrive = prepare(&scene);
         scene.with_telemetry(|scene| {
             while !scene.is_warm() {

@@ -11,6 +11,7 @@ use coloc_daemon::config::GyroSource;
 use coloc_estimator::heading::{self, HeadingNoise};
 use coloc_estimator::settings::{Criterion, FusionSettings};
 use coloc_estimator::{NotACovariance, Propagation, convert, fix, fusion, gate, propagate};
+use coloc_tests::scene::own_group;
 
 /// A hot function with its inputs.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -31,6 +32,7 @@ pub(crate) enum Case {
     Sought,
     Crowded,
     DaemonFrames,
+    DaemonGroup,
     DaemonNeighbours,
     DaemonSightings,
     DaemonFramesTurning,
@@ -38,7 +40,7 @@ pub(crate) enum Case {
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 20] = [
+    pub(crate) const ALL: [Self; 21] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -55,6 +57,7 @@ impl Case {
         Self::Sought,
         Self::Crowded,
         Self::DaemonFrames,
+        Self::DaemonGroup,
         Self::DaemonNeighbours,
         Self::DaemonSightings,
         Self::DaemonFramesTurning,
@@ -79,6 +82,7 @@ impl Case {
             Self::Sought => "tick-with-16-hypotheses",
             Self::Crowded => "tick-worst-of-1024",
             Self::DaemonFrames => "daemon-frames",
+            Self::DaemonGroup => "daemon-frames-for-a-group",
             Self::DaemonNeighbours => "daemon-4-neighbours-and-fix",
             Self::DaemonSightings => "daemon-and-4-sightings",
             Self::DaemonFramesTurning => "daemon-frames-gyro-heading",
@@ -100,6 +104,7 @@ impl Case {
         matches!(
             self,
             Self::DaemonFrames
+                | Self::DaemonGroup
                 | Self::DaemonNeighbours
                 | Self::DaemonSightings
                 | Self::DaemonFramesTurning
@@ -192,6 +197,7 @@ impl Case {
                 repeat(iterations, || robot.clone().tick_crowded());
             }
             Self::DaemonFrames => whole_ticks(Hot::new()?, hot::frames, iterations),
+            Self::DaemonGroup => whole_ticks(Hot::open_to(own_group())?, hot::frames, iterations),
             Self::DaemonNeighbours => whole_ticks(Hot::new()?, hot::neighbours, iterations),
             Self::DaemonSightings => whole_ticks(Hot::new()?, hot::sightings, iterations),
             Self::DaemonFramesTurning => turning_ticks(hot::turning_frames, iterations)?,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use coloc_drivers::encoder::Rounded;
+use coloc_shm_types::Group;
 
 use super::super::{Config, Scheduler};
 use super::page::{Page, chosen};
@@ -57,6 +58,16 @@ fn shm(config: &Config, page: &mut Page) {
         Err(problem) => problem.to_string(),
     };
     page.line("shm", place);
+    if let Some(readers) = readers(&config.shm.group) {
+        page.line("", readers);
+    }
+}
+
+/// Whether that group exists is told by a warning.
+fn readers(group: &str) -> Option<String> {
+    let group = Group::find(group).map_or_else(|_| group.into(), |it| it.to_string());
+    let said = format!("the newest estimate can be read by the users of the group {group}");
+    (!group.is_empty()).then_some(said)
 }
 
 fn files(config: &Config, page: &mut Page) {

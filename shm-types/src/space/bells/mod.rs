@@ -37,8 +37,8 @@ const PAGE: &str = ".bells";
 /// Behind the number of a bell.
 pub(super) const BELL: &str = ".bell";
 
-/// Bells of a service at once: as many as there may be subscribers.
-pub(super) const BELLS: usize = 32;
+/// Bells of a service at once: as many as there may be subscribers, and one for the readers of a group.
+pub(super) const BELLS: usize = 33;
 
 /// Where the bell with this number is.
 fn path(place: &Place, number: u64) -> PathBuf {

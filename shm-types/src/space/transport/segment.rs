@@ -7,7 +7,7 @@ use std::ptr::NonNull;
 
 use iceoryx2_bb_posix::access_mode::AccessMode;
 use iceoryx2_cal::named_concept::FileName;
-use rustix::fs::{AtFlags, CWD, FallocateFlags, FileType, Mode, OFlags};
+use rustix::fs::{AtFlags, CWD, FallocateFlags, FileType, Gid, Mode, OFlags};
 use rustix::io::Errno;
 use rustix::mm::{MapFlags, ProtFlags};
 
@@ -17,6 +17,9 @@ use super::unfinished::Unfinished;
 pub(crate) const DIRECTORY: &str = "/dev/shm";
 
 const PRIVATE: Mode = Mode::RUSR.union(Mode::WUSR);
+const READABLE: Mode = PRIVATE.union(Mode::RGRP);
+/// What more than that is allowed, nobody has set who is to be believed.
+const OPEN: Mode = Mode::WGRP.union(Mode::XGRP).union(Mode::RWXO);
 
 /// Why a segment is not opened.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -55,6 +58,14 @@ impl Segment {
         // Other makers leave holes, which would be filled when they are touched, or end the process.
         reserve(file.as_fd(), length).map_err(Refusal::System)?;
         Self::map(file.as_fd(), length, protection(access)).map_err(Refusal::System)
+    }
+
+    /// Maps the file of the user `owner` at `path`, to read: its owner may have opened it to a group, and to nobody else.
+    pub(crate) fn open_to_read(path: &Path, owner: u32) -> Result<Self, Refusal> {
+        let flags = OFlags::RDONLY | OFlags::CLOEXEC | OFlags::NOFOLLOW | OFlags::NONBLOCK;
+        let file = rustix::fs::open(path, flags, Mode::empty()).map_err(Refusal::System)?;
+        let length = check_foreign(file.as_fd(), owner)?;
+        Self::map(file.as_fd(), length, ProtFlags::READ).map_err(Refusal::System)
     }
 
     pub(crate) fn base(&self) -> NonNull<u8> {
@@ -116,13 +127,25 @@ impl Draft {
         Ok(Self { segment, file })
     }
 
-    pub(super) fn segment(&self) -> &Segment {
+    pub(crate) fn segment(&self) -> &Segment {
         &self.segment
     }
 
     /// Lets everybody find it, unless there is something of its name.
     pub(crate) fn publish(self) -> Result<Segment, (Self, Errno)> {
-        match self.file.publish(PRIVATE) {
+        self.publish_with(PRIVATE)
+    }
+
+    /// The same, for the users of `group` to read.
+    pub(crate) fn publish_to(self, group: u32) -> Result<Segment, (Self, Errno)> {
+        match rustix::fs::fchown(self.file.as_fd(), None, Some(Gid::from_raw(group))) {
+            Ok(()) => self.publish_with(READABLE),
+            Err(error) => Err((self, error)),
+        }
+    }
+
+    fn publish_with(self, mode: Mode) -> Result<Segment, (Self, Errno)> {
+        match self.file.publish(mode) {
             Ok(()) => Ok(self.segment),
             Err(error) => Err((self, error)),
         }
@@ -161,6 +184,16 @@ fn check(file: BorrowedFd<'_>) -> Result<usize, Refusal> {
         Ok(0) | Err(_) => Err(Refusal::HalfMade),
         Ok(length) => Ok(length),
     }
+}
+
+fn check_foreign(file: BorrowedFd<'_>, owner: u32) -> Result<usize, Refusal> {
+    let found = rustix::fs::fstat(file).map_err(Refusal::System)?;
+    let regular = FileType::from_raw_mode(found.st_mode) == FileType::RegularFile;
+    let open = Mode::from_raw_mode(found.st_mode).intersects(OPEN);
+    if !regular || open || found.st_uid != owner {
+        return Err(Refusal::NotOurs);
+    }
+    usize::try_from(found.st_size).map_err(|_| Refusal::HalfMade)
 }
 
 fn refusal(error: Errno) -> Refusal {

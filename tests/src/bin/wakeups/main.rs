@@ -1,5 +1,6 @@
 //! `wakeups`: is a wake-up ever lost? Publishes by the million, in bursts and from two threads, to readers that sleep in every way
-//! there is, and come, go, stop and die.
+//! there is, and come, go, stop and die. Every fourth reads the page of a group, as another user would, where the first thread alone
+//! writes.
 //!
 //! After every burst nothing more is said until each reader that lives has seen the last message of both threads. One that was not
 //! woken would sleep on, and nobody else would wake it.
@@ -100,7 +101,9 @@ fn campaign(args: &Args) -> Result<bool, Box<dyn std::error::Error>> {
         "{publications} publications in {seconds} s: {tally:?}"
     ));
     let prefix = space.full_prefix().to_owned();
-    drop((publishing, readers, space));
+    drop(readers);
+    publishing.end();
+    drop(space);
     let left = what_is_left(&prefix);
     if let Some(who) = &lost {
         print_line(&format!("lost: {who}"));

@@ -7,7 +7,8 @@ use std::time::Instant;
 use coloc_shm_types::{Odometry, Subscriber};
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::publishing::THREADS;
+use crate::publishing::{OPEN, THREADS};
+use crate::reader::is_guest;
 use crate::{PATIENCE, Tally};
 
 pub(crate) struct Readers {
@@ -97,7 +98,7 @@ impl Readers {
             self.replace_those_who_left(tally);
             let mut asleep = (self.all.iter()).filter(|reader| reader.is_asleep(said));
             let Some(first) = asleep.next() else {
-                let awake = self.all.iter().filter(|reader| reader.known == Some(said));
+                let awake = self.all.iter().filter(|reader| reader.knows(said));
                 tally.awake += awake.count() as u64;
                 return Ok(());
             };
@@ -116,12 +117,12 @@ impl Readers {
     fn hear(&mut self, message: &Odometry, tally: &mut Tally) {
         let header = &message.header;
         let known = [header.session, header.sequence];
-        // Who has come since a thread spoke last gets its newest message only with its next.
-        if known.contains(&0) {
-            return;
-        }
         let is_its = |reader: &&mut Reader| i64::from(reader.number) == header.stamp_ns;
         if let Some(reader) = self.all.iter_mut().find(is_its) {
+            // Who has come since a thread spoke last gets its newest message only with its next.
+            if reader.heard_by(known).contains(&0) {
+                return;
+            }
             tally.came += u64::from(reader.known.is_none());
             reader.known = Some(known);
         }
@@ -140,7 +141,18 @@ impl Readers {
 
 impl Reader {
     fn is_asleep(&self, said: [u64; THREADS]) -> bool {
-        !self.stopped && self.known.is_some_and(|known| known != said)
+        !self.stopped && self.known.is_some() && !self.knows(said)
+    }
+
+    fn knows(&self, said: [u64; THREADS]) -> bool {
+        let known = self.known.as_ref();
+        known.is_some_and(|known| self.heard_by(*known) == self.heard_by(said))
+    }
+
+    /// Of the threads that it can hear.
+    fn heard_by(&self, threads: [u64; THREADS]) -> Vec<u64> {
+        let hears = |thread: &usize| !is_guest(self.number) || *thread == OPEN;
+        (0..THREADS).filter(hears).map(|it| threads[it]).collect()
     }
 
     fn signal(&self, signal: Signal) -> Result<(), Box<dyn Error>> {

@@ -35,6 +35,7 @@ fn ordinary(robot: usize, at: &Path) -> Config {
         shm: Shm {
             root: at.join("shm"),
             prefix: PREFIX.into(),
+            ..Shm::default()
         },
         initial: Initial {
             resume: true,

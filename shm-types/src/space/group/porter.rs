@@ -1,0 +1,231 @@
+//! Who lets readers in and passes on the bell, on a thread of its own.
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
+use rustix::fd::OwnedFd;
+use rustix::io::{Errno, Result};
+use rustix::net::sockopt::{set_socket_send_buffer_size, socket_peercred};
+use rustix::net::{SendFlags, Shutdown, SocketFlags, accept_with, send, shutdown};
+
+use super::super::bells::Waiter;
+use super::{READERS, READERS_OF_A_USER};
+
+/// At once or not at all, and without a signal.
+const AT_ONCE: SendFlags = SendFlags::DONTWAIT.union(SendFlags::NOSIGNAL);
+const BYTE: [u8; 1] = [0];
+
+/// What is let in at a time, and how long nobody is after that: whoever comes again and again costs a percent of a processor.
+const AT_A_TIME: usize = 4;
+const REST: Duration = Duration::from_millis(4);
+
+/// It calls nothing that is deep.
+const STACK: usize = 64 << 10;
+
+/// The thread; it ends when this is dropped.
+#[derive(Debug)]
+pub(super) struct Porter {
+    stop: OwnedFd,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Porter {
+    pub(super) fn start(door: OwnedFd, bell: Waiter) -> std::io::Result<Self> {
+        let stop = eventfd(0, EventfdFlags::CLOEXEC)?;
+        let work = Work {
+            stop: stop.try_clone()?,
+            door,
+            bell,
+            readers: Vec::with_capacity(READERS),
+            rests_until: None,
+        };
+        let thread = std::thread::Builder::new()
+            .name("coloc-porter".into())
+            .stack_size(STACK)
+            .spawn(move || work.run())?;
+        Ok(Self {
+            stop,
+            thread: Some(thread),
+        })
+    }
+}
+
+impl Drop for Porter {
+    fn drop(&mut self) {
+        // The counter of a new eventfd has room for one.
+        let _ = rustix::io::write(&self.stop, &1_u64.to_ne_bytes());
+        if let Some(thread) = self.thread.take() {
+            // It does not panic, and nobody could do anything about it here.
+            let _ = thread.join();
+        }
+    }
+}
+
+struct Work {
+    stop: OwnedFd,
+    door: OwnedFd,
+    bell: Waiter,
+    readers: Vec<Connection>,
+    rests_until: Option<Instant>,
+}
+
+/// A reader's.
+struct Connection {
+    socket: OwnedFd,
+    user: u32,
+    state: State,
+}
+
+#[derive(Copy, Clone, PartialEq, Eq)]
+enum State {
+    /// To be rung for.
+    Due,
+    /// Was rung for, and may be again.
+    Ready,
+    /// Was rung for so often that no more fits in.
+    Full,
+    Gone,
+}
+
+/// What was found after a sleep.
+struct Found {
+    stop: bool,
+    bell: bool,
+    door: bool,
+}
+
+impl Work {
+    fn run(mut self) {
+        loop {
+            match self.sleep() {
+                Ok(Found { stop: true, .. }) => return,
+                Ok(found) => self.serve(&found),
+                Err(Errno::INTR) => {}
+                // There is no memory now.
+                Err(_) => std::thread::sleep(REST),
+            }
+        }
+    }
+
+    fn sleep(&mut self) -> Result<Found> {
+        let rest = self.rest();
+        let mut polled = Vec::with_capacity(3 + READERS);
+        polled.push(PollFd::new(&self.stop, PollFlags::IN));
+        let asked = |wanted: bool| {
+            if wanted {
+                PollFlags::IN
+            } else {
+                PollFlags::empty()
+            }
+        };
+        // Nobody is rung for through a bell that is not armed; one ring may be left in it.
+        let is_awaited = self.readers.iter().any(|it| it.state == State::Ready);
+        polled.push(PollFd::new(&self.bell, asked(is_awaited)));
+        polled.push(PollFd::new(&self.door, asked(rest.is_none())));
+        polled.extend(self.readers.iter().map(Connection::polled));
+        poll(&mut polled, rest.as_ref())?;
+        let found: Vec<PollFlags> = polled.iter().map(PollFd::revents).collect();
+        let (own, readers) = found.split_at(3.min(found.len()));
+        for (reader, found) in self.readers.iter_mut().zip(readers) {
+            reader.learn(*found);
+        }
+        let is_readable = |at: usize| own.get(at).is_some_and(|it| it.contains(PollFlags::IN));
+        Ok(Found {
+            stop: is_readable(0),
+            bell: is_readable(1),
+            door: is_readable(2),
+        })
+    }
+
+    /// For how long nobody is let in.
+    fn rest(&mut self) -> Option<Timespec> {
+        let left = self.rests_until?.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            self.rests_until = None;
+        }
+        (!left.is_zero()).then(|| Timespec::try_from(left).ok())?
+    }
+
+    fn serve(&mut self, found: &Found) {
+        self.readers.retain(|it| it.state != State::Gone);
+        if found.bell {
+            let ready = self
+                .readers
+                .iter_mut()
+                .filter(|it| it.state == State::Ready);
+            ready.for_each(|it| it.state = State::Due);
+        }
+        if found.door {
+            self.let_in();
+        }
+        self.ring();
+    }
+
+    /// The next estimate rings again before readers look for this one: what comes in between is not lost.
+    fn ring(&mut self) {
+        let mut due = self.readers.iter_mut().filter(|it| it.state == State::Due);
+        let Some(first) = due.next() else { return };
+        self.bell.arm();
+        first.ring();
+        due.for_each(Connection::ring);
+    }
+
+    fn let_in(&mut self) {
+        self.rests_until = Some(Instant::now() + REST);
+        for _ in 0..AT_A_TIME {
+            let Ok(socket) = accept_with(&self.door, SocketFlags::CLOEXEC | SocketFlags::NONBLOCK)
+            else {
+                return;
+            };
+            let reader = Connection::new(socket).ok();
+            self.readers
+                .extend(reader.filter(|it| self.has_place_for(it.user)));
+        }
+    }
+
+    fn has_place_for(&self, user: u32) -> bool {
+        let of_user = self.readers.iter().filter(|it| it.user == user).count();
+        self.readers.len() < READERS && of_user < READERS_OF_A_USER
+    }
+}
+
+impl Connection {
+    /// Nothing is ever read from it, and little fits in: the kernel makes more of a zero, some five rings.
+    fn new(socket: OwnedFd) -> Result<Self> {
+        let user = socket_peercred(&socket)?.uid.as_raw();
+        shutdown(&socket, Shutdown::Read)?;
+        set_socket_send_buffer_size(&socket, 0)?;
+        Ok(Self {
+            socket,
+            user,
+            state: State::Due,
+        })
+    }
+
+    /// That it is gone is told unasked.
+    fn polled(&self) -> PollFd<'_> {
+        let asked = if self.state == State::Full {
+            PollFlags::OUT
+        } else {
+            PollFlags::empty()
+        };
+        PollFd::new(&self.socket, asked)
+    }
+
+    fn learn(&mut self, found: PollFlags) {
+        if found.intersects(PollFlags::HUP | PollFlags::ERR) {
+            self.state = State::Gone;
+        } else if found.contains(PollFlags::OUT) {
+            self.state = State::Due;
+        }
+    }
+
+    fn ring(&mut self) {
+        self.state = match send(&self.socket, &BYTE, AT_ONCE) {
+            // Where there is no memory now, the next one rings.
+            Ok(_) | Err(Errno::NOBUFS | Errno::NOMEM | Errno::INTR) => State::Ready,
+            Err(Errno::AGAIN) => State::Full,
+            Err(_) => State::Gone,
+        };
+    }
+}

@@ -1,0 +1,96 @@
+//! The owner's side.
+use std::path::PathBuf;
+
+use iceoryx2::prelude::SemanticString;
+use iceoryx2_cal::named_concept::FileName;
+use rustix::io::Errno;
+
+use super::super::Space;
+use super::super::bells::{Page, Waiter};
+use super::super::error::OpenError;
+use super::super::transport::SHARED_MEMORY;
+use super::page::{About, Pen};
+use super::porter::Porter;
+use super::users::Group;
+use super::{PAGE, door};
+use crate::private::unguessable;
+use crate::{Estimate, RobotName};
+
+/// What a group may read of a robot, for as long as this lives. The order of the fields is that of leaving.
+#[derive(Debug)]
+pub struct GroupPage {
+    _porter: Porter,
+    _names: Names,
+    pen: Pen,
+}
+
+/// Nobody else ever gets these, so they can be removed without a look.
+#[derive(Debug)]
+struct Names {
+    door: PathBuf,
+    page: PathBuf,
+}
+
+impl GroupPage {
+    /// `bells` are those of the robot's estimates.
+    pub(crate) fn open(
+        space: &Space,
+        bells: Page,
+        robot: &RobotName,
+        id: u16,
+        group: &Group,
+    ) -> Result<Self, OpenError> {
+        let stem = format!("{}{:016x}", space.place().prefix(), number()?);
+        let name = format!("{stem}.{robot}{PAGE}");
+        let names = Names {
+            door: door::path(&stem),
+            page: format!("{SHARED_MEMORY}/{name}").into(),
+        };
+        let refused = |error| refusal(&names, group, error);
+        let file = FileName::new(name.as_bytes()).map_err(|_| refused(Errno::NAMETOOLONG))?;
+        let door = door::open(&names.door, group).map_err(refused)?;
+        let bell = Waiter::new(space.place(), bells).map_err(refused)?;
+        let porter = Porter::start(door, bell)
+            .map_err(|error| refused(Errno::from_io_error(&error).unwrap_or(Errno::AGAIN)))?;
+        // Whoever finds it finds the door.
+        let about = About::new(id, space.place().root());
+        let pen = Pen::new(&file, group, &about).map_err(refused)?;
+        Ok(Self {
+            _porter: porter,
+            _names: names,
+            pen,
+        })
+    }
+
+    /// Lets readers find `estimate`, before its publisher rings: in bounded time, without an allocation or a system call.
+    pub fn write(&self, estimate: &Estimate) {
+        self.pen.write(estimate);
+    }
+}
+
+impl Drop for Names {
+    fn drop(&mut self) {
+        // What is left is removed with what the dead leave.
+        let _ = rustix::fs::unlink(&self.door);
+        let _ = rustix::fs::unlink(&self.page);
+    }
+}
+
+fn number() -> Result<u64, OpenError> {
+    unguessable().map_err(|source| OpenError::System {
+        action: "draw a number from",
+        path: "/dev/urandom".into(),
+        source,
+    })
+}
+
+fn refusal(names: &Names, group: &Group, error: Errno) -> OpenError {
+    if error == Errno::PERM {
+        return group.not_a_member().into();
+    }
+    OpenError::System {
+        action: "open to a group",
+        path: names.page.clone(),
+        source: error.into(),
+    }
+}
