@@ -1,11 +1,13 @@
 //! A robot whose ticks follow each other at once, 20 ms of its time apart: real frames, real shared memory.
 
+use std::hint::black_box;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 
 use coloc_daemon::clock::{KernelTime, Reading, TimeSource};
 use coloc_daemon::config::{Config, GyroSource, Trigger};
+use coloc_daemon::tick::Robot;
 use coloc_daemon::wait::Wake;
 use coloc_tests::scene::Scene;
 use coloc_tests::surroundings::{Surroundings, config, realtime_ns};
@@ -23,6 +25,14 @@ pub const ARRIVALS: [(&str, Arrivals); 3] = [
 /// Two frames, one of each wheel.
 pub fn frames(surroundings: &mut Surroundings, _: i64) {
     surroundings.send_frames([0.0; 2]);
+}
+
+/// Frames alone, which are sent one after the other.
+pub fn nothing(_: &mut Surroundings, _: i64) {}
+
+/// What four neighbours say, and a fix, before them.
+pub fn words(surroundings: &mut Surroundings, stamp_ns: i64) {
+    surroundings.send_what_others_know(stamp_ns, [0.0; 3]);
 }
 
 /// Two frames, what four neighbours say, and a fix.
@@ -54,6 +64,25 @@ fn turn(surroundings: &mut Surroundings, stamp_ns: i64) {
     if before.is_multiple_of(20) {
         surroundings.send_heading(stamp_ns);
     }
+}
+
+/// A line of the caches \[bytes\], and what others have meanwhile: several times what the largest cache holds that is counted with.
+const LINE: usize = 64;
+const OTHERS: usize = 4 * CACHE;
+/// The largest cache that is counted with \[bytes\]: a tick fits into it several times.
+pub const CACHE: usize = 1 << 20;
+
+/// So that nothing else is in the caches.
+fn read_all(others: &[u8]) {
+    for byte in others.iter().step_by(LINE) {
+        black_box(*byte);
+    }
+}
+
+/// A tick, by a name of its own.
+#[inline(never)]
+pub fn after_the_last_frame(robot: &mut Robot) {
+    black_box(robot.wake(Wake::Frame));
 }
 
 /// From tick to tick of a robot in a hurry.
@@ -147,6 +176,40 @@ impl Hot {
         for _ in 0..ticks {
             let wake = self.prepare(arrive);
             self.scene.robot.wake(wake);
+        }
+    }
+
+    /// The same, and nothing that a tick needs is left in the caches at its begin.
+    pub fn run_cold(&mut self, arrive: Arrivals, ticks: u64) {
+        let others = vec![1_u8; OTHERS];
+        for _ in 0..ticks {
+            let wake = self.prepare(arrive);
+            read_all(&others);
+            self.scene.robot.wake(wake);
+        }
+    }
+
+    /// Cold ticks whose frames come one after the other, after `messages`: what there is to do once the last one is there is
+    /// [`after_the_last_frame`], rehearsed if `rehearsed`.
+    pub fn run_apart(&mut self, messages: Arrivals, ticks: u64, rehearsed: bool) {
+        let others = vec![1_u8; OTHERS];
+        for _ in 0..ticks {
+            self.clock.skip(PERIOD_NS / 2);
+            let _ = self.scene.surroundings.receive();
+            messages(
+                &mut self.scene.surroundings,
+                realtime_ns() + self.clock.skipped_ns(),
+            );
+            let [left, right] = self.scene.surroundings.frames([0.0; 2]);
+            read_all(&others);
+            self.scene.surroundings.send_frame(&left);
+            self.scene.robot.wake(Wake::Frame);
+            if rehearsed {
+                self.scene.robot.prepare();
+            }
+            self.clock.skip(PERIOD_NS / 2);
+            self.scene.surroundings.send_frame(&right);
+            after_the_last_frame(&mut self.scene.robot);
         }
     }
 

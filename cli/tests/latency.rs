@@ -30,14 +30,14 @@ fn found(arguments: &str) -> (String, Value) {
     (String::from_utf8(output.stdout).unwrap(), report)
 }
 
-fn count(durations: &Value) -> u64 {
+fn count_of(durations: &Value) -> u64 {
     durations["count"].as_u64().unwrap()
 }
 
 #[test]
 fn every_frame_is_accounted_for_whatever_the_trigger_and_the_wait() {
-    for trigger in ["encoder", "timer"] {
-        let (table, report) = found(&format!("--trigger {trigger}"));
+    for trigger in ["auto", "encoder", "timer"] {
+        let (table, report) = found(&format!("--trigger {trigger} --wait poll,sleep"));
         let passes = report["passes"].as_array().unwrap();
         let waits: Vec<&str> = passes
             .iter()
@@ -46,13 +46,16 @@ fn every_frame_is_accounted_for_whatever_the_trigger_and_the_wait() {
         assert_eq!(waits, ["poll", "sleep"]);
         for pass in passes {
             assert_accounted(pass);
-            let floor = count(&pass["floor_frame_read"]);
+            let floor = count_of(&pass["floor_frame_read"]);
             assert!(floor > 0, "{pass}");
             let ratio = &pass["ratio_to_floors"]["p50"];
             assert_eq!(ratio.is_null(), trigger == "timer", "{pass}");
         }
         for row in [
             "frame due → estimate read",
+            "frame in kernel → estimate ready",
+            "slowest frame, kernel → read",
+            "others had ",
             "  wake-up",
             "  collect",
             "  estimate",
@@ -70,10 +73,10 @@ fn every_frame_is_accounted_for_whatever_the_trigger_and_the_wait() {
 fn assert_accounted(pass: &Value) {
     let frames = |what: &str| pass["frames"][what].as_u64().unwrap();
     let read = frames("newest") + frames("with_newer");
-    assert_eq!(read, count(&pass["frame_due_to_estimate"]), "{pass}");
+    assert_eq!(read, count_of(&pass["frame_due_to_estimate"]), "{pass}");
     assert_eq!(
         frames("newest"),
-        count(&pass["frame_in_kernel_to_estimate"]),
+        count_of(&pass["frame_in_kernel_to_estimate"]),
         "{pass}"
     );
     assert_eq!(
@@ -88,7 +91,44 @@ fn assert_accounted(pass: &Value) {
     );
     let floors = pass["floors_sent"].as_u64().unwrap();
     assert_eq!(floors, RATE_HZ * SECONDS / 2, "{pass}");
-    assert!(count(&pass["floor_frame_read"]) <= floors, "{pass}");
+    assert!(count_of(&pass["floor_frame_read"]) <= floors, "{pass}");
+}
+
+/// As buses are, and beside the plain program where there is a compiler.
+#[test]
+fn frames_come_as_on_the_buses_that_were_asked_for() {
+    let has_compiler = Command::new("cc").arg("--version").output().is_ok();
+    if !has_compiler {
+        eprintln!("SKIPPED: the plain program beside coloc latency: there is no cc");
+    }
+    for (buses, count, gap_us) in [
+        ("--gap-us 0", 1, 0),
+        ("--clock-ppm 1000", 1, 250),
+        ("--two-buses --gap-us 1000", 2, 1000),
+    ] {
+        let plain = if has_compiler { "--plain" } else { "" };
+        let (table, report) = found(&format!("{buses} {plain} --neighbours 0"));
+        let settings = &report["settings"];
+        assert_eq!(
+            (&settings["buses"], &settings["gap_us"]),
+            (&count.into(), &gap_us.into())
+        );
+        let pass = &report["passes"][0];
+        assert_eq!(pass["wait"], "sleep", "by default");
+        assert_accounted(pass);
+        assert!(count_of(&pass["frame_in_kernel_to_ready"]) > 0, "{pass}");
+        assert!(pass["busy"]["time_ms"].as_u64() > Some(0), "{pass}");
+        let is_worth_it = pass["objections"].as_array().unwrap().is_empty();
+        assert_eq!(table.contains("worth comparing"), is_worth_it, "{table}");
+        if has_compiler {
+            let frames = count_of(&pass["plain_program"]);
+            let sent = pass["floors_sent"].as_u64().unwrap();
+            assert!((sent / 2..=sent).contains(&frames), "{pass}");
+            assert!(table.contains("plain program in C"), "{table}");
+        } else {
+            assert!(pass["plain_program"].is_null(), "{pass}");
+        }
+    }
 }
 
 #[test]

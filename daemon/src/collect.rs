@@ -22,6 +22,7 @@ use crate::account::Account;
 use crate::clock::{Moment, TimeSource};
 use crate::config::Config;
 use crate::event::Link;
+use crate::pace::Arrivals;
 use crate::start::StartError;
 use base::Base;
 use list::List;
@@ -92,6 +93,24 @@ impl Collect {
     /// Looks after the buses.
     pub fn supervise(&mut self, moment: &Moment, account: &mut Account) {
         self.wheels.supervise(moment, self.base.as_ref(), account);
+    }
+
+    /// When the last frame of a wheel came, a whole sample or not \[ns of the inner clock\].
+    #[must_use]
+    pub fn last_frame_ns(&self) -> i64 {
+        self.wheels.newest_ns()
+    }
+
+    /// When samples of odometry have come.
+    #[must_use]
+    pub fn arrivals(&self) -> &Arrivals {
+        self.way.arrivals()
+    }
+
+    /// The messages that this tick has taken in so far.
+    #[must_use]
+    pub fn heard(&self) -> &[Measurement] {
+        self.measurements.as_slice()
     }
 
     /// Whether a whole odometry sample has come since the last tick.

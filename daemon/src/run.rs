@@ -182,6 +182,7 @@ fn report_beginning(robot: &Robot) {
 
 fn report_running(config: &Config) {
     let trigger = match config.tick.trigger {
+        Trigger::Auto => "auto",
         Trigger::Timer => "timer",
         Trigger::Encoder => "encoder",
     };
@@ -205,8 +206,13 @@ pub fn turn(robot: &mut Robot, wait: &mut Wait) -> Result<Option<Outcome>, rusti
         return Ok(None);
     }
     let outcome = robot.wake(wake);
-    if wake == Wake::Frame && outcome == Outcome::Ticked {
-        wait.frame_came(KernelTime.now_ns())?;
+    match outcome {
+        Outcome::Ticked => {
+            let tick_ns = robot.last_tick().as_nanos();
+            wait.ticked(wake, tick_ns, robot.collect().arrivals())?;
+        }
+        Outcome::Incomplete if wait.sleeps() => robot.prepare(),
+        Outcome::Incomplete => {}
     }
     Ok(Some(outcome))
 }

@@ -16,6 +16,7 @@ use crate::estimate::{Estimate, start};
 use crate::event::{Event, Link};
 use crate::publish::{Circumstances, Publish};
 use crate::record::{self, Record, Step};
+use crate::rehearsal::{Gaps, Length, Understudy};
 use crate::saved::{Saved, Unusable, When};
 use crate::start::StartError;
 use crate::stopwatch::{Stages, Stopwatch};
@@ -35,7 +36,14 @@ pub struct Robot {
     timings: Sender,
     /// When the newest frame of the tick before came \[ns of the inner clock\].
     last_frame_ns: i64,
+    /// The last tick's stamp.
+    last_tick: Stamp,
     listens: u32,
+    /// When it was found that only a part of a sample has come.
+    incomplete: Option<Moment>,
+    gaps: Gaps,
+    acts: [Length; ACTS.len()],
+    understudy: Box<Understudy>,
     resumed: Option<Result<f64, Unusable>>,
 }
 
@@ -45,6 +53,17 @@ const LISTENS_PER_REHEARSAL: u32 = 16;
 /// Full drains that a tick has time for: as many frames of each bus as one with 200 frames a second holds after 10 s. More wait in the kernel
 /// for the next tick.
 const DRAINS: usize = 8;
+
+/// A part of the rehearsal.
+type Act = fn(&mut Robot, &Moment);
+
+/// Those that save most come first: there may be no time for all.
+const ACTS: [Act; 4] = [
+    Robot::take_messages,
+    Robot::rehearse_step,
+    Robot::rehearse_words,
+    Robot::rehearse_sending,
+];
 
 /// Where a tick's time went.
 struct Times {
@@ -103,7 +122,12 @@ impl Robot {
             account,
             timings: sender.beside(),
             last_frame_ns: 0,
+            last_tick: stamp,
             listens: 0,
+            incomplete: None,
+            gaps: Gaps::default(),
+            acts: [Length::default(); ACTS.len()],
+            understudy: Understudy::new(config, stamp, &start),
             resumed: resumed.map(|outcome| outcome.map(|(_, age_s)| age_s)),
         })
     }
@@ -118,6 +142,12 @@ impl Robot {
     #[must_use]
     pub fn collect(&self) -> &Collect {
         &self.collect
+    }
+
+    /// The last tick's stamp.
+    #[must_use]
+    pub fn last_tick(&self) -> Stamp {
+        self.last_tick
     }
 
     /// All counters since the start.
@@ -147,6 +177,60 @@ impl Robot {
         self.publish.rehearse();
     }
 
+    /// For those who sleep: what there is time for while the rest of a sample is on the wire. It changes nothing but that the tick
+    /// will be faster; messages that have come by now are taken in.
+    pub fn prepare(&mut self) {
+        let sure_ns = self.gaps.sure_ns();
+        let Some(moment) = self.incomplete.take().filter(|_| sure_ns > 0) else {
+            return;
+        };
+        let end_ns = moment.stamp.as_nanos() + sure_ns;
+        let mut now_ns = self.time.now_ns();
+        for (number, act) in ACTS.into_iter().enumerate() {
+            now_ns = self.play(number, act, &moment, [now_ns, end_ns]);
+        }
+    }
+
+    /// Plays an act, if it will be over in time; when it was.
+    fn play(
+        &mut self,
+        number: usize,
+        act: Act,
+        moment: &Moment,
+        [begin_ns, end_ns]: [i64; 2],
+    ) -> i64 {
+        let length = self.acts.get(number).copied().unwrap_or_default();
+        let is_time = begin_ns + length.ns() <= end_ns;
+        if is_time {
+            act(self, moment);
+        }
+        let now_ns = self.time.now_ns();
+        match self.acts.get_mut(number) {
+            Some(length) if is_time => length.took(now_ns - begin_ns),
+            Some(length) => length.left_out(),
+            None => {}
+        }
+        now_ns
+    }
+
+    fn take_messages(&mut self, moment: &Moment) {
+        self.collect.messages(moment, &mut self.account);
+    }
+
+    fn rehearse_step(&mut self, moment: &Moment) {
+        self.understudy.play(moment.stamp, self.collect.heard());
+    }
+
+    fn rehearse_words(&mut self, moment: &Moment) {
+        let estimate = self.estimate.at(moment.stamp);
+        self.account
+            .rehearse(&estimate.belief, self.estimate.finding());
+    }
+
+    fn rehearse_sending(&mut self, _: &Moment) {
+        self.publish.rehearse();
+    }
+
     /// What follows the wait: a tick, unless a frame ended it that is not yet a whole odometry sample.
     pub fn wake(&mut self, wake: Wake) -> Outcome {
         let watch = Stopwatch::start(&*self.time);
@@ -156,8 +240,12 @@ impl Robot {
             self.collect.drain(&*self.time);
         }
         let moment = self.frames(not_before_ns);
+        let frame_ns = self.collect.last_frame_ns();
+        self.gaps.end(frame_ns);
         self.collect.supervise(&moment, &mut self.account);
         if wake == Wake::Frame && !self.collect.has_odometry() {
+            self.gaps.begin(moment.stamp.as_nanos(), frame_ns);
+            self.incomplete = Some(moment);
             return Outcome::Incomplete;
         }
         self.tick(wake, watch, &moment);
@@ -257,7 +345,11 @@ impl Robot {
         self.account.record(lines);
         self.account.record([Record::from(&outputs.estimate)]);
         self.account.outputs(&outputs, inputs.measurements);
+        if self.gaps.sure_ns() > 0 {
+            self.understudy.learn(inputs.measurements);
+        }
         self.collect.clear(moment.stamp, behind);
+        self.last_tick = moment.stamp;
         self.close_books(moment, since_tick_ns);
         stages.account_ns = watch.lap(&*self.time);
         let times = Times {

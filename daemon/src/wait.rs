@@ -2,7 +2,7 @@
 //!
 //! `timer`: a timerfd with absolute deadlines, so that lateness does not add up. `encoder`: a frame's arrival. Half a
 //! period after a frame that did not come the timer takes over, at the same rate, until frames come again; as long as they
-//! do, nobody sets it.
+//! do, nobody sets it. `auto`: one or the other, and where the deadlines are, as the [`pace`](crate::pace) of what comes has it.
 //!
 //! Waiting is sleeping, unless [`Wait::polling`] says otherwise: then the clock is asked and, where
 //! frames start the ticks, the buses in turn.
@@ -18,6 +18,7 @@ use rustix::time::{
 
 use crate::clock::{KernelTime, TimeSource};
 use crate::config::{Trigger, WaitMode};
+use crate::pace::{Arrivals, Pace};
 
 /// Why the wait ended.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -38,13 +39,23 @@ pub enum Wake {
 /// Waits for deadlines, frames and the end.
 #[derive(Debug)]
 pub struct Wait {
+    /// For the timer and the end alone; and for frames as well.
+    quiet: OwnedFd,
     epoll: OwnedFd,
     timer: OwnedFd,
     /// Kept open for as long as it is waited on.
     _stop: OwnedFd,
     trigger: Trigger,
+    /// What decides, if the trigger leaves it open.
+    pace: Option<Pace>,
     mode: WaitMode,
     period_ns: i64,
+    /// Frames start ticks.
+    by_frames: bool,
+    /// A frame came too early: the deadline that is set takes it in.
+    held: bool,
+    /// Frames start no tick before.
+    not_before_ns: i64,
     /// The timer is set: always, where it is the trigger.
     armed: bool,
     /// The first deadline that no tick has served.
@@ -71,26 +82,22 @@ impl Wait {
         now_ns: i64,
         stop: OwnedFd,
     ) -> Result<Self, Errno> {
-        let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
         let timer = timerfd_create(
             TimerfdClockId::Boottime,
             TimerfdFlags::CLOEXEC | TimerfdFlags::NONBLOCK,
         )?;
-        for (fd, tag) in [(&timer, TIMER), (&stop, STOP)] {
-            epoll::add(
-                &epoll,
-                fd,
-                epoll::EventData::new_u64(tag),
-                epoll::EventFlags::IN,
-            )?;
-        }
         let mut wait = Self {
-            epoll,
+            quiet: waiting_for(&timer, &stop)?,
+            epoll: waiting_for(&timer, &stop)?,
             timer,
             _stop: stop,
             trigger,
+            pace: (trigger == Trigger::Auto).then(|| Pace::new(period_ns)),
             mode: WaitMode::Sleep,
             period_ns,
+            by_frames: trigger == Trigger::Encoder,
+            held: false,
+            not_before_ns: i64::MIN,
             armed: false,
             next_ns: 0,
         };
@@ -105,7 +112,13 @@ impl Wait {
         self
     }
 
-    /// Lets frames on `bus` end the wait, if that is the trigger.
+    /// Whether it sleeps: then there may be time for something else before it does.
+    #[must_use]
+    pub fn sleeps(&self) -> bool {
+        self.mode == WaitMode::Sleep
+    }
+
+    /// Lets frames on `bus` end the wait, if that may be the trigger.
     ///
     /// # Errors
     /// What the kernel says: the descriptor cannot be waited on.
@@ -139,7 +152,9 @@ impl Wait {
         loop {
             let patience = self.patience()?;
             let mut storage = [MaybeUninit::<epoll::Event>::uninit(); 8];
-            let events = match epoll::wait(&self.epoll, &mut storage, patience.as_ref()) {
+            let by_frames = self.by_frames && !self.held;
+            let epoll = if by_frames { &self.epoll } else { &self.quiet };
+            let events = match epoll::wait(epoll, &mut storage, patience.as_ref()) {
                 Ok((events, _)) => events,
                 Err(Errno::INTR) => continue,
                 Err(error) => return Err(error),
@@ -148,6 +163,7 @@ impl Wait {
             let (stop, frame, timer) = (has(STOP), has(FRAME), has(TIMER));
             match (stop, frame, timer) {
                 (true, ..) => return Ok(Wake::Stop),
+                (_, true, _) if self.is_too_early() => self.hold()?,
                 (_, true, _) => return Ok(Wake::Frame),
                 (.., true) => {
                     if let Some(wake) = self.deadline()? {
@@ -157,6 +173,17 @@ impl Wait {
                 _ => {}
             }
         }
+    }
+
+    /// The rate is a promise, though frames may come at any moment.
+    fn is_too_early(&self) -> bool {
+        self.pace.is_some() && KernelTime.now_ns() < self.not_before_ns
+    }
+
+    /// The frame waits in the kernel until it is time for a tick.
+    fn hold(&mut self) -> Result<(), Errno> {
+        self.held = true;
+        self.arm(self.not_before_ns)
     }
 
     /// For how long to wait for frames alone; without end once the timer is set, which is done when little is left.
@@ -174,10 +201,11 @@ impl Wait {
 
     fn poll(&mut self, mut has_frames: impl FnMut() -> bool) -> Result<Wake, Errno> {
         for turn in 1_u64.. {
-            if self.trigger == Trigger::Encoder && has_frames() {
+            let now_ns = KernelTime.now_ns();
+            if self.by_frames && now_ns >= self.not_before_ns && has_frames() {
                 return Ok(Wake::Frame);
             }
-            let late_ns = KernelTime.now_ns() - self.next_ns;
+            let late_ns = now_ns - self.next_ns;
             if late_ns >= 0 {
                 return Ok(self.passed(1 + (late_ns / self.period_ns).unsigned_abs()));
             }
@@ -197,11 +225,35 @@ impl Wait {
         }
     }
 
-    /// A frame started a tick at `now_ns`: moves the fallback behind the frame after it.
+    /// A tick followed this wake-up, was stamped so and took in what has arrived: there the next one will start.
     ///
     /// # Errors
     /// What the kernel says.
-    pub fn frame_came(&mut self, now_ns: i64) -> Result<(), Errno> {
+    pub fn ticked(&mut self, wake: Wake, tick_ns: i64, arrivals: &Arrivals) -> Result<(), Errno> {
+        let is_frame = wake == Wake::Frame;
+        let Some(pace) = &mut self.pace else {
+            return if is_frame {
+                self.frame_came(tick_ns)
+            } else {
+                Ok(())
+            };
+        };
+        pace.ticked(tick_ns, arrivals);
+        self.not_before_ns = tick_ns + self.period_ns / 2;
+        let before = std::mem::replace(&mut self.by_frames, pace.follows_frames());
+        match (self.by_frames, before) {
+            (true, true) if !is_frame => Ok(()),
+            (true, _) => self.frame_came(tick_ns),
+            (false, true) => self.arm(tick_ns + self.period_ns),
+            (false, false) => match pace.shift_ns(self.next_ns) {
+                0 => Ok(()),
+                shift_ns => self.arm(self.next_ns + shift_ns),
+            },
+        }
+    }
+
+    /// A frame started a tick at `now_ns`: moves the fallback behind the frame after it.
+    fn frame_came(&mut self, now_ns: i64) -> Result<(), Errno> {
         self.next_ns = now_ns + self.period_ns + self.period_ns / 2;
         if std::mem::take(&mut self.armed) {
             self.set_timer(0, 0)?;
@@ -231,6 +283,7 @@ impl Wait {
             Err(Errno::AGAIN | Errno::INTR) => return Ok(None),
             Err(error) => return Err(error),
         }
+        self.held = false;
         Ok(Some(self.passed(u64::from_ne_bytes(count).max(1))))
     }
 
@@ -244,6 +297,20 @@ impl Wait {
             missed: count - 1,
         }
     }
+}
+
+/// An epoll of these two.
+fn waiting_for(timer: &OwnedFd, stop: &OwnedFd) -> Result<OwnedFd, Errno> {
+    let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
+    for (fd, tag) in [(timer, TIMER), (stop, STOP)] {
+        epoll::add(
+            &epoll,
+            fd,
+            epoll::EventData::new_u64(tag),
+            epoll::EventFlags::IN,
+        )?;
+    }
+    Ok(epoll)
 }
 
 fn timespec(nanos: i64) -> Timespec {
@@ -262,6 +329,7 @@ mod tests {
 
     use super::*;
     use crate::clock::{KernelTime, TimeSource};
+    use crate::pace::Arrival;
 
     const PERIOD: i64 = 2_000_000;
 
@@ -341,6 +409,62 @@ mod tests {
             );
             assert!(wait.armed);
         }
+    }
+
+    /// A wait that frames end, as they came regularly until `now_ns`.
+    fn following_frames(now_ns: i64) -> (Wait, OwnedFd) {
+        let (mut wait, stop) = wait(Trigger::Auto, now_ns);
+        let mut arrivals = Arrivals::default();
+        for number in -20..=0 {
+            let at_ns = now_ns + number * PERIOD;
+            arrivals.push(Arrival {
+                at_ns,
+                by_bus: true,
+            });
+            wait.ticked(Wake::Frame, at_ns, &arrivals).unwrap();
+        }
+        assert!(wait.by_frames && !wait.armed);
+        (wait, stop)
+    }
+
+    #[test]
+    fn frames_that_come_regularly_end_the_wait_and_no_earlier_than_half_a_period_after_the_last_tick()
+     {
+        let now_ns = KernelTime.now_ns();
+        let (mut wait, _stop) = following_frames(now_ns);
+        let (bus, sender) = UnixDatagram::pair().unwrap();
+        wait.watch(bus.as_fd()).unwrap();
+        sender.send(&[0]).unwrap();
+        // Unless this thread was kept from running for so long that it is not too early any more.
+        let wake = wait.wait(|| false).unwrap();
+        let Wake::Deadline { deadline_ns, .. } = wake else {
+            assert!(KernelTime.now_ns() >= now_ns + PERIOD / 2);
+            return;
+        };
+        assert_eq!(deadline_ns, now_ns + PERIOD / 2);
+        assert!(!wait.held, "the frame is for that tick");
+        assert_eq!(wait.wait(|| false).unwrap(), Wake::Frame);
+    }
+
+    #[test]
+    fn the_deadlines_take_over_where_frames_stop_or_others_speak() {
+        let now_ns = KernelTime.now_ns();
+        let (mut wait, _stop) = following_frames(now_ns);
+        let fallback = wait.wait(|| false).unwrap();
+        let expected_ns = now_ns + PERIOD + PERIOD / 2;
+        assert!(
+            matches!(fallback, Wake::Deadline { deadline_ns, .. } if deadline_ns == expected_ns)
+        );
+        let mut arrivals = Arrivals::default();
+        for _ in 0..22 {
+            arrivals.push(Arrival {
+                at_ns: now_ns,
+                by_bus: false,
+            });
+        }
+        wait.ticked(fallback, expected_ns, &arrivals).unwrap();
+        assert!(!wait.by_frames && wait.armed);
+        assert_eq!(wait.next_ns, expected_ns + PERIOD);
     }
 
     #[test]

@@ -96,10 +96,7 @@ const UNDERSTOOD: &[(&str, &str)] = &[
     ("team", "this one, robot2 (number 2)"),
     ("clock", "realtime: CLOCK_REALTIME"),
     ("tick", "50 Hz, every 20 ms"),
-    (
-        "tick",
-        "started by timer: Absolute deadlines on CLOCK_BOOTTIME",
-    ),
+    ("tick", "started by auto: A frame's arrival where"),
     (
         "start",
         "x 0 m ± 0.1 m, y 0 m ± 0.1 m, heading 0 rad ± 0.05 rad, which are 0° ± 2.86479°",

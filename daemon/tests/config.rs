@@ -216,7 +216,7 @@ fn a_value_of_the_wrong_kind_is_refused_in_a_persons_words() {
     );
     assert_eq!(
         refusal_of("[tick]\ntrigger = \"sometimes\""),
-        "robot.toml:5: tick.trigger = \"sometimes\": must be \"timer\" or \"encoder\""
+        "robot.toml:5: tick.trigger = \"sometimes\": must be \"auto\", \"timer\" or \"encoder\""
     );
 }
 

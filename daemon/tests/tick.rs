@@ -17,8 +17,8 @@ use coloc_daemon::wait::Wake;
 use coloc_drivers::can::{Frame, Sender};
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{
-    Header, Heading, Health, Input, Message, Neighbour, Pose, Position, Publisher, Reject,
-    RelativePose,
+    Estimate, Header, Heading, Health, Input, Message, Neighbour, Pose, Position, Publisher,
+    Reject, RelativePose,
 };
 
 #[test]
@@ -536,6 +536,76 @@ fn half_a_sample_is_no_tick() {
         robot.robot.account().status().accepted_of(Input::Odometry),
         1
     );
+}
+
+/// Two wheels' frames a quarter of a millisecond apart, messages before them, for a hundred ticks: what the robot says.
+fn said_of_frames_apart(rehearse: bool) -> Vec<Estimate> {
+    const GAP: i64 = PERIOD / 80;
+    let world = World::new();
+    let lines = format!("[tick]\ntrigger = \"encoder\"\n{}", world.wheels());
+    let mut robot = world.robot("a", 1, &lines);
+    let (fixes, neighbours) = (world.publisher("a"), world.publisher("a"));
+    let mut sender = world.sender();
+    let mut frames = WheelFrames::new(METRES_PER_TICK);
+    let mut taken_early = 0;
+    let said = (0..100_u32).filter_map(|turn| {
+        let way_m = 0.01 * f64::from(turn);
+        let [left, right] = frames.encode(way_m, 1.1 * way_m);
+        world.time.run(PERIOD - GAP);
+        if turn % 5 == 4 {
+            let header = world.header(turn.into());
+            fixes.send(fix_at(header, [way_m, 0.0])).unwrap();
+            neighbours.send(word_of(header, [way_m, 0.1, 0.2])).unwrap();
+        }
+        sender.send(&left).unwrap();
+        assert_eq!(robot.robot.wake(Wake::Frame), Outcome::Incomplete);
+        if rehearse {
+            robot.robot.prepare();
+            taken_early += robot.robot.collect().heard().len();
+        }
+        world.time.run(GAP);
+        sender.send(&right).unwrap();
+        let _ = robot.robot.wake(Wake::Frame);
+        robot.estimates.receive().unwrap()
+    });
+    let said: Vec<_> = said.collect();
+    assert_eq!(taken_early > 30, rehearse, "{taken_early}");
+    let status = robot.robot.account().status();
+    let accepted = [Input::Position, Input::Neighbour].map(|it| status.accepted_of(it));
+    assert_eq!(accepted, [20, 20]);
+    said
+}
+
+#[test]
+fn a_rehearsal_changes_no_bit_of_what_is_said() {
+    let [mut rehearsed, plain] = [true, false].map(said_of_frames_apart);
+    assert_eq!(rehearsed.len(), 99, "counting starts with the first");
+    for (one, other) in rehearsed.iter_mut().zip(&plain) {
+        one.header.session = other.header.session; // A number of each life's own.
+    }
+    assert_eq!(rehearsed, plain);
+}
+
+fn fix_at(header: Header, position: [f64; 2]) -> Position {
+    Position {
+        header,
+        quality: 4,
+        position,
+        covariance: [0.01, 0.0, 0.0, 0.01],
+        ..Position::default()
+    }
+}
+
+fn word_of(header: Header, pose: [f64; 3]) -> Neighbour {
+    Neighbour {
+        header: Header {
+            source: 2,
+            ..header
+        },
+        pose,
+        independent: diagonal([0.01; 3]),
+        dependent: diagonal([0.01; 3]),
+    }
 }
 
 /// The kernel's clocks, and frames that come right after they were read.

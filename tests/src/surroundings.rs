@@ -18,7 +18,7 @@ use std::ops::AddAssign;
 use std::path::Path;
 
 use coloc_daemon::config::{Config, History, Member, Robot, Shm, Tick, Trigger};
-use coloc_drivers::can::{BusSpec, Sender};
+use coloc_drivers::can::{BusSpec, Frame, Sender};
 use coloc_drivers::encoder::{OdometryConfig, WheelFrames};
 use coloc_shm_types::{
     Clock, Estimate, Gyro, Header, Heading, Message, Neighbour, Pose, Position, Publisher,
@@ -158,6 +158,16 @@ impl Surroundings {
         for frame in self.frames.encode(left_m, right_m) {
             self.wheels.send(&frame).unwrap();
         }
+    }
+
+    /// Those two frames, to be sent one after the other.
+    pub fn frames(&mut self, [left_m, right_m]: [f64; 2]) -> [Frame; 2] {
+        self.frames.encode(left_m, right_m)
+    }
+
+    /// One of them.
+    pub fn send_frame(&mut self, frame: &Frame) {
+        self.wheels.send(frame).unwrap();
     }
 
     /// Four sightings, a fix, four neighbours' poses; all true, if the robot is at `pose` \[m, m, rad\].

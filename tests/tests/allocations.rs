@@ -7,13 +7,16 @@
     reason = "a test fails by panicking, also in its helpers"
 )]
 
+use std::thread::sleep;
+use std::time::Duration;
+
 use coloc_counting::{Calls, calls_during};
 use coloc_daemon::config::Trigger;
 use coloc_daemon::config::{Realtime, Scheduler};
 use coloc_daemon::realtime;
 use coloc_shm_types::{Input, Reader};
-use coloc_tests::scene::Scene;
-use coloc_tests::surroundings::Heard;
+use coloc_tests::scene::{Scene, WARM_UP};
+use coloc_tests::surroundings::{Heard, realtime_ns};
 
 #[test]
 fn no_tick_on_the_timer_allocates() {
@@ -24,6 +27,34 @@ fn no_tick_on_the_timer_allocates() {
 fn no_tick_on_a_frame_allocates() {
     ticks_without_allocation(Trigger::Encoder, 10_000);
 }
+
+/// While the second wheel's frame is on the wire the tick is rehearsed.
+#[test]
+fn no_rehearsal_allocates() {
+    let mut scene = Scene::new(Trigger::Encoder);
+    let (mut calls, mut rehearsed) = (Calls::NONE, 0);
+    while scene.robot.account().tick() < 2 * WARM_UP {
+        scene.surroundings.send_messages(realtime_ns(), [0.0; 3]);
+        let [left, right] = scene.surroundings.frames([0.0; 2]);
+        scene.surroundings.send_frame(&left);
+        let (_, before) = calls_during(|| scene.turn());
+        rehearsed += usize::from(!scene.robot.collect().heard().is_empty());
+        sleep(GAP);
+        scene.surroundings.send_frame(&right);
+        let ((), during) = calls_during(|| while !scene.turn() {});
+        let _ = scene.surroundings.receive();
+        if scene.is_warm() {
+            calls += before;
+            calls += during;
+        }
+    }
+    assert_eq!(calls, Calls::NONE);
+    // A rehearsal begins with the messages that are there already.
+    assert!(rehearsed > 0, "none");
+}
+
+/// Long enough for a rehearsal, and no deadline comes in between.
+const GAP: Duration = Duration::from_millis(1);
 
 #[test]
 fn no_tick_allocates_for_those_who_wait() {

@@ -9,11 +9,13 @@ use serde::Serialize;
 use crate::args::seconds;
 
 /// Starts a real `colocd`, sends it encoder frames, fixes, sightings and neighbours' poses whether it keeps up or not, and
-/// reads its estimates in another process. First polling, everybody at ordinary priority: what the program takes. Then
-/// sleeping, reader and daemon, as robots run it: what the scheduler adds.
+/// reads its estimates in another process that sleeps until they come. The wheels' frames come one after the other, as a bus
+/// carries them. Daemon and reader sleep in between, in real time where that is granted, as robots run it; with `--wait poll`
+/// both poll at ordinary priority: what the program takes without the scheduler.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   coloc latency
+  coloc latency --plain
   coloc latency --rate 1000 --seconds 20 --wait poll
   coloc latency --load 4 --json busy.json --plot busy.svg
 
@@ -30,20 +32,36 @@ pub(crate) struct LatencyArgs {
     #[arg(long, value_name = "K", default_value_t = 4, value_parser = clap::value_parser!(u16).range(0..=64))]
     pub(crate) neighbours: u16,
     /// What starts a tick
-    #[arg(long, value_enum, default_value_t = TriggerArg::Encoder)]
+    #[arg(long, value_enum, default_value_t = TriggerArg::Auto)]
     pub(crate) trigger: TriggerArg,
     /// Which kind of CAN bus
     #[arg(long, value_enum, default_value_t = CanArg::Auto)]
     pub(crate) can: CanArg,
-    /// Only this way of waiting [default: one after the other]
-    #[arg(long, value_enum)]
-    pub(crate) wait: Option<WaitArg>,
+    /// From one wheel's frame to the other's, in microseconds, as a bus carries them; 0: back to back
+    #[arg(long, value_name = "US", default_value_t = 250, value_parser = clap::value_parser!(u16).range(0..=10_000))]
+    pub(crate) gap_us: u16,
+    /// Each wheel on a bus of its own
+    #[arg(long)]
+    pub(crate) two_buses: bool,
+    /// How far the clock of the encoders is off, in millionths
+    #[arg(long, value_name = "PPM", default_value_t = 0, allow_negative_numbers = true, value_parser = clap::value_parser!(i32).range(-100_000..=100_000))]
+    pub(crate) clock_ppm: i32,
+    /// How is waited; several one after the other, as in `poll,sleep`
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "sleep")]
+    pub(crate) wait: Vec<WaitArg>,
     /// How the reader waits for an estimate [default: as the daemon waits for frames]
     #[arg(long, value_enum)]
     pub(crate) reader: Option<WaitArg>,
     /// Busy threads beside it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=256))]
     pub(crate) load: u16,
+    /// Beside it the least that a program in C can do: both frames, a Kalman filter of three states, a datagram; needs `cc`, and is
+    /// measured where everybody sleeps
+    #[arg(long)]
+    pub(crate) plain: bool,
+    /// The daemon of this program, `coloc` or `colocd`, in place of one's own: to compare two builds
+    #[arg(long, value_name = "FILE")]
+    pub(crate) colocd: Option<PathBuf>,
     /// Write all figures as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
@@ -56,6 +74,8 @@ pub(crate) struct LatencyArgs {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum TriggerArg {
+    /// Frames where they come at the tick's rate, else deadlines right after them
+    Auto,
     /// Absolute deadlines; frames wait for the next one
     Timer,
     /// The frames themselves
@@ -65,6 +85,7 @@ pub(crate) enum TriggerArg {
 impl TriggerArg {
     pub(crate) fn setting(self) -> Trigger {
         match self {
+            Self::Auto => Trigger::Auto,
             Self::Timer => Trigger::Timer,
             Self::Encoder => Trigger::Encoder,
         }
@@ -72,6 +93,7 @@ impl TriggerArg {
 
     pub(crate) fn name(self) -> &'static str {
         match self {
+            Self::Auto => "auto",
             Self::Timer => "timer",
             Self::Encoder => "encoder",
         }
@@ -125,9 +147,12 @@ pub(crate) enum CanArg {
 /// What the reading process must know.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ReaderArgs {
-    /// Root of the shared memory
+    /// Root of the shared memory, or where the socket is to be
     #[arg(long)]
     pub(crate) root: PathBuf,
+    /// Datagrams that begin with their stamp, on a socket of that name, in place of estimates
+    #[arg(long)]
+    pub(crate) datagrams: bool,
     /// Whose estimates
     #[arg(long)]
     pub(crate) robot: String,

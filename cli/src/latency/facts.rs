@@ -44,15 +44,6 @@ fn first_line(path: &str) -> Option<String> {
     Some(read_to_string(path).ok()?.lines().next()?.trim().to_owned())
 }
 
-/// For how long a host has run something else on this machine's processors; on real ones never. Nothing if the kernel does
-/// not say.
-pub(crate) fn stolen_ms() -> Option<u64> {
-    // `cpu user nice system idle iowait irq softirq steal …`, in hundredths of a second
-    let all = first_line("/proc/stat")?;
-    let ticks: u64 = all.split_whitespace().nth(8)?.parse().ok()?;
-    Some(10 * ticks)
-}
-
 fn processor() -> Option<String> {
     let text = read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;

@@ -1,11 +1,13 @@
 //! What the machine can do at all, on the same processors, at the same rate, waiting in the same way.
 
 use std::mem::MaybeUninit;
+use std::os::unix::net::UnixDatagram;
 use std::path::Path;
+use std::thread::JoinHandle;
 use std::time::Instant;
 
-use coloc_drivers::can::{Bus, BusSpec, Filter};
-use coloc_drivers::encoder::RIGHT_ID;
+use coloc_drivers::can::{Bus, BusSpec, Filter, Id};
+use coloc_drivers::encoder::{LEFT_ID, RIGHT_ID};
 use coloc_shm_types::{Estimate, Header, RobotName, Space};
 use rustix::event::{Timespec, epoll};
 use rustix::time::{ClockId, clock_gettime};
@@ -22,9 +24,10 @@ use crate::demo::clock::{now_ns, sleep_until};
 
 /// Durations below which nothing can fall \[ns\].
 pub(crate) struct Floors {
-    /// From a frame in the kernel to its being read, with nothing behind it.
+    /// From the second wheel's frame in the kernel to its being read, with nothing behind it.
     pub(crate) frame: Durations,
-    /// From one process to another, with nothing before and after it.
+    /// As many bytes as an estimate from one process to another, with nothing before and after it: a Unix datagram where the reader
+    /// sleeps, shared memory where it polls.
     pub(crate) transport: Durations,
     /// Reading a clock.
     pub(crate) clock: Durations,
@@ -43,17 +46,20 @@ impl Floors {
 
     /// Measures all three; each takes as long as the schedule.
     pub(crate) fn measure(
-        bus: &BusSpec,
-        root: &Path,
-        mode: WaitArg,
-        reader: WaitArg,
+        buses: &[BusSpec],
+        [directory, root]: [&Path; 2],
+        [mode, reader]: [WaitArg; 2],
         placement: &Placement,
         schedule: impl Fn() -> Schedule,
     ) -> Result<Self, LatencyError> {
+        let transport = match reader {
+            WaitArg::Sleep => datagrams(directory, mode, placement, schedule())?,
+            WaitArg::Poll => shared_memory(root, mode, placement, schedule())?,
+        };
         Ok(Self {
             sent: u64::try_from(schedule().count).unwrap_or(0),
-            frame: frame(bus, mode, placement, schedule())?,
-            transport: transport(root, [mode, reader], placement, schedule())?,
+            frame: frame(buses, mode, placement, schedule())?,
+            transport,
             clock: clock(),
         })
     }
@@ -61,19 +67,22 @@ impl Floors {
 
 /// On a thread of its own, as waiting in the daemon's way changes the thread.
 fn frame(
-    bus: &BusSpec,
+    buses: &[BusSpec],
     mode: WaitArg,
     placement: &Placement,
     schedule: Schedule,
 ) -> Result<Durations, LatencyError> {
     let cpus = placement.daemon.clone();
-    let spec = bus.clone();
-    let bus = Bus::open(&spec, 0, Filter::ids([RIGHT_ID.into()])).map_err(LatencyError::bus)?;
+    let wheels = || Filter::ids([LEFT_ID.into(), RIGHT_ID.into()]);
+    let opened = (0..)
+        .zip(buses)
+        .map(|(number, bus)| Bus::open(bus, number, wheels()).map_err(LatencyError::bus));
+    let opened = opened.collect::<Result<Vec<_>, _>>()?;
     let reader = on_thread("reader", move || {
         settle(&cpus, mode == WaitArg::Sleep);
-        read_frames(bus, mode, schedule.end_ns())
+        read_frames(opened, mode, schedule.end_ns())
     })?;
-    let sender = Sender::of_frames(&spec, schedule, placement)?;
+    let sender = Sender::of_frames(buses, schedule, placement)?;
     sender.finish()?;
     let durations = reader
         .join()
@@ -81,10 +90,14 @@ fn frame(
     Ok(Durations::of(durations))
 }
 
-fn read_frames(mut bus: Bus, mode: WaitArg, end_ns: i64) -> Result<Vec<i64>, LatencyError> {
+/// Of the frames of the right wheel, which are what is waited for.
+fn read_frames(mut buses: Vec<Bus>, mode: WaitArg, end_ns: i64) -> Result<Vec<i64>, LatencyError> {
     let epoll = epoll::create(epoll::CreateFlags::CLOEXEC).map_err(LatencyError::bus)?;
     let data = epoll::EventData::new_u64(0);
-    epoll::add(&epoll, &bus, data, epoll::EventFlags::IN).map_err(LatencyError::bus)?;
+    for bus in &buses {
+        epoll::add(&epoll, bus, data, epoll::EventFlags::IN).map_err(LatencyError::bus)?;
+    }
+    let right = Some(Id::from(RIGHT_ID));
     let timeout = match mode {
         WaitArg::Poll => 0,
         WaitArg::Sleep => 100_000_000, // To see the end.
@@ -99,7 +112,13 @@ fn read_frames(mut bus: Bus, mode: WaitArg, end_ns: i64) -> Result<Vec<i64>, Lat
         // Interrupted or not: what is there is read.
         let _ = epoll::wait(&epoll, &mut storage, Some(&timeout));
         stamps.clear();
-        bus.receive(&mut |received| stamps.push(received.stamp_ns));
+        for bus in &mut buses {
+            bus.receive(&mut |received| {
+                if received.frame.id() == right {
+                    stamps.push(received.stamp_ns);
+                }
+            });
+        }
         let now = clock_gettime(ClockId::Realtime);
         let now = now.tv_sec * 1_000_000_000 + now.tv_nsec;
         durations.extend(stamps.iter().map(|stamp| now - stamp));
@@ -107,16 +126,41 @@ fn read_frames(mut bus: Bus, mode: WaitArg, end_ns: i64) -> Result<Vec<i64>, Lat
     Ok(durations)
 }
 
-fn transport(
-    root: &Path,
-    [mode, reader]: [WaitArg; 2],
+/// Who reads datagrams or estimates of it.
+const NAME: &str = "floor";
+
+fn datagrams(
+    directory: &Path,
+    mode: WaitArg,
     placement: &Placement,
     schedule: Schedule,
 ) -> Result<Durations, LatencyError> {
-    const NAME: &str = "floor";
+    let reader = Reader::of_datagrams(directory, NAME, schedule.end_ns(), placement)?;
+    let (path, cpus) = (directory.join(NAME), placement.daemon.clone());
+    let writer = on_thread("writer", move || -> Result<(), LatencyError> {
+        let socket = UnixDatagram::unbound().map_err(LatencyError::bus)?;
+        socket.connect(path).map_err(LatencyError::bus)?;
+        settle(&cpus, mode == WaitArg::Sleep);
+        let mut bytes = [0; size_of::<Estimate>()];
+        at_deadlines(schedule, mode, || {
+            if let Some(stamp) = bytes.first_chunk_mut() {
+                *stamp = now_ns().to_ne_bytes();
+            }
+            socket.send(&bytes).map(drop).map_err(LatencyError::bus)
+        })
+    })?;
+    finish(writer, reader)
+}
+
+fn shared_memory(
+    root: &Path,
+    mode: WaitArg,
+    placement: &Placement,
+    schedule: Schedule,
+) -> Result<Durations, LatencyError> {
     let expect = usize::try_from(schedule.count).unwrap_or(0);
     let until_ns = schedule.end_ns();
-    let reader = Reader::start(root, NAME, until_ns, expect, reader, placement)?;
+    let reader = Reader::start(root, NAME, until_ns, expect, WaitArg::Poll, placement)?;
     let (root, cpus) = (root.to_owned(), placement.daemon.clone());
     let writer = on_thread("writer", move || -> Result<(), LatencyError> {
         let space = Space::open(&root, PREFIX, "coloc-latency-floor").map_err(LatencyError::shm)?;
@@ -126,9 +170,7 @@ fn transport(
             .map_err(LatencyError::shm)?;
         estimates.refresh().map_err(LatencyError::shm)?;
         settle(&cpus, mode == WaitArg::Sleep);
-        for due_ns in schedule.deadlines() {
-            wait_until(due_ns, mode);
-            interrupted::check()?;
+        at_deadlines(schedule, mode, || {
             let header = Header {
                 stamp_ns: now_ns(),
                 ..Header::default()
@@ -137,12 +179,32 @@ fn transport(
                 header,
                 ..Estimate::default()
             };
-            estimates.send(message).map_err(LatencyError::shm)?;
-        }
+            estimates.send(message).map_err(LatencyError::shm)
+        })?;
         // Whoever leaves takes what was not received yet along.
         sleep_until(schedule.end_ns());
         Ok(())
     })?;
+    finish(writer, reader)
+}
+
+fn at_deadlines(
+    schedule: Schedule,
+    mode: WaitArg,
+    mut send: impl FnMut() -> Result<(), LatencyError>,
+) -> Result<(), LatencyError> {
+    for due_ns in schedule.deadlines() {
+        wait_until(due_ns, mode);
+        interrupted::check()?;
+        send()?;
+    }
+    Ok(())
+}
+
+fn finish(
+    writer: JoinHandle<Result<(), LatencyError>>,
+    reader: Reader,
+) -> Result<Durations, LatencyError> {
     writer
         .join()
         .map_err(|_| LatencyError::Thread("writer"))??;

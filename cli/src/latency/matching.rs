@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// A pair of encoder frames, as the sender knows it \[ns of `CLOCK_BOOTTIME`\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Sent {
-    /// When the schedule wanted it to leave.
+    /// When the schedule wanted its second frame to leave.
     pub(crate) due_ns: i64,
     /// Just before its second frame went to the kernel.
     pub(crate) sent_ns: i64,

@@ -7,10 +7,12 @@
 //!
 //! * **Open loop.** The sender keeps to absolute deadlines whatever the daemon does, and every frame is charged from the
 //!   moment it was due to the first estimate that contains it. A stall counts once for each frame that it delayed.
-//! * **Floors in the same run**: the wake-up and read of a frame with nothing behind it, and the bare transport of the same
-//!   message between two processes, on the same processors at the same rate.
+//! * **Floors in the same run**: the wake-up and read of a frame with nothing behind it, and a Unix datagram of as many bytes
+//!   between two processes, on the same processors at the same rate; with `--plain` a whole program in C.
+//! * **A run that others disturbed says so**: who else had the processors, and whether the figures are worth comparing.
 
 mod args;
+mod busy;
 mod error;
 mod facts;
 mod floors;
@@ -21,6 +23,7 @@ mod pass;
 mod percentiles;
 mod place;
 mod placement;
+mod plain;
 mod reader;
 mod report;
 mod robot_file;
@@ -34,7 +37,7 @@ use crate::output::{complain, takes_no_more};
 use crate::pictures::{PercentileCurve, draw_percentiles};
 use crate::result_file::{ResultFile, WriteError};
 use crate::status::Status;
-use args::{CanArg, WaitArg};
+use args::CanArg;
 pub(crate) use args::{LatencyArgs, ReaderArgs};
 use error::LatencyError;
 use facts::Facts;
@@ -66,10 +69,11 @@ fn measure(args: &LatencyArgs) -> Result<(), LatencyError> {
     let outputs = Outputs::prepare(args)?;
     let home = home()?;
     // While there is one thread only.
+    let count = if args.two_buses { 2 } else { 1 };
     let buses = match args.can {
-        CanArg::Auto => Buses::choose(1, home.path()),
-        CanArg::Vcan => Buses::kernels(1).map_err(LatencyError::Bus)?,
-        CanArg::Local => Buses::local(1, home.path(), "asked for".into()),
+        CanArg::Auto => Buses::choose(count, home.path()),
+        CanArg::Vcan => Buses::kernels(count).map_err(LatencyError::Bus)?,
+        CanArg::Local => Buses::local(count, home.path(), "asked for".into()),
     };
     buses.check(&home)?;
     let setting = Setting::new(args, &home, &buses)?;
@@ -90,14 +94,13 @@ fn measure_passes(
     setting: &Setting,
     report: &mut Report,
 ) -> Result<(), LatencyError> {
-    let wanted = [WaitArg::Poll, WaitArg::Sleep].into_iter();
-    for mode in wanted.filter(|mode| args.wait.is_none_or(|only| only == *mode)) {
+    for &mode in &args.wait {
         if takes_no_more() && args.json.is_none() && args.plot.is_none() {
             break;
         }
         complain(&format!(
             "measuring for {:.0} s: {}",
-            2.0 * args.seconds,
+            if args.plain { 2.5 } else { 2.0 } * args.seconds,
             mode.describe()
         ));
         let pass = pass::run(setting, mode)?;

@@ -1,6 +1,7 @@
 //! The other process: takes every estimate as soon as it is there, and notes when; what its tick took is told later.
 
 use std::io::{BufRead, BufReader, BufWriter, Write, stdout};
+use std::os::unix::net::UnixDatagram;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -30,11 +31,50 @@ const BETWEEN_LOOKS: Duration = Duration::from_millis(10);
 /// How long the end may be late for a reader that sleeps.
 const SLEEP: Duration = Duration::from_millis(100);
 
+/// No datagram is longer.
+const MOST_BYTES: usize = 4096;
+
 /// Being that process until the time is over: busy at ordinary priority, or asleep and in real time, where that is granted. Prints
 /// what it saw, a line each.
 pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
     end_with_parent().map_err(LatencyError::Reader)?;
     settle(&args.cpus, args.wait == WaitArg::Sleep);
+    let seen = if args.datagrams {
+        read_datagrams(args)?
+    } else {
+        read_estimates(args)?
+    };
+    print(&seen).map_err(|error| LatencyError::Reader(error.to_string()))
+}
+
+/// Datagrams begin with the moment that they are counted from.
+fn read_datagrams(args: &ReaderArgs) -> Result<Vec<Seen>, LatencyError> {
+    let socket = UnixDatagram::bind(args.root.join(&args.robot)).map_err(LatencyError::bus)?;
+    let patience = socket.set_read_timeout(Some(SLEEP));
+    patience.map_err(LatencyError::bus)?;
+    let mut seen = Vec::with_capacity(args.expect);
+    let mut bytes = [0; MOST_BYTES];
+    print_line(READY);
+    let mut now = now_ns();
+    while now < args.until_ns {
+        let received = socket.recv(&mut bytes);
+        now = now_ns();
+        if let (Ok(_), Some(stamp)) = (received, bytes.first_chunk()) {
+            let stamp_ns = i64::from_ne_bytes(*stamp);
+            seen.push(Seen {
+                received_ns: now,
+                stamp_ns,
+                frame_stamp_ns: stamp_ns,
+                ..Seen::default()
+            });
+        }
+    }
+    // The next one who reads may want the same name.
+    let _ = std::fs::remove_file(args.root.join(&args.robot));
+    Ok(seen)
+}
+
+fn read_estimates(args: &ReaderArgs) -> Result<Vec<Seen>, LatencyError> {
     let space =
         Space::open(&args.root, PREFIX, "coloc-latency-reader").map_err(LatencyError::shm)?;
     let robot = RobotName::new(&args.robot).map_err(LatencyError::shm)?;
@@ -61,7 +101,7 @@ pub(crate) fn run(args: &ReaderArgs) -> Result<(), LatencyError> {
         listen(&timings, &mut told)?;
     }
     complete(&mut seen, &told);
-    print(&seen).map_err(|error| LatencyError::Reader(error.to_string()))
+    Ok(seen)
 }
 
 /// What takes the next estimate, if there is one.
@@ -147,12 +187,40 @@ impl Reader {
         wait: WaitArg,
         placement: &Placement,
     ) -> Result<Self, LatencyError> {
+        let expect = expect.to_string();
+        let words = ["--expect", &expect, "--wait", wait.name()];
+        Self::start_with(root, robot, until_ns, placement, &words)
+    }
+
+    /// One that sleeps until a datagram comes to the socket `name`.
+    pub(crate) fn of_datagrams(
+        directory: &Path,
+        name: &str,
+        until_ns: i64,
+        placement: &Placement,
+    ) -> Result<Self, LatencyError> {
+        let words = ["--datagrams", "--wait", WaitArg::Sleep.name()];
+        Self::start_with(directory, name, until_ns, placement, &words)
+    }
+
+    /// Its number among the processes.
+    pub(crate) fn process(&self) -> u32 {
+        self.child.id()
+    }
+
+    fn start_with(
+        root: &Path,
+        robot: &str,
+        until_ns: i64,
+        placement: &Placement,
+        words: &[&str],
+    ) -> Result<Self, LatencyError> {
         let spawn = |error: std::io::Error| LatencyError::Spawn(format!("the reader: {error}"));
         let cpus: Vec<String> = placement.others.iter().map(ToString::to_string).collect();
         let mut command = Command::new(std::env::current_exe().map_err(spawn)?);
         command.arg("latency-reader").arg("--root").arg(root);
         command.args(["--robot", robot, "--until-ns", &until_ns.to_string()]);
-        command.args(["--expect", &expect.to_string(), "--wait", wait.name()]);
+        command.args(words);
         if !cpus.is_empty() {
             command.args(["--cpus", &cpus.join(",")]);
         }

@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 use super::args::{LatencyArgs, WaitArg};
 use super::facts::Facts;
 use super::pass::Pass;
+use super::percentiles::Durations;
 use crate::demo::bus::Buses;
 
 /// Facts, settings and passes.
@@ -24,6 +25,10 @@ pub(crate) struct Settings {
     pub(crate) trigger: &'static str,
     pub(crate) can: &'static str,
     pub(crate) can_because: String,
+    pub(crate) buses: usize,
+    /// From a wheel's frame to the other's.
+    pub(crate) gap_us: u16,
+    pub(crate) clock_ppm: i32,
     pub(crate) load_threads: u16,
     /// How the reader waits, if not as the daemon.
     pub(crate) reader: Option<&'static str>,
@@ -38,6 +43,9 @@ impl Report {
             trigger: args.trigger.name(),
             can: buses.kind,
             can_because: buses.reason.clone(),
+            buses: buses.specs.len(),
+            gap_us: args.gap_us,
+            clock_ppm: args.clock_ppm,
             load_threads: args.load,
             reader: args.reader.map(WaitArg::name),
         };
@@ -82,6 +90,7 @@ fn pass(pass: &Pass) -> Value {
         "frame_due_to_estimate": pass.frames.percentiles(),
         "frames": pass.account,
         "frame_in_kernel_to_estimate": pass.from_kernel.percentiles(),
+        "frame_in_kernel_to_ready": pass.ready.percentiles(),
         "stages": stages,
         "floors_sent": pass.floors.sent,
         "floor_frame_read": pass.floors.frame.percentiles(),
@@ -89,6 +98,12 @@ fn pass(pass: &Pass) -> Value {
         "floor_clock_read": pass.floors.clock.percentiles(),
         "ratio_to_floors": { "p50": pass.ratio(|p| p.p50_ns), "p99": pass.ratio(|p| p.p99_ns) },
         "subscriber_join_ns": pass.join_ns,
-        "stolen_by_host_ms": pass.stolen_ms,
+        "worst_frame": pass.worst,
+        "plain_program": pass.plain.as_ref().map(Durations::percentiles),
+        "ratio_to_plain": {
+            "p50": pass.ratio_to_plain(|p| p.p50_ns), "p99": pass.ratio_to_plain(|p| p.p99_ns),
+        },
+        "busy": pass.busy,
+        "objections": pass.objections(),
     })
 }

@@ -50,7 +50,8 @@ pub(crate) fn sight_of_the_origin(time_s: f64) -> [f64; 3] {
 pub(crate) struct Wanted<'a> {
     pub(crate) directory: &'a Path,
     pub(crate) root: &'a Path,
-    pub(crate) bus: &'a BusSpec,
+    /// One, or one for each wheel.
+    pub(crate) buses: &'a [BusSpec],
     pub(crate) placement: &'a Placement,
     pub(crate) rate_hz: f64,
     pub(crate) trigger: TriggerArg,
@@ -66,10 +67,6 @@ pub(crate) fn write(wanted: &Wanted<'_>) -> Result<PathBuf, WriteError> {
 }
 
 fn describe(wanted: &Wanted<'_>) -> Result<Config, String> {
-    // Far above: frames may come close after one another when the machine was busy.
-    let max_speed_mps = 20.0;
-    let odometry =
-        OdometryConfig::differential(wanted.bus.clone(), TRACK_M, METRES_PER_TICK, max_speed_mps);
     Ok(Config {
         // Robot 2 is seen even where nobody speaks.
         team: team(wanted.neighbours.max(1) + 1)?,
@@ -103,9 +100,24 @@ fn describe(wanted: &Wanted<'_>) -> Result<Config, String> {
             state_file: wanted.directory.join("belief.toml"),
             ..Telemetry::default()
         },
-        odometry: Some(odometry),
+        odometry: Some(odometry(wanted.buses)?),
         ..robot(1)?
     })
+}
+
+fn odometry(buses: &[BusSpec]) -> Result<OdometryConfig, String> {
+    // Far above: frames may come close after one another when the machine was busy.
+    let max_speed_mps = 20.0;
+    let [first, others @ ..] = buses else {
+        return Err("there is no bus".into());
+    };
+    let mut odometry =
+        OdometryConfig::differential(first.clone(), TRACK_M, METRES_PER_TICK, max_speed_mps);
+    odometry.buses.extend_from_slice(others);
+    if let (Some(wheels), Ok(last)) = (&mut odometry.wheels, u8::try_from(others.len())) {
+        wheels.right.bus = last;
+    }
+    Ok(odometry)
 }
 
 #[cfg(test)]
@@ -116,12 +128,15 @@ mod tests {
     fn the_daemon_takes_the_file_at_every_rate() {
         let directory = tempfile::tempdir().unwrap();
         let root = directory.path().join("shm");
+        let both: Vec<BusSpec> = ["local:/tmp/bus", "local:/tmp/other"]
+            .map(|bus| bus.parse().unwrap())
+            .into();
         for rate_hz in [1.0, 50.0, 200.0, 1000.0] {
-            for wait in [WaitArg::Poll, WaitArg::Sleep] {
+            for (wait, buses) in [(WaitArg::Poll, &both[..1]), (WaitArg::Sleep, &both)] {
                 let wanted = Wanted {
                     directory: directory.path(),
                     root: &root,
-                    bus: &"local:/tmp/bus".parse().unwrap(),
+                    buses,
                     placement: &Placement::choose(),
                     rate_hz,
                     trigger: TriggerArg::Encoder,

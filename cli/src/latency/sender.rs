@@ -23,6 +23,8 @@ pub(crate) struct Schedule {
     pub(crate) start_ns: i64,
     pub(crate) period_ns: i64,
     pub(crate) count: i64,
+    /// From a wheel's frame to the other's.
+    pub(crate) gap_ns: i64,
 }
 
 impl Schedule {
@@ -53,29 +55,29 @@ pub(crate) struct Sender(JoinHandle<Result<Vec<Sent>, LatencyError>>);
 impl Sender {
     /// Encoder frames alone, for a floor.
     pub(crate) fn of_frames(
-        bus: &BusSpec,
+        buses: &[BusSpec],
         schedule: Schedule,
         placement: &Placement,
     ) -> Result<Self, LatencyError> {
-        let (bus, cpus) = (bus.clone(), placement.others.clone());
+        let (buses, cpus) = (buses.to_vec(), placement.others.clone());
         let run = move || {
             settle(&cpus, true);
-            Wheels::open(&bus)?.run(schedule, |_| ())
+            Wheels::open(&buses)?.run(schedule, |_| ())
         };
         on_thread("sender", run).map(Self)
     }
 
     /// Encoder frames, fixes, sightings and what `neighbours` say.
     pub(crate) fn of_everything(
-        bus: &BusSpec,
+        buses: &[BusSpec],
         root: &Path,
         neighbours: u16,
         schedule: Schedule,
         placement: &Placement,
     ) -> Result<Self, LatencyError> {
-        let (bus, root, cpus) = (bus.clone(), root.to_owned(), placement.others.clone());
+        let (buses, root, cpus) = (buses.to_vec(), root.to_owned(), placement.others.clone());
         let run = move || {
-            let mut wheels = Wheels::open(&bus)?;
+            let mut wheels = Wheels::open(&buses)?;
             let mut others = Others::open(&root, neighbours)?;
             settle(&cpus, true);
             wheels.run(schedule, |due_ns| others.speak(&schedule, due_ns))
@@ -90,14 +92,20 @@ impl Sender {
 }
 
 struct Wheels {
-    bus: Bus,
+    left: Bus,
+    /// On a bus of its own, if there are two.
+    right: Option<Bus>,
     frames: WheelFrames,
 }
 
 impl Wheels {
-    fn open(bus: &BusSpec) -> Result<Self, LatencyError> {
+    fn open(buses: &[BusSpec]) -> Result<Self, LatencyError> {
+        let mut opened = buses
+            .iter()
+            .map(|bus| Bus::open(bus).map_err(LatencyError::bus));
         Ok(Self {
-            bus: Bus::open(bus).map_err(LatencyError::bus)?,
+            left: opened.next().ok_or(LatencyError::Thread("bus"))??,
+            right: opened.next().transpose()?,
             frames: WheelFrames::new(METRES_PER_TICK),
         })
     }
@@ -115,9 +123,14 @@ impl Wheels {
             before(due_ns);
             let [left_m, right_m] = ways_m(schedule.time_s(due_ns));
             let [left, right] = self.frames.encode(left_m, right_m);
-            self.bus.send(&left).map_err(LatencyError::bus)?;
+            self.left.send(&left).map_err(LatencyError::bus)?;
+            let due_ns = due_ns + schedule.gap_ns;
+            if schedule.gap_ns > 0 {
+                sleep_until(due_ns);
+            }
             let sent_ns = now_ns();
-            self.bus.send(&right).map_err(LatencyError::bus)?;
+            let bus = self.right.as_mut().unwrap_or(&mut self.left);
+            bus.send(&right).map_err(LatencyError::bus)?;
             sent.push(Sent { due_ns, sent_ns });
         }
         Ok(sent)

@@ -15,6 +15,7 @@ mod losses;
 mod recording;
 mod verdicts;
 
+use std::hint::black_box;
 use std::sync::Arc;
 
 use coloc_drivers::canopen::CanopenEvent;
@@ -249,6 +250,12 @@ impl Account {
         self.changes
             .standing(standing, belief, tick, &mut self.teller);
         (health, standing)
+    }
+
+    /// Does in advance what [`Self::health`] will do, and changes nothing.
+    pub fn rehearse(&self, belief: &Belief, finding: &Finding) {
+        let health = black_box(self.watch.at(self.now));
+        black_box(self.watch.standing(health, belief, finding));
     }
 
     /// The wake-up's lateness \[ns\]; the deadlines that passed before it are counted.

@@ -9,7 +9,7 @@ use coloc_shm_types::{Input, Odometry, OdometryKind, Reject, Sessions, Space};
 use super::messages::not_a_covariance;
 use super::port::Port;
 use super::team::Team;
-use super::way::Way;
+use super::way::{Via, Way};
 use super::wheels::ToMotion;
 use crate::account::Account;
 use crate::clock::Moment;
@@ -124,7 +124,7 @@ impl Base {
             self.heard[0] += 1;
             let source = message.header.source;
             match heard.and_then(|reading| self.sample(&message, reading)) {
-                Ok(Some(sample)) => way.push(sample, account),
+                Ok(Some(sample)) => way.push(sample, Via::Message, account),
                 // It says where counting starts, or a part of a longer way.
                 Ok(None) => {}
                 Err(reason) => {

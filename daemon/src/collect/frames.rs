@@ -115,6 +115,13 @@ impl Frames {
         !self.lines.iter().any(|line| line.more)
     }
 
+    /// When the last frame came of those that were read as the inner clock \[ns\].
+    #[must_use]
+    pub fn newest_ns(&self) -> i64 {
+        let last = self.lines.iter().map(|line| line.last_ns);
+        last.max().unwrap_or(i64::MIN)
+    }
+
     /// Whether there is anything to decode.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -7,6 +7,7 @@ use coloc_shm_types::Input;
 use super::list::List;
 use crate::account::Account;
 use crate::config::{self, Config};
+use crate::pace::{Arrival, Arrivals};
 
 /// The estimator takes so many samples at once: 64 ticks' worth at the usual rate. If there are more, it takes the next
 /// ones in another step, before the tick's own.
@@ -32,6 +33,16 @@ pub struct Way {
     had_samples: bool,
     /// Stamps of the newest sample and of the one before \[ns\]; 0 if there was none.
     newest_ns: [i64; 2],
+    arrivals: Arrivals,
+}
+
+/// How a sample has come.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Via {
+    /// In frames of a CAN bus.
+    Bus,
+    /// In a message.
+    Message,
 }
 
 impl Way {
@@ -45,6 +56,7 @@ impl Way {
             patience: Span::from_nanos(config::nanos(config.history.length_s) / 4),
             had_samples: false,
             newest_ns: [0; 2],
+            arrivals: Arrivals::default(),
         }
     }
 
@@ -63,7 +75,11 @@ impl Way {
     }
 
     /// One more.
-    pub fn push(&mut self, sample: OdometrySample, account: &mut Account) {
+    pub fn push(&mut self, sample: OdometrySample, via: Via, account: &mut Account) {
+        self.arrivals.push(Arrival {
+            at_ns: sample.stamp.as_nanos(),
+            by_bus: via == Via::Bus,
+        });
         account.valid(Input::Odometry, sample.source, sample.stamp);
         let [newest_ns, _] = self.newest_ns;
         if sample.stamp.as_nanos() > newest_ns {
@@ -85,6 +101,12 @@ impl Way {
             noise: 0.0,
         };
         let _ = self.samples.push(sample.into()); // There is room, or it was not asked.
+    }
+
+    /// When the last ones have come.
+    #[must_use]
+    pub fn arrivals(&self) -> &Arrivals {
+        &self.arrivals
     }
 
     /// Whether there was a sample since the last tick.
@@ -172,7 +194,7 @@ mod tests {
                 stamp: at(stamp),
                 motion: Motion::standstill([1.0; 3]),
             };
-            way.push(sample, &mut account);
+            way.push(sample, Via::Bus, &mut account);
         }
         let until = |now| way.inputs(at(now)).map(|it| it.stamp);
         assert_eq!([until(50), until(70)], [Some(at(50)), Some(at(60))]);

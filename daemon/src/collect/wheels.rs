@@ -17,7 +17,7 @@ use super::backlog;
 use super::base::Base;
 use super::drives::Drives;
 use super::frames::Frames;
-use super::way::Way;
+use super::way::{Via, Way};
 use crate::account::Account;
 use crate::clock::{Moment, TimeSource};
 use crate::config::{Config, StandsBy};
@@ -128,6 +128,12 @@ impl Wheels {
             .is_some_and(|frames| !frames.is_empty())
     }
 
+    /// When the last frame came \[ns of the inner clock\].
+    #[must_use]
+    pub fn newest_ns(&self) -> i64 {
+        self.frames.as_ref().map_or(i64::MIN, Frames::newest_ns)
+    }
+
     /// Decodes what was drained before `moment`, as far as `way` has room; whether that is all.
     pub fn decode(&mut self, moment: &Moment, way: &mut Way, account: &mut Account) -> bool {
         let Some(frames) = &mut self.frames else {
@@ -142,7 +148,9 @@ impl Wheels {
             }
             match made {
                 None => return true,
-                Some(Ok(Some(odometry))) => way.push(self.to_motion.sample(0, &odometry), account),
+                Some(Ok(Some(odometry))) => {
+                    way.push(self.to_motion.sample(0, &odometry), Via::Bus, account);
+                }
                 Some(Err(reason)) if is_wrong(reason) => account.undecodable(Input::Odometry),
                 Some(Ok(None) | Err(_)) => {}
             }

@@ -22,7 +22,7 @@ impl Default for Tick {
     fn default() -> Self {
         Self {
             rate_hz: 50.0,
-            trigger: Trigger::Timer,
+            trigger: Trigger::Auto,
             wait: WaitMode::Sleep,
         }
     }

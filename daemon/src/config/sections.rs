@@ -100,8 +100,11 @@ pub struct Tick {
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Trigger {
-    /// Absolute deadlines on `CLOCK_BOOTTIME`; frames wait for the next one.
+    /// A frame's arrival where wheels alone are heard, on CAN, and their frames come at the tick's rate; else deadlines, right after
+    /// frames and messages where these come regularly.
     #[default]
+    Auto,
+    /// Absolute deadlines on `CLOCK_BOOTTIME`; frames wait for the next one.
     Timer,
     /// A frame's arrival; the timer is the fallback when frames stop.
     Encoder,

@@ -59,9 +59,19 @@ fn a_tick_on_two_frames_at_once() {
     });
 }
 
+/// Between the two the tick is rehearsed, without a call more.
 #[test]
 fn a_tick_on_two_frames_one_after_the_other() {
-    hold(Trigger::Encoder, |scene| {
+    one_after_the_other(Trigger::Encoder);
+}
+
+#[test]
+fn a_tick_on_whatever_comes() {
+    one_after_the_other(Trigger::Auto);
+}
+
+fn one_after_the_other(trigger: Trigger) {
+    hold(trigger, |scene| {
         let wheels = Sender::open(&scene.surroundings.bus).unwrap();
         let (running, stopped) = channel();
         spawn(move || send_one_after_the_other(wheels, &stopped));

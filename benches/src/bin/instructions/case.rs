@@ -37,10 +37,16 @@ pub(crate) enum Case {
     DaemonSightings,
     DaemonFramesTurning,
     DaemonNeighboursTurning,
+    ColdFrames,
+    ColdNeighbours,
+    ColdApart,
+    ColdRehearsed,
+    ColdNeighboursApart,
+    ColdNeighboursRehearsed,
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 21] = [
+    pub(crate) const ALL: [Self; 27] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -62,6 +68,12 @@ impl Case {
         Self::DaemonSightings,
         Self::DaemonFramesTurning,
         Self::DaemonNeighboursTurning,
+        Self::ColdFrames,
+        Self::ColdNeighbours,
+        Self::ColdApart,
+        Self::ColdRehearsed,
+        Self::ColdNeighboursApart,
+        Self::ColdNeighboursRehearsed,
     ];
 
     pub(crate) fn name(self) -> &'static str {
@@ -87,6 +99,12 @@ impl Case {
             Self::DaemonSightings => "daemon-and-4-sightings",
             Self::DaemonFramesTurning => "daemon-frames-gyro-heading",
             Self::DaemonNeighboursTurning => "daemon-4-neighbours-fix-gyro-heading",
+            Self::ColdFrames => "cold-lines-frames",
+            Self::ColdNeighbours => "cold-lines-4-neighbours-and-fix",
+            Self::ColdApart => "cold-lines-last-frame",
+            Self::ColdRehearsed => "cold-lines-last-frame-rehearsed",
+            Self::ColdNeighboursApart => "cold-lines-last-frame-4-neighbours-and-fix",
+            Self::ColdNeighboursRehearsed => "cold-lines-last-frame-4-neighbours-and-fix-rehearsed",
         }
     }
 
@@ -94,13 +112,34 @@ impl Case {
     pub(crate) fn counts(self) -> [u64; 2] {
         if self == Self::Crowded {
             [1, 11]
+        } else if self.is_cold() {
+            [20, 60] // With the first ones it is learned how much time there is for a rehearsal.
         } else {
             [100, 1100]
         }
     }
 
+    /// Whether what is counted is not instructions, but the lines of memory that it has to fetch when nothing is in the caches.
+    pub(crate) fn is_cold(self) -> bool {
+        matches!(self, Self::ColdFrames | Self::ColdNeighbours) || self.is_apart()
+    }
+
+    /// Whether the frames come one after the other, and only what follows the last one is counted.
+    fn is_apart(self) -> bool {
+        matches!(
+            self,
+            Self::ColdApart
+                | Self::ColdRehearsed
+                | Self::ColdNeighboursApart
+                | Self::ColdNeighboursRehearsed
+        )
+    }
+
     /// The only function that is counted, with all that it calls; everything where there is none.
     pub(crate) fn within(self) -> Option<&'static str> {
+        if self.is_apart() {
+            return Some("coloc_benches::hot::after_the_last_frame");
+        }
         matches!(
             self,
             Self::DaemonFrames
@@ -109,6 +148,8 @@ impl Case {
                 | Self::DaemonSightings
                 | Self::DaemonFramesTurning
                 | Self::DaemonNeighboursTurning
+                | Self::ColdFrames
+                | Self::ColdNeighbours
         )
         .then_some("coloc_daemon::tick::Robot::wake")
     }
@@ -202,6 +243,12 @@ impl Case {
             Self::DaemonSightings => whole_ticks(Hot::new()?, hot::sightings, iterations),
             Self::DaemonFramesTurning => turning_ticks(hot::turning_frames, iterations)?,
             Self::DaemonNeighboursTurning => turning_ticks(hot::turning_neighbours, iterations)?,
+            Self::ColdFrames => cold_ticks(hot::frames, iterations)?,
+            Self::ColdNeighbours => cold_ticks(hot::neighbours, iterations)?,
+            Self::ColdApart => apart_ticks(hot::nothing, iterations, false)?,
+            Self::ColdRehearsed => apart_ticks(hot::nothing, iterations, true)?,
+            Self::ColdNeighboursApart => apart_ticks(hot::words, iterations, false)?,
+            Self::ColdNeighboursRehearsed => apart_ticks(hot::words, iterations, true)?,
         }
         Ok(())
     }
@@ -220,6 +267,20 @@ fn of_four(ticks: u64, mut robot: Robot) -> Result<(), NotACovariance> {
 fn whole_ticks(mut hot: Hot, arrive: Arrivals, ticks: u64) {
     hot.warm(arrive);
     hot.run(arrive, ticks);
+}
+
+fn cold_ticks(arrive: Arrivals, ticks: u64) -> io::Result<()> {
+    let mut hot = Hot::new()?;
+    hot.warm(arrive);
+    hot.run_cold(arrive, ticks);
+    Ok(())
+}
+
+fn apart_ticks(messages: Arrivals, ticks: u64, rehearsed: bool) -> io::Result<()> {
+    let mut hot = Hot::new()?;
+    hot.warm(hot::neighbours);
+    hot.run_apart(messages, ticks, rehearsed);
+    Ok(())
 }
 
 fn turning_ticks(arrive: Arrivals, ticks: u64) -> io::Result<()> {

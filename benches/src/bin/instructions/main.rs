@@ -9,7 +9,8 @@
 //!
 //! A function is run a few times and many times, each in a process of its own; the difference divided by the
 //! difference of the counts is what one call costs, start-up and warm-up left out. `daemon-…` are whole ticks of the real
-//! daemon, from the wake-up to the books; what its surroundings do is left out.
+//! daemon, from the wake-up to the books; what its surroundings do is left out. `cold-lines-…` are no instructions, but the lines of
+//! memory that such a tick fetches when nothing of it is in the caches, as after others had the processor.
 
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
@@ -21,6 +22,7 @@ use std::error::Error;
 use std::process::{Command, ExitCode};
 
 use case::Case;
+use coloc_benches::hot::CACHE;
 use coloc_tests::output::{end, print_line};
 use figures::Figures;
 
@@ -61,6 +63,7 @@ fn collected(case: Case, iterations: u64) -> Result<u64, Box<dyn Error>> {
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
         .args(case.within().into_iter().flat_map(only))
+        .args(case.is_cold().then(caches).into_iter().flatten())
         .arg(env::current_exe()?)
         .args(["--run", case.name(), &iterations.to_string()])
         .output()
@@ -68,10 +71,30 @@ fn collected(case: Case, iterations: u64) -> Result<u64, Box<dyn Error>> {
             format!("valgrind does not start ({error}): install the package valgrind")
         })?;
     let report = String::from_utf8_lossy(&output.stderr);
-    let count = report
+    let events = report
         .lines()
-        .find_map(|line| line.split_once("Collected :")?.1.trim().parse().ok());
+        .find_map(|line| Some(line.split_once("Collected :")?.1));
+    let events: Option<Vec<u64>> = events.and_then(|events| {
+        let words = events.split_whitespace();
+        words.map(|word| word.parse().ok()).collect()
+    });
+    let count = match events.as_deref() {
+        // Instructions, and with the caches: what of instructions, of data read and of data written was in none of them.
+        Some([instructions]) => Some(*instructions),
+        Some([_, .., fetched, read, written]) => Some(fetched + read + written),
+        _ => None,
+    };
     Ok(count.ok_or_else(|| format!("valgrind said no count: {report}"))?)
+}
+
+/// Counts what is in no cache as well: the first ones are usual, the last has everything that a tick needs.
+fn caches() -> [String; 4] {
+    [
+        "--cache-sim=yes".into(),
+        "--I1=32768,8,64".into(),
+        "--D1=32768,8,64".into(),
+        format!("--LL={CACHE},16,64"),
+    ]
 }
 
 /// Counts what happens within a function alone.
@@ -86,7 +109,7 @@ fn compare() -> Result<bool, Box<dyn Error>> {
     let committed = Figures::read()?;
     let measured = measure()?;
     print_line(&format!(
-        "{:<28} {:>12} {:>12} {:>8}",
+        "{:<52} {:>12} {:>12} {:>8}",
         "function", "committed", "now", "change"
     ));
     let mut within = true;
@@ -96,7 +119,7 @@ fn compare() -> Result<bool, Box<dyn Error>> {
         let grown = change.is_none_or(|change| change > TOLERANCE) || too_much;
         within &= !grown;
         print_line(&format!(
-            "{name:<28} {:>12} {now:>12} {:>8}{}",
+            "{name:<52} {:>12} {now:>12} {:>8}{}",
             committed
                 .get(name)
                 .map_or("none".into(), |count| count.to_string()),
