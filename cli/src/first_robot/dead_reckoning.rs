@@ -49,6 +49,7 @@ fn panel(title: &str, sort: Sort, heading: f64) -> EllipsePanel {
         ],
         traces: vec![Trace {
             label: "coloc: the bend that it carries",
+            end_label: None,
             color: method_color(Kind::Ccl),
             points: bend(&own),
         }],

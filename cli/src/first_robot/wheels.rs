@@ -24,7 +24,7 @@ fn one_wheel() -> EllipsePanel {
     let ellipses = marks.map(|way_m| ellipse(&straight(way_m)));
     let longest = straight(marks[2]);
     EllipsePanel {
-        title: "the right wheel 1 % too large, 15 m straight on".into(),
+        title: "the right wheel's radius is set 1 % too large, 15 m straight on".into(),
         points: longest.ends(ROBOTS),
         points_label: LABEL,
         ellipses: ellipses.into(),
@@ -38,7 +38,7 @@ fn both_wheels() -> EllipsePanel {
     let drive = straight(way_m);
     let wrong = (way_m * (1.0 + OFF), 0.0);
     EllipsePanel {
-        title: "both wheels 1 % too large, the end of 100 m".into(),
+        title: "both radii are set 1 % too large, the end of 100 m".into(),
         points: drive.ends(ROBOTS),
         points_label: LABEL,
         ellipses: vec![ellipse(&drive)],
@@ -74,7 +74,8 @@ fn ellipse(drive: &Drive) -> Ellipse {
 
 fn trace(points: Vec<(f64, f64)>) -> Trace {
     Trace {
-        label: "what the wheels say that are off",
+        label: "the way that these wheels say",
+        end_label: Some("where they say that it ended"),
         color: method_color(Kind::SplitCi),
         points,
     }
@@ -84,11 +85,11 @@ fn trace(points: Vec<(f64, f64)>) -> Trace {
 fn circle(way_m: f64) -> Vec<(f64, f64)> {
     let turn_per_m = OFF / TRACK_M;
     let at = |step: i32| {
-        let said_m = way_m * (1.0 + OFF / 2.0) * f64::from(step) / 30.0;
+        let said_m = way_m * (1.0 + OFF / 2.0) * f64::from(step) / 120.0;
         let angle = turn_per_m * said_m;
         (angle.sin() / turn_per_m, (1.0 - angle.cos()) / turn_per_m)
     };
-    (0..=30).map(at).collect()
+    (0..=120).map(at).collect()
 }
 
 #[cfg(test)]

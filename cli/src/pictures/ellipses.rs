@@ -5,12 +5,17 @@ use std::path::Path;
 
 use plotters::prelude::*;
 
+use super::legend::{Legend, Look};
 use super::style::{GRID, INK, TRUTH, extent, line, tick_label};
-use super::{Area, Failure, write_svg};
+use super::{Area, Failure, write_fine_svg};
 use crate::result_file::WriteError;
 
 const PANEL_PX: u32 = 520;
+/// The library's places are whole numbers: of a pixel they would make a curve of steps.
+const FINE: u32 = 4;
 const CAPTION_PX: u32 = 36;
+const POINT_PX: u32 = 1;
+const END_PX: u32 = 4;
 /// χ² with two degrees of freedom, 95 %.
 const CHI2_2_95: f64 = 5.991_464_547_107_979;
 const STEPS: u32 = 120;
@@ -21,7 +26,7 @@ pub(crate) struct EllipsePanel {
     /// x, y \[m\].
     pub(crate) points: Vec<(f64, f64)>,
     pub(crate) points_label: &'static str,
-    /// Of those with one label only the last has a cross and is named.
+    /// Of those with one label only the last has a cross.
     pub(crate) ellipses: Vec<Ellipse>,
     pub(crate) traces: Vec<Trace>,
 }
@@ -30,6 +35,8 @@ pub(crate) struct EllipsePanel {
 pub(crate) struct Trace {
     pub(crate) label: &'static str,
     pub(crate) color: RGBColor,
+    /// What its last place is, if that has a dot.
+    pub(crate) end_label: Option<&'static str>,
     /// x, y \[m\].
     pub(crate) points: Vec<(f64, f64)>,
 }
@@ -71,19 +78,59 @@ pub(crate) fn draw_ellipses(
     caption: &str,
     panels: &[EllipsePanel],
 ) -> Result<(), WriteError> {
-    let size = (PANEL_PX * panels.len() as u32, PANEL_PX + CAPTION_PX);
-    write_svg(file, size, |area| draw(area, caption, panels))
+    let legend = legend(panels);
+    let width = FINE * PANEL_PX * panels.len() as u32;
+    let legend_height = legend.height_px(width);
+    let size = (width, FINE * (CAPTION_PX + PANEL_PX) + legend_height);
+    write_fine_svg(file, size, FINE, |area| {
+        area.fill(&WHITE)?;
+        let (title, rest) = area.split_vertically(FINE * CAPTION_PX);
+        let at = (10 * FINE.cast_signed(), 10 * FINE.cast_signed());
+        title.draw(&Text::new(caption.to_owned(), at, font(20)))?;
+        let (keys, rest) = rest.split_vertically(legend_height);
+        legend.draw(&keys)?;
+        for (place, panel) in rest.split_evenly((1, panels.len())).iter().zip(panels) {
+            draw_panel(place, panel)?;
+        }
+        Ok(())
+    })
 }
 
-fn draw(area: &Area<'_>, caption: &str, panels: &[EllipsePanel]) -> Result<(), Failure> {
-    area.fill(&WHITE)?;
-    let (title, rest) = area.split_vertically(CAPTION_PX);
-    let font = ("sans-serif", 20).into_font().color(&INK);
-    title.draw(&Text::new(caption.to_owned(), (10, 10), font))?;
-    for (place, panel) in rest.split_evenly((1, panels.len())).iter().zip(panels) {
-        draw_panel(place, panel)?;
+/// Everything that has a name, once.
+fn legend(panels: &[EllipsePanel]) -> Legend {
+    let mut keys: Vec<(String, Look)> = Vec::new();
+    let mut add = |name: &str, look| {
+        if keys.iter().all(|(known, _)| known != name) {
+            keys.push((name.to_owned(), look));
+        }
+    };
+    for panel in panels {
+        add(
+            panel.points_label,
+            Look::Dot(TRUTH.filled(), FINE * 2 * POINT_PX),
+        );
+        for ellipse in &panel.ellipses {
+            add(
+                ellipse.label,
+                Look::Solid(fine(ellipse.color, ellipse.width_px)),
+            );
+        }
+        for trace in &panel.traces {
+            add(trace.label, Look::Solid(fine(trace.color, 2)));
+            if let Some(end) = trace.end_label {
+                add(end, Look::Dot(trace.color.filled(), FINE * END_PX));
+            }
+        }
     }
-    Ok(())
+    Legend::of_looks(keys).scaled(FINE)
+}
+
+fn fine(color: RGBColor, width_px: u32) -> ShapeStyle {
+    line(color, FINE * width_px)
+}
+
+fn font(size_px: u32) -> TextStyle<'static> {
+    ("sans-serif", FINE * size_px).into_font().color(&INK)
 }
 
 fn draw_panel(place: &Area<'_>, panel: &EllipsePanel) -> Result<(), Failure> {
@@ -103,63 +150,43 @@ fn draw_panel(place: &Area<'_>, panel: &EllipsePanel) -> Result<(), Failure> {
         (middle - half)..(middle + half)
     };
     let mut chart = ChartBuilder::on(place)
-        .caption(
-            panel.title.as_str(),
-            ("sans-serif", 16).into_font().color(&INK),
-        )
-        .margin(10)
-        .x_label_area_size(40)
-        .y_label_area_size(56)
+        .caption(panel.title.as_str(), font(16))
+        .margin(FINE * 10)
+        .x_label_area_size(FINE * 40)
+        .y_label_area_size(FINE * 56)
         .build_cartesian_2d(around(x), around(y))?;
     chart
         .configure_mesh()
         .x_desc("x [m]")
         .y_desc("y [m]")
-        .label_style(("sans-serif", 14).into_font().color(&INK))
+        .label_style(font(14))
         .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(INK)
+        .bold_line_style(fine(GRID, 1))
+        .axis_style(fine(INK, 1))
+        .set_all_tick_mark_size(FINE * 5)
         .x_labels(6)
         .x_label_formatter(&tick_label)
         .y_label_formatter(&tick_label)
         .draw()?;
-    let dots = panel
-        .points
-        .iter()
-        .map(|&at| Circle::new(at, 1, TRUTH.filled()));
-    chart
-        .draw_series(dots)?
-        .label(panel.points_label)
-        .legend(|(x, y)| Circle::new((x + 10, y), 2, TRUTH.filled()));
+    let dot = |&at| Circle::new(at, FINE * POINT_PX, TRUTH.filled());
+    chart.draw_series(panel.points.iter().map(dot))?;
     for (at, (ellipse, outline)) in panel.ellipses.iter().zip(outlines).enumerate() {
-        let style = line(ellipse.color, ellipse.width_px);
-        let series = chart.draw_series([PathElement::new(outline, style)])?;
-        let later = panel.ellipses.iter().skip(at + 1);
-        if later.into_iter().any(|it| it.label == ellipse.label) {
+        let style = fine(ellipse.color, ellipse.width_px);
+        chart.draw_series([PathElement::new(outline, style)])?;
+        let mut later = panel.ellipses.iter().skip(at + 1);
+        if later.any(|it| it.label == ellipse.label) {
             continue;
         }
-        series
-            .label(ellipse.label)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
         let [x, y] = ellipse.mean;
-        chart.draw_series([Cross::new((x, y), 5, style)])?;
+        chart.draw_series([Cross::new((x, y), FINE * 5, style)])?;
     }
     for trace in &panel.traces {
-        let style = line(trace.color, 2);
-        chart
-            .draw_series([PathElement::new(trace.points.clone(), style)])?
-            .label(trace.label)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
-        let end = trace.points.last().copied();
-        chart.draw_series(end.map(|at| Circle::new(at, 4, trace.color.filled())))?;
+        let path = PathElement::new(trace.points.clone(), fine(trace.color, 2));
+        chart.draw_series([path])?;
+        let end = trace.end_label.and(trace.points.last().copied());
+        let dot = |at| Circle::new(at, FINE * END_PX, trace.color.filled());
+        chart.draw_series(end.map(dot))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerLeft)
-        .background_style(WHITE.mix(0.85))
-        .border_style(GRID)
-        .label_font(("sans-serif", 14).into_font().color(&INK))
-        .draw()?;
     Ok(())
 }
 

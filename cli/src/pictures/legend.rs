@@ -24,6 +24,8 @@ pub(super) const CROSS_PX: u32 = 4;
 /// Names with the look of what they name.
 pub(super) struct Legend {
     keys: Vec<(String, Look)>,
+    /// All sizes are so many times as large.
+    scale: u32,
 }
 
 /// How a line is drawn.
@@ -33,6 +35,8 @@ pub(super) enum Look {
     Dashed(ShapeStyle),
     /// Places, not a line.
     Cross(ShapeStyle),
+    /// The same, of this radius.
+    Dot(ShapeStyle, u32),
 }
 
 impl Legend {
@@ -42,7 +46,11 @@ impl Legend {
     }
 
     pub(super) fn of_looks(keys: Vec<(String, Look)>) -> Self {
-        Self { keys }
+        Self { keys, scale: 1 }
+    }
+
+    pub(super) fn scaled(self, scale: u32) -> Self {
+        Self { scale, ..self }
     }
 
     /// Names of filled areas.
@@ -53,40 +61,43 @@ impl Legend {
 
     pub(super) fn height_px(&self, width_px: u32) -> u32 {
         let rows = self.keys.len().div_ceil(self.columns(width_px));
-        ROW_PX * u32::try_from(rows).unwrap_or(1) + 4
+        self.scale * (ROW_PX * u32::try_from(rows).unwrap_or(1) + 4)
     }
 
     /// All columns are as wide as the longest name wants.
     fn column_px(&self) -> u32 {
         let longest = self.keys.iter().map(|(name, _)| name.chars().count()).max();
         let name_px = LETTER_PX * longest.unwrap_or(0).min(100);
-        KEY_PX + GAPS_PX + u32::try_from(name_px).unwrap_or(0)
+        self.scale * (KEY_PX + GAPS_PX + u32::try_from(name_px).unwrap_or(0))
     }
 
     fn columns(&self, width_px: u32) -> usize {
-        let columns = width_px.saturating_sub(LEFT_PX) / self.column_px();
+        let columns = width_px.saturating_sub(self.scale * LEFT_PX) / self.column_px();
         usize::try_from(columns).unwrap_or(1).max(1)
     }
 
     pub(super) fn draw(&self, area: &Area<'_>) -> Result<(), Failure> {
-        let columns = self.columns(area.dim_in_pixel().0);
+        let (columns, scale) = (self.columns(area.dim_in_pixel().0), pixels(self.scale));
+        let key_px = scale * pixels(KEY_PX);
         for (index, (name, look)) in self.keys.iter().enumerate() {
             let (row, column) = (index / columns, index % columns);
-            let x = pixels(LEFT_PX) + pixels(self.column_px()) * whole(column);
-            let y = pixels(ROW_PX) * whole(row) + 11;
-            let line = [(x, y), (x + pixels(KEY_PX), y)];
+            let x = scale * pixels(LEFT_PX) + pixels(self.column_px()) * whole(column);
+            let y = scale * (pixels(ROW_PX) * whole(row) + 11);
+            let line = [(x, y), (x + key_px, y)];
             match *look {
                 Look::Solid(style) => area.draw(&PathElement::new(line, style))?,
                 Look::Dashed(style) => area.draw(&dashed(line, style))?,
                 Look::Cross(style) => {
-                    let middle = x + pixels(KEY_PX) / 2;
-                    area.draw(&Cross::new((middle, y), CROSS_PX, style))?;
+                    area.draw(&Cross::new((x + key_px / 2, y), CROSS_PX, style))?;
+                }
+                Look::Dot(style, radius_px) => {
+                    area.draw(&Circle::new((x + key_px / 2, y), radius_px, style))?;
                 }
             }
-            let font = ("sans-serif", 14).into_font().color(&INK);
+            let font = ("sans-serif", 14 * scale).into_font().color(&INK);
             area.draw(&Text::new(
                 name.clone(),
-                (x + pixels(KEY_PX) + 5, y - 7),
+                (x + key_px + scale * 5, y - scale * 7),
                 font,
             ))?;
         }

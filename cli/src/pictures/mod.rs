@@ -43,12 +43,31 @@ fn write_svg(
     size_px: (u32, u32),
     draw: impl FnOnce(&Area<'_>) -> Result<(), Failure>,
 ) -> Result<(), WriteError> {
+    write_fine_svg(file, size_px, 1, draw)
+}
+
+/// The same, drawn in so many times as many units a pixel in both directions.
+fn write_fine_svg(
+    file: &Path,
+    size: (u32, u32),
+    fine: u32,
+    draw: impl FnOnce(&Area<'_>) -> Result<(), Failure>,
+) -> Result<(), WriteError> {
     let mut text = String::new();
-    let area = SVGBackend::with_string(&mut text, size_px).into_drawing_area();
+    let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
     let drawn = draw(&area).and_then(|()| Ok(area.present()?));
     drop(area);
     drawn.map_err(|error| WriteError::new(file, &error))?;
-    result_file::write(file, slim(&text).as_bytes())
+    result_file::write(file, slim(&shown_smaller(&text, size, fine)).as_bytes())
+}
+
+fn shown_smaller(svg: &str, (width, height): (u32, u32), fine: u32) -> String {
+    let sized = |width, height| format!("<svg width=\"{width}\" height=\"{height}\"");
+    svg.replacen(
+        &sized(width, height),
+        &sized(width / fine, height / fine),
+        1,
+    )
 }
 
 /// Without what says no more than the default, which is half of every dot.
