@@ -12,7 +12,6 @@
 //!   is checked, counted under its reason, and never ends the program.
 
 pub mod account;
-mod address_space;
 mod args;
 mod aside;
 pub mod clock;
@@ -27,6 +26,7 @@ pub mod health;
 pub mod hearing;
 mod last_words;
 mod log;
+pub mod memory_limits;
 pub mod pace;
 pub mod publish;
 pub mod realtime;
@@ -103,7 +103,7 @@ fn check(path: &Path, strict: bool) -> Result<(), EndError> {
 
 fn run(path: &Path) -> Result<(), EndError> {
     // Before anything takes much of it.
-    address_space::check()?;
+    memory_limits::check()?;
     // Some would shut us out of the directories that the middleware makes.
     rustix::process::umask(Mode::RWXG | Mode::RWXO);
     let Examined { config, warnings } = Config::examine(path).map_err(StartError::from)?;

@@ -6,6 +6,7 @@ use coloc_shm_types::{NoGroup, OpenError, PortError};
 use rustix::io::Errno;
 
 use crate::config::ConfigError;
+use crate::memory_limits::MemoryLimit;
 
 /// Nothing was published yet; whatever was opened is closed again.
 #[derive(Debug, thiserror::Error)]
@@ -31,12 +32,14 @@ pub enum StartError {
     /// The kernel refused a descriptor.
     #[error("the tick's timer cannot be set up: {}", advised(&(*.0).into()))]
     Wait(#[from] Errno),
-    /// The process would not have the addresses that it takes.
+    /// The process would not have the memory that it takes.
     #[error(
-        "an address space of {limit_mib} MiB is too small, colocd takes up to {needed_mib} MiB: \
-         raise the limit (ulimit -v; LimitAS= in a unit)"
+        "{} of {limit_mib} MiB is too small, colocd takes up to {needed_mib} MiB: raise the limit ({})",
+        .limit.name(), .limit.setting()
     )]
-    AddressSpace {
+    Memory {
+        /// Which.
+        limit: MemoryLimit,
         /// The limit \[MiB\].
         limit_mib: u64,
         /// What it should be at least \[MiB\].
@@ -47,8 +50,7 @@ pub enum StartError {
     Realtime(String),
     /// A thread cannot be had.
     #[error(
-        "a thread cannot be started: {0}; allow more processes and more memory \
-         (ulimit -u, ulimit -d; LimitNPROC=, LimitDATA=, TasksMax= in a unit)"
+        "a thread cannot be started: {0}; allow more processes (ulimit -u; LimitNPROC=, TasksMax= in a unit)"
     )]
     Thread(std::io::Error),
     /// A signal handler or a descriptor.

@@ -309,23 +309,6 @@ fn no_socket_is_left_on_the_bus_whenever_it_ends() {
     }
 }
 
-#[test]
-fn an_address_space_that_is_too_small_is_refused_with_what_it_takes() {
-    let site = Site::new("robot1", "");
-    for limit_mib in [16, 64, 511] {
-        let script = format!("ulimit -v {} && exec \"$@\"", limit_mib << 10);
-        let mut command = shell(&script, &site.run_command());
-        let output = command.stderr(Stdio::piped()).output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{limit_mib} MiB: {said}");
-        let refusal = format!("colocd: an address space of {limit_mib} MiB is too small");
-        assert!(
-            said.starts_with(&refusal) && said.contains("ulimit -v; LimitAS="),
-            "{said}"
-        );
-    }
-}
-
 /// What is said by a start under this limit, which fails.
 fn refused_under(limit: &str) -> String {
     let site = Site::new("robot1", "");
@@ -346,18 +329,34 @@ fn too_few_files_are_refused_with_the_limit_wherever_they_are_missing_first() {
 }
 
 #[test]
-fn too_little_memory_for_a_thread_is_refused_with_the_limits() {
-    let said = refused_under("-d 1000");
-    let advised = said.contains("ulimit -u, ulimit -d") && said.contains("LimitNPROC=");
-    assert!(advised, "{said}");
+fn too_little_memory_is_refused_with_the_limit_before_it_is_missing() {
+    for (option, name, setting, limits_mib) in [
+        (
+            "-v",
+            "an address space",
+            "ulimit -v; LimitAS=",
+            [16, 64, 511],
+        ),
+        ("-d", "a data segment", "ulimit -d; LimitDATA=", [2, 4, 31]),
+    ] {
+        for limit_mib in limits_mib {
+            let said = refused_under(&format!("{option} {}", limit_mib << 10));
+            let refusal = format!("colocd: {name} of {limit_mib} MiB is too small");
+            assert!(
+                said.starts_with(&refusal) && said.contains(setting),
+                "{said}"
+            );
+        }
+    }
 }
 
 #[test]
-fn as_much_address_space_as_it_asks_for_is_enough_for_everything() {
+fn as_much_memory_as_it_asks_for_is_enough_for_everything() {
     let all = "[initial]\nresume = true\n[telemetry]\nlog = \"debug\"\nlog_file = \"{at}/log\"\n\
         record = \"{at}/record\"\n[realtime]\nscheduler = \"other\"\nlock_memory = false\n";
     let site = Site::new("robot1", all);
-    let script = format!("ulimit -v {} && exec \"$@\"", 512 << 10);
+    let (addresses, data) = (512 << 10, 32 << 10);
+    let script = format!("ulimit -v {addresses} && ulimit -d {data} && exec \"$@\"");
     let mut daemon = Daemon::spawn(&mut shell(&script, &site.run_command()));
     site.saved_until("a belief", |_| true);
     assert_lives(&site, &mut daemon);

@@ -2,9 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use coloc_shm_types::{
-    Clock, DriverStatus, Health, PortError, Publisher, RobotName, Sender, Space,
-};
+use coloc_shm_types::{Clock, DriverStatus, Health, Publisher, RobotName, Sender, Space};
 
 use crate::end::EndError;
 use crate::health::{Counts, Vitals};
@@ -51,7 +49,7 @@ impl Reporter {
             error,
         };
         Ok(Self {
-            port: space.publisher(robot).map_err(|error: PortError| error)?,
+            port: space.publisher::<DriverStatus>(robot)?,
             sender: Sender::start(source, Clock::Boottime).map_err(random)?,
             driver: DriverStatus::named(name),
             vitals: Vitals::default(),
