@@ -13,7 +13,7 @@ use crate::place::{Found, Looked, Place, PlaceArgs, look};
 use crate::status::Status;
 
 /// The robots whose daemon runs on this computer, as this user, a line each; and those of others that a group of this user's may
-/// read (`group` in [shm] of their robot.toml; docs/channels.md).
+/// read (`[shm] group` of their robot.toml; docs/channels.md).
 ///
 /// Takes a listener's place of each robot for as long as it takes to hear one estimate, at most a second.
 #[derive(Clone, Debug, Args)]

@@ -6,7 +6,7 @@ use coloc_shm_types::RobotName;
 use crate::place::PlaceArgs;
 
 /// Prints the estimates of a robot whose daemon runs on this computer, as this user, or as one who lets a group of this user's
-/// read (`group` in [shm] of its robot.toml; docs/channels.md). One that does not run is waited for, and
+/// read (`[shm] group` of its robot.toml; docs/channels.md). One that does not run is waited for, and
 /// one that goes is followed when it comes back; what happens to it is said on standard error. Ctrl-C ends it.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
