@@ -26,9 +26,6 @@ use coloc_benches::hot::CACHE;
 use coloc_tests::output::{end, print_line};
 use figures::Figures;
 
-/// Growth beyond this fails `--check`.
-const TOLERANCE: f64 = 0.05;
-
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
@@ -115,8 +112,10 @@ fn compare() -> Result<bool, Box<dyn Error>> {
     let mut within = true;
     for (name, now) in measured.iter() {
         let change = committed.get(name).map(|before| relative(before, now));
-        let too_much = Case::named(name).is_some_and(|case| exceeds(case, now, &measured));
-        let grown = change.is_none_or(|change| change > TOLERANCE) || too_much;
+        let case = Case::named(name);
+        let too_much = case.is_some_and(|case| exceeds(case, now, &measured));
+        let tolerance = case.map_or(0.0, Case::tolerance);
+        let grown = change.is_none_or(|change| change > tolerance) || too_much;
         within &= !grown;
         print_line(&format!(
             "{name:<52} {:>12} {now:>12} {:>8}{}",
