@@ -22,6 +22,7 @@
 //! A pose that a person sets is followed at once. Nobody has confirmed it, the wheels neither: sources that disagree win by a
 //! majority, as against any other belief.
 
+mod circle;
 mod cover;
 mod finding;
 mod hypothesis;

@@ -23,6 +23,7 @@
 
 use nalgebra::{Matrix2, Matrix2x6, Matrix6, Vector2, Vector6};
 
+use super::circle::Joint;
 use super::moments::{Crossed, Point, Squared, left};
 use super::stride::Stride;
 use crate::angle::wrap;
@@ -41,6 +42,9 @@ pub(crate) const UNKNOWN_VARIANCE: f64 = UNKNOWN_HEADING * UNKNOWN_HEADING;
 
 /// What the length of u may miss of one because the wheels' scale is not exact.
 const SCALE: f64 = 0.05;
+
+/// What it does if they are calibrated.
+const CALIBRATED: f64 = 0.02;
 
 /// A direction whose length is known as well as this tells whether it is one.
 const TELLING: f64 = 0.25;
@@ -457,6 +461,29 @@ impl Lifted {
         };
         let parts = Parts::dependent(Covariance3::trusted(&covariance));
         Belief::gaussian(self.pose(), parts)
+    }
+
+    /// What is to be believed of it now that its direction, which has length one, is known: `None` as long as it is not known well
+    /// enough to go on with a Gaussian.
+    pub(crate) fn as_found(&self) -> Option<Belief> {
+        let direction = self.direction();
+        if !direction.is_resolved() {
+            return None;
+        }
+        let along = Vector2::new(direction.along.re, direction.along.im);
+        let joint = Joint {
+            position: Vector2::new(self.p.re, self.p.im),
+            direction: Vector2::new(self.u.re, self.u.im),
+            pp: self.pp.matrix(),
+            pu: self.pu.matrix(),
+            uu: self.uu.matrix() + CALIBRATED * CALIBRATED * along * along.transpose(),
+        };
+        let Some((belief, is_straight)) = joint.on_circle(direction.heading(), direction.sigma())
+        else {
+            return Some(self.as_belief());
+        };
+        let is_known = is_straight && belief.heading_variance() <= RESOLVED * RESOLVED;
+        is_known.then_some(belief)
     }
 
     /// Whether all of it are numbers.
