@@ -23,6 +23,7 @@
 //! majority, as against any other belief.
 
 mod circle;
+mod columns;
 mod cover;
 mod drag;
 mod finding;
