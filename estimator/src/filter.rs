@@ -12,6 +12,7 @@ use crate::found::{Gauge, Start, WIDE};
 use crate::fusion::fuse_and_leave;
 use crate::gyro::{Bias, GyroSettings, GyroState, Passage};
 use crate::heading::{self, HeadingNoise};
+use crate::honest::{Moved, ThereAndBack};
 use crate::kind::{HeadingFix, Measured, PositionFix};
 use crate::motion::{Motion, drive, propagate};
 use crate::output::Verdict;
@@ -244,13 +245,10 @@ impl Filter {
         let antenna = lever::moved(&self.state.belief, fix.lever);
         let (update, normalised, learnt) = self.corrected_at(&antenna.belief, fix, gate, settings);
         let body = lever::moved(&update.belief, lever::back(fix.lever));
-        let accepted = update.accepted && body.belief.is_finite();
+        let belief = self.back_from(fix, &antenna, &body);
+        let accepted = update.accepted && belief.is_finite();
         let update = FixUpdate {
-            belief: if accepted {
-                body.belief
-            } else {
-                self.state.belief
-            },
+            belief: if accepted { belief } else { self.state.belief },
             accepted,
             ..update
         };
@@ -259,6 +257,21 @@ impl Filter {
             Learnt::OfPose(left) => Learnt::OfPose(body.map.after(&antenna.map.before(&left))),
         };
         (update, normalised, learnt)
+    }
+
+    /// The belief of the body, to the last digit where the fix has no slow error.
+    fn back_from(&self, fix: &PositionFix, antenna: &Moved, body: &Moved) -> Belief {
+        if fix.slow.is_there() {
+            return body.belief;
+        }
+        let round = ThereAndBack {
+            own: &self.state.belief,
+            lever: fix.lever,
+            there: &antenna.map,
+            complement: &fix::complement(&antenna.belief, &fix.covariance),
+            back: &body.map,
+        };
+        round.exact(&body.belief)
     }
 
     fn corrected_at(

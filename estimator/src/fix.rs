@@ -64,6 +64,13 @@ pub(crate) fn judged(
     (accepted, normalised)
 }
 
+/// `I − W H` of a fix with noise `covariance`.
+pub(crate) fn complement(own: &Belief, covariance: &Covariance2) -> Square3 {
+    let total = own.total().symmetric();
+    let inverse = Factor::new(&innovation_covariance(&total, covariance)).inverse();
+    Gain::new(&total, &inverse).complement()
+}
+
 /// `S = H P Hᵀ + R_A`. With zeros for the heading, its generalised inverse is that of the 2×2 matrix.
 #[inline]
 fn innovation_covariance(p: &Symmetric3, noise: &Covariance2) -> Symmetric3 {

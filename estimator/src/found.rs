@@ -22,7 +22,10 @@
 //! A pose that a person sets is followed at once. Nobody has confirmed it, the wheels neither: sources that disagree win by a
 //! majority, as against any other belief.
 
+mod circle;
+mod columns;
 mod cover;
+mod drag;
 mod finding;
 mod hypothesis;
 mod lifted;
@@ -77,6 +80,9 @@ const SILENT: Span = Span::from_millis(10_000);
 const CHANCE_WORDS: u32 = 3;
 const CHANCE_GAP: Span = Span::from_millis(5_000);
 const CHANCE_AGE: Span = Span::from_millis(5_000);
+
+/// Or whenever it has refused everything for so long, and nobody stands against it.
+const STARVED: Span = Span::from_millis(10_000);
 
 /// A heading that has come as near to that of a hypothesis, in σ, may be the same.
 const SAME_HEADING: f64 = 4.0;
@@ -185,10 +191,10 @@ impl Found {
         }
     }
 
-    /// A word has left the history with which the belief agrees, and nobody is in doubt of anything: whether that has changed.
-    /// `None` where it takes more ([`Self::hear`]).
+    /// A word has left the history with which the belief agrees, and nobody is in doubt of anything, nor is now. `None` where it
+    /// takes more ([`Self::hear`]).
     #[inline]
-    pub(crate) fn hear_plain(&mut self, word: &Word) -> Option<bool> {
+    pub(crate) fn hear_plain(&mut self, word: &Word) -> Option<()> {
         let all_agree = self.knows && !self.driven && self.suspended.as_slice().is_empty();
         let test = word.test_belief();
         if !all_agree || word.gauge.wide || word.is_watched() || !test.passes() {
@@ -196,17 +202,22 @@ impl Found {
         }
         let mut seats = self.seats[..self.seated].iter_mut().flatten();
         let seat = seats.find(|seat| seat.source == word.source)?;
+        let mean = if word.is_fix() {
+            seat.mean.after(word.gauge.normalised)
+        } else {
+            seat.mean
+        };
+        if mean.disagrees() {
+            return None;
+        }
+        seat.mean = mean;
         let news = seat.news(word);
         let accepted = if word.is_fix() { 1.0 } else { news };
         seat.on_belief.accept(word.stamp, news, accepted, true);
         seat.d2 = test.d2;
-        if word.is_fix() {
-            seat.mean.take(word.gauge.normalised);
-        }
-        let in_doubt = seat.mean.disagrees();
         self.last_word = word.stamp;
         self.took(word.stamp);
-        Some(in_doubt && self.list_suspended(word.stamp))
+        Some(())
     }
 
     /// A word has left the history; `prior` is the belief before it.
@@ -228,10 +239,15 @@ impl Found {
             return Ruling::Stands;
         };
         let news = self.seats[at].as_mut().map_or(0.0, |seat| seat.news(word));
+        let seat = self.seats[at].as_ref();
+        let was_against = seat.is_some_and(|seat| seat.disagrees(word.stamp));
         let refused = self.knows && !self.vote_on_belief(at, word, prior, news);
         self.vote_on_others(at, word, news);
         self.feed_own(at, word, prior, refused, settings);
-        let ruling = self.rule(at, word, prior, refused, settings);
+        let mut ruling = self.rule(at, word, prior, refused, settings);
+        if ruling == Ruling::Stands && self.knows && !was_against {
+            ruling = self.undo_drag(at, word, prior);
+        }
         if !refused {
             self.reconcile(at, prior);
         }
@@ -305,9 +321,7 @@ impl Found {
         let seen = &lever::moved(prior, word.lever()).belief;
         let own = shared_of_refusal(word, seen, &test);
         let weight = weigh(word, &test, news, own);
-        let is_near = |it: &Hypothesis| is_near(&it.lifted, prior);
-        let may_end = is_same_heading(seat.hypothesis.as_ref(), prior)
-            && seat.hypothesis.as_ref().is_none_or(is_near);
+        let may_end = seat.hypothesis.as_ref().is_none_or(|it| is_back(it, prior));
         seat.on_belief.cast(word.stamp, &test, &weight, may_end);
         seat.d2 = test.d2;
         let fused = test.passes() && !seat.disagrees(word.stamp);
@@ -441,7 +455,7 @@ impl Found {
                 .decide(word.stamp, Decision::Widened { source });
             return Ruling::Dropped;
         }
-        if refused && self.has_second_chance(at, word, prior) {
+        if refused && self.has_second_chance(at, word, prior, settings.found.trust_jump) {
             let turned = Turned::by_belief(word.stamp);
             let mut hypothesis = Hypothesis::from(&Lifted::of(prior), turned, word, Span::ZERO);
             hypothesis.take(word, settings.fusion.heading_lever_m);
@@ -459,8 +473,9 @@ impl Found {
 
     /// Of a hundred honest robots one refuses the first fix after an outage, and then all that follow. Where it is then, far out on the
     /// bend of its distribution, no linear update of the pose is right; that of the hypothesis is.
-    /// So it may be soon after a start: the doubt of a belief grows by the way, and refusals count for next to nothing.
-    fn has_second_chance(&self, at: usize, word: &Word, prior: &Belief) -> bool {
+    /// So it may be soon after a start, or whenever the belief has refused everything for long and nobody stands against it yet: its
+    /// doubt grows by the way, and refusals count for next to nothing. With trust in the receiver that may be a lie that fits at last.
+    fn has_second_chance(&self, at: usize, word: &Word, prior: &Belief, trust: TrustJump) -> bool {
         let Some(seat) = &self.seats[at] else {
             return false;
         };
@@ -468,10 +483,13 @@ impl Found {
             return false;
         };
         let own = planar_trace(&prior.total().symmetric());
+        let after_gap = hypothesis.gap >= CHANCE_GAP || self.confirmed < CONFIRMED;
+        let came_late = after_gap && hypothesis.age(word.stamp) <= CHANCE_AGE;
+        let starves = word.stamp - self.last_taken >= STARVED && !seat.disagrees(word.stamp);
+        let is_trusted = trust == TrustJump::Robot;
         word.is_fix()
             && hypothesis.taken >= CHANCE_WORDS
-            && (hypothesis.gap >= CHANCE_GAP || self.confirmed < CONFIRMED)
-            && hypothesis.age(word.stamp) <= CHANCE_AGE
+            && (came_late || starves && is_trusted)
             && own > planar_trace(&word.noise())
             && !word.test_belief().is_gross()
     }
@@ -491,7 +509,7 @@ impl Found {
         };
         if let Some(hypothesis) = &seat.hypothesis
             && hypothesis.taken >= TOLD
-            && is_near(&hypothesis.lifted, prior)
+            && is_back(hypothesis, prior)
         {
             seat.mean.reconcile();
         }
@@ -550,15 +568,17 @@ fn weigh(word: &Word, test: &Test, news: f64, own: f64) -> Weight {
     }
 }
 
-/// A robot that was turned and crosses its old path is not found by that.
-fn is_same_heading(hypothesis: Option<&Hypothesis>, belief: &Belief) -> bool {
-    let Some(hypothesis) = hypothesis else {
-        return true;
-    };
+/// Whether a hypothesis is where the belief is, and looks where it looks. A robot that was turned and crosses its old path is not found
+/// by that; nor who drives off after it was carried, as long as its heading is open.
+fn is_back(hypothesis: &Hypothesis, belief: &Belief) -> bool {
+    is_near(&hypothesis.lifted, belief) && is_same_heading(hypothesis, belief)
+}
+
+fn is_same_heading(hypothesis: &Hypothesis, belief: &Belief) -> bool {
     let direction = hypothesis.lifted.direction();
     let sigma = direction.sigma();
     if sigma >= COMPARABLE {
-        return true;
+        return hypothesis.has_stood();
     }
     let apart = crate::angle::wrap(direction.heading() - belief.pose.phi);
     let variance = sigma * sigma + belief.heading_variance();
@@ -624,6 +644,74 @@ mod tests {
         let stood_against = (2..8).map(|tick| hear(&fix(1, tick, 0.0, NEAR))).last();
         assert!(stood_against.is_some_and(|vote| vote != Vote::default()));
         assert_eq!(hear(&fix(0, 8, 0.0, WIDE_AND_NEAR)), Vote::default());
+    }
+
+    /// Every fix is refused, by little; nobody stands against the belief, and it is far less certain than they are.
+    #[test]
+    fn who_refuses_everything_for_ten_seconds_has_a_second_chance() {
+        let covariance = Covariance3::diagonal([0.3, 0.3, 0.01]).unwrap();
+        let belief = Belief::independent(Pose::default(), covariance);
+        let drops_at = |trust_jump| {
+            let mut settings = Settings::default();
+            settings.found.trust_jump = trust_jump;
+            let mut found = Found::new(Stamp::default(), &Start::Known(belief));
+            for tick in 0..9 {
+                let _ = found.hear(&fix(0, tick, 0.0, NEAR), &belief, &settings);
+            }
+            let out = Gauge { d2: 15.0, ..NEAR };
+            let mut words = (9..80).map(|tick| fix(0, tick, 1.9, out));
+            words.position(|word| found.hear(&word, &belief, &settings).0 == Ruling::Dropped)
+        };
+        assert_eq!(drops_at(TrustJump::Robot), Some(49));
+        assert_eq!(drops_at(TrustJump::Receiver), None);
+    }
+
+    /// A receiver drags the belief along, and another one stands by that. Once it is named the belief is less sure of itself, and
+    /// what the other one began to hold against it is forgotten.
+    #[test]
+    fn what_a_liar_dragged_along_is_doubted_when_it_is_named() {
+        let covariance = Covariance3::diagonal([0.01, 0.01, 0.01]).unwrap();
+        let belief = Belief::independent(Pose::default(), covariance);
+        let settings = Settings::default();
+        let mut found = Found::new(Stamp::default(), &Start::Known(belief));
+        let dragged = |x: f64| Gauge {
+            normalised: [x, 0.0],
+            ..NEAR
+        };
+        let mut named = (0..100).map(|tick| {
+            let _ = found.hear(&fix(1, tick, 0.0, dragged(-0.5)), &belief, &settings);
+            let ruling = found
+                .hear(&fix(0, tick, 0.0, dragged(1.5)), &belief, &settings)
+                .0;
+            (
+                ruling,
+                found.suspended().len(),
+                found.seats[0].map(|it| it.mean),
+            )
+        });
+        let (ruling, against, mean) = named.find(|(_, against, _)| *against > 0).unwrap();
+        let Ruling::Replaced(wider) = ruling else {
+            panic!("{ruling:?}");
+        };
+        let [x, y, heading] = wider.total().variances();
+        assert!(x > 0.017 && x == y && heading == 0.01, "{x} {y} {heading}");
+        assert_eq!((against, mean), (1, Some(mean::Mean::default())));
+    }
+
+    /// It stood when it was carried, and is where it was believed to be by chance: while its heading is open that means nothing.
+    #[test]
+    fn who_has_driven_and_does_not_know_its_heading_is_not_back() {
+        let covariance = Covariance3::diagonal([0.01; 3]).unwrap();
+        let belief = Belief::independent(Pose::default(), covariance);
+        let mut stands = Hypothesis::beginning(&fix(0, 0, 0.0, NEAR), Span::ZERO);
+        assert!(is_back(&stands, &belief));
+        let ahead = Motion::Holonomic {
+            velocity: [0.1, 0.0, 0.0],
+            noise: Covariance3::default(),
+        };
+        stands.step(&Stride::of(&ahead, 1.0), 1.0);
+        let _ = stands.feed(&fix(0, 5, 0.1, NEAR), 4.0);
+        assert!(!is_back(&stands, &belief));
     }
 
     /// It is refused soon after the start and ever since, and refusals count for next to nothing. It is not left so.

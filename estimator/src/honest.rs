@@ -52,6 +52,7 @@ mod circle;
 mod measure;
 mod plane;
 mod step;
+mod there_and_back;
 
 pub use arc::Increments;
 pub(crate) use arc::{Swept, chord_of};
@@ -60,3 +61,4 @@ pub(crate) use circle::Circle;
 pub(crate) use measure::left;
 pub use step::{Map, Moved, advance};
 pub(crate) use step::{seen_from, step, step_with_column};
+pub(crate) use there_and_back::ThereAndBack;

@@ -157,6 +157,11 @@ impl Hypothesis {
         }
     }
 
+    /// Nothing has told of its heading since it was born.
+    pub(crate) fn has_stood(&self) -> bool {
+        self.tellings <= 1
+    }
+
     pub(crate) fn age(&self, now: Stamp) -> Span {
         now - self.born
     }

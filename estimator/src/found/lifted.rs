@@ -5,12 +5,15 @@
 //! Kalman filter on six numbers keeps an exact covariance at any heading: an unknown one is `u ~ (0, ½ I)`.
 //!
 //! ```text
-//! U = C_uu + ū ūᵀ    T = [[t_x, −t_y], [t_y, t_x]]    T_d: likewise of d    D = [[D_tt, d], [dᵀ, q]]
+//! U ∝ C_uu + ū ūᵀ, tr U = 1    T = [[t_x, −t_y], [t_y, t_x]]    T_d: likewise of d    D = [[D_tt, d], [dᵀ, q]]
 //! p⁺ = p + T u       u⁺ = e^(−q/2) R(Δ) u             b⁺ = a b              C⁺ = F C Fᵀ + N
-//! N_pp = (U₁₁ D_tt + U₁₂ (J D_tt + D_tt Jᵀ) + U₂₂ J D_tt Jᵀ)/tr U
-//! N_uu = R(Δ) [½ tr U (1 − e^(−2q)) I + (e^(−2q) − e^(−q)) U] R(Δ)ᵀ
+//! N_pp = U₁₁ D_tt + U₁₂ (J D_tt + D_tt Jᵀ) + U₂₂ J D_tt Jᵀ
+//! N_uu = R(Δ) [½ (1 − e^(−2q)) I + (e^(−2q) − e^(−q)) U] R(Δ)ᵀ
 //! N_pu = e^(−q/2) T_d U (J R(Δ))ᵀ                     N_bb = σ_s² (1 − a²) I
 //! ```
+//!
+//! The direction has length one, whatever length the filter has come to, and N is the covariance of what the wheels' noise does to such
+//! a one: all blocks of one and the same U, or N is none and C loses its sign.
 //!
 //! The blocks of C are kept as moments of complex numbers ([`super::moments`]), in which T and R are products.
 //!
@@ -23,6 +26,8 @@
 
 use nalgebra::{Matrix2, Matrix2x6, Matrix6, Vector2, Vector6};
 
+use super::circle::Joint;
+use super::columns::Columns;
 use super::moments::{Crossed, Point, Squared, left};
 use super::stride::Stride;
 use crate::angle::wrap;
@@ -41,6 +46,9 @@ pub(crate) const UNKNOWN_VARIANCE: f64 = UNKNOWN_HEADING * UNKNOWN_HEADING;
 
 /// What the length of u may miss of one because the wheels' scale is not exact.
 const SCALE: f64 = 0.05;
+
+/// What it does if they are calibrated.
+const CALIBRATED: f64 = 0.02;
 
 /// A direction whose length is known as well as this tells whether it is one.
 const TELLING: f64 = 0.25;
@@ -135,13 +143,25 @@ impl Lifted {
         self
     }
 
-    /// Exact moments of a belief.
+    /// Exact moments of a belief. What its bend has in common with the heading itself is none of a direction: it is taken out, of
+    /// the position too.
     pub(crate) fn of(belief: &Belief) -> Self {
         let total = belief.total().symmetric();
         let circle = Circle::of(total.pp, 0.0);
         let (sin, cos) = libm::sincos(belief.pose.phi);
         let ahead = Point::new(cos, sin);
-        let [[ax, ay, _], [bx, by, _]] = [belief.bend.along, belief.bend.across];
+        let by_heading = |with_heading: f64| {
+            if total.pp > 0.0 {
+                with_heading / total.pp
+            } else {
+                0.0
+            }
+        };
+        let straight = |[x, y, with_heading]: [f64; 3]| {
+            let by = by_heading(with_heading);
+            [x - by * total.xp, y - by * total.yp]
+        };
+        let [[ax, ay], [bx, by]] = [belief.bend.along, belief.bend.across].map(straight);
         let linear = circle.mean * Point::new(total.xp, total.yp);
         let (along, across) = (Point::new(ax, ay), Point::new(bx, by) + linear);
         let position = Matrix2::new(total.xx, total.xy, total.xy, total.yy);
@@ -174,8 +194,7 @@ impl Lifted {
     #[inline]
     pub(crate) fn step(&mut self, stride: &Stride, wandering: Wandering) {
         let (way, turn, kept) = (stride.way, stride.mean_turn(), wandering.kept);
-        let length = self.uu.length + self.u.norm_sqr();
-        let plain = self.uu.plain + self.u * self.u;
+        let (length, plain) = self.unit();
         let (uu, pu, ub) = (self.uu, self.pu, self.ub);
         self.p += way * self.u;
         self.u *= turn;
@@ -204,28 +223,28 @@ impl Lifted {
         };
     }
 
-    /// `C_pp` after a motion; `length` and `plain` are the second moments of u. What the ways add is as much for any length of u.
+    /// U: the second moments of u, of a direction of length one.
+    #[inline]
+    fn unit(&self) -> (f64, Point) {
+        let length = self.uu.length + self.u.norm_sqr();
+        if length > 0.0 {
+            (1.0, (self.uu.plain + self.u * self.u) / length)
+        } else {
+            (0.0, Point::new(0.0, 0.0))
+        }
+    }
+
+    /// `C_pp` after a motion; `length` and `plain` are U.
     #[inline]
     fn translated(&self, stride: &Stride, length: f64, plain: Point) -> Squared {
-        let Stride {
-            way, added, swung, ..
-        } = stride;
+        let Stride { way, added, .. } = stride;
         let (pp, uu, pu) = (self.pp, self.uu, self.pu);
-        let (known, unit) = if length > 0.0 {
-            (1.0, plain / length)
-        } else {
-            (0.0, plain)
-        };
         Squared {
             length: pp.length
                 + 2.0 * (pu.with_conjugate * way.conj()).re
                 + way.norm_sqr() * uu.length
-                + known * added.length
-                + length * swung.length,
-            plain: pp.plain
-                + way * (2.0 * pu.plain + way * uu.plain)
-                + unit * added.plain
-                + plain * swung.plain,
+                + length * added.length,
+            plain: pp.plain + way * (2.0 * pu.plain + way * uu.plain) + plain * added.plain,
         }
     }
 
@@ -249,31 +268,29 @@ impl Lifted {
         quadratic(&(antenna.seen_by_source() + white), innovation)
     }
 
-    /// After an own fix with white noise `white`, of the antenna at `lever`.
-    pub(crate) fn correct(&mut self, position: [f64; 2], lever: [f64; 2], white: &Matrix2<f64>) {
-        let mut antenna = self.at(lever);
-        antenna.correct_here(position, white);
-        *self = antenna.at(lever::back(lever));
+    /// After an own fix with white noise `white`, of the antenna at `lever`: `H = [I, L, I]`.
+    pub(crate) fn correct(
+        &mut self,
+        position: [f64; 2],
+        [forward, left]: [f64; 2],
+        white: &Matrix2<f64>,
+    ) {
+        let mut observed = Matrix2x6::zeros();
+        observed.fixed_columns_mut::<2>(0).fill_diagonal(1.0);
+        observed.fixed_columns_mut::<2>(4).fill_diagonal(1.0);
+        let turned = Matrix2::new(forward, -left, left, forward);
+        observed.fixed_columns_mut::<2>(2).copy_from(&turned);
+        let antenna = self.at([forward, left]);
+        self.learn(&observed, antenna.innovation(position), white);
     }
 
-    /// In Joseph's form.
-    fn correct_here(&mut self, position: [f64; 2], white: &Matrix2<f64>) {
-        let innovation = self.innovation(position);
-        let Some(inverse) = (self.seen_by_source() + white).try_inverse() else {
+    /// After a measurement `H X` with `noise`, off by `innovation`.
+    fn learn(&mut self, observed: &Matrix2x6<f64>, innovation: Vector2<f64>, noise: &Matrix2<f64>) {
+        let Some(learnt) = Columns::of(&self.covariance()).learn(observed, noise) else {
             return;
         };
-        let covariance = self.covariance();
-        let observed: Matrix2x6<f64> =
-            covariance.fixed_rows::<2>(0) + covariance.fixed_rows::<2>(4);
-        let gain = observed.transpose() * inverse;
-        let mut left = Matrix6::identity();
-        let mut cut = left.fixed_columns_mut::<2>(0);
-        cut -= gain;
-        let mut cut = left.fixed_columns_mut::<2>(4);
-        cut -= gain;
-        let joseph = left * covariance * left.transpose() + gain * white * gain.transpose();
-        self.add_to_mean(&(gain * innovation));
-        self.set_covariance(&(0.5 * (joseph + joseph.transpose())));
+        self.add_to_mean(&(learnt.gain * innovation));
+        self.set_covariance(&learnt.covariance);
     }
 
     fn add_to_mean(&mut self, change: &Vector6<f64>) {
@@ -307,40 +324,18 @@ impl Lifted {
         let squares = Matrix2::new(circle.along, 0.0, 0.0, circle.sine);
         let noise = frame * squares * frame.transpose();
         let innovation = circle.mean * Vector2::new(cos, sin) - Vector2::new(self.u.re, self.u.im);
-        let Some(inverse) = (self.uu.matrix() + noise).try_inverse() else {
-            return;
-        };
-        let gain = self.covariance().fixed_columns::<2>(2) * inverse;
-        let mut kept = Matrix6::identity();
-        let mut cut = kept.fixed_columns_mut::<2>(2);
-        cut -= gain;
-        self.take(
-            &kept,
-            &(gain * innovation),
-            &(gain * noise * gain.transpose()),
-        );
+        let mut observed = Matrix2x6::zeros();
+        observed.fixed_columns_mut::<2>(2).fill_diagonal(1.0);
+        self.learn(&observed, innovation, &noise);
     }
 
     /// After what was said of the direction `across` the own one, with noise of `variance`.
     fn turn_across(&mut self, across: Point, said: Point, variance: f64) {
-        let observed = Vector6::new(0.0, 0.0, across.re, across.im, 0.0, 0.0);
-        let with_it = self.covariance() * observed;
-        let sum = observed.dot(&with_it) + variance;
-        if !(sum > 0.0 && sum.is_finite()) {
-            return;
-        }
-        let gain = with_it / sum;
-        let innovation = (across.conj() * (said - self.u)).re;
-        let kept = Matrix6::identity() - gain * observed.transpose();
-        let brought = variance * gain * gain.transpose();
-        self.take(&kept, &(gain * innovation), &brought);
-    }
-
-    /// In Joseph's form.
-    fn take(&mut self, kept: &Matrix6<f64>, correction: &Vector6<f64>, brought: &Matrix6<f64>) {
-        let joseph = kept * self.covariance() * kept.transpose() + brought;
-        self.add_to_mean(correction);
-        self.set_covariance(&(0.5 * (joseph + joseph.transpose())));
+        let mut observed = Matrix2x6::zeros(); // The second row is of nothing.
+        (observed.m13, observed.m14) = (across.re, across.im);
+        let innovation = Vector2::new((across.conj() * (said - self.u)).re, 0.0);
+        let noise = Matrix2::new(variance, 0.0, 0.0, 1.0);
+        self.learn(&observed, innovation, &noise);
     }
 
     /// C
@@ -457,6 +452,26 @@ impl Lifted {
         };
         let parts = Parts::dependent(Covariance3::trusted(&covariance));
         Belief::gaussian(self.pose(), parts)
+    }
+
+    /// What is to be believed of it now that its direction, which has length one, is known: `None` as long as it is not.
+    pub(crate) fn as_found(&self) -> Option<Belief> {
+        let direction = self.direction();
+        if !direction.is_resolved() {
+            return None;
+        }
+        let along = Vector2::new(direction.along.re, direction.along.im);
+        let joint = Joint {
+            position: Vector2::new(self.p.re, self.p.im),
+            direction: Vector2::new(self.u.re, self.u.im),
+            pp: self.pp.matrix(),
+            pu: self.pu.matrix(),
+            uu: self.uu.matrix() + CALIBRATED * CALIBRATED * along * along.transpose(),
+        };
+        let Some(belief) = joint.on_circle(direction.heading(), direction.sigma()) else {
+            return Some(self.as_belief());
+        };
+        (belief.heading_variance() <= RESOLVED * RESOLVED).then_some(belief)
     }
 
     /// Whether all of it are numbers.
@@ -625,6 +640,81 @@ mod tests {
     fn least_eigenvalue(lifted: &Lifted) -> f64 {
         let covariance = lifted.covariance();
         covariance.symmetric_eigenvalues().min() / covariance.trace()
+    }
+
+    /// A fix leaves the bend something in common with the heading itself.
+    #[test]
+    fn what_a_belief_becomes_is_a_covariance_whatever_its_bend() {
+        let mut normal = normals();
+        for life in 0..3000 {
+            let parts = Parts::dependent(believed(libm::exp(normal())).total());
+            let mut belief = Belief::gaussian(Pose::default(), parts);
+            for k in 0..6 {
+                let turning = Motion::Holonomic {
+                    velocity: [5.0 * normal(), normal(), normal()],
+                    noise: Covariance3::ZERO,
+                };
+                belief = propagate(&belief, &turning, 2.0, Propagation::Honest);
+                let [a, b] = [(); 2].map(|()| libm::exp(3.0 * normal()));
+                let noise = crate::covariance::Covariance2::diagonal([a * a, b * b]).unwrap();
+                let [x, y] = [belief.pose.x + a * normal(), belief.pose.y + b * normal()];
+                belief = crate::fix::update(&belief, [x, y], &noise, f64::INFINITY).belief;
+                let least = least_eigenvalue(&Lifted::of(&belief));
+                assert!(least > -1e-14, "{life} {k}: {least}");
+            }
+        }
+    }
+
+    #[test]
+    fn who_was_told_where_he_is_and_has_not_driven_believes_that() {
+        let noise = [0.01, 0.02, 0.004];
+        for k in 0..200 {
+            let pose = Pose::new(3.0, -2.0, 0.1 * f64::from(k));
+            let told = Belief::independent(pose, Covariance3::diagonal(noise).unwrap());
+            let found = Lifted::of(&told).as_found().unwrap();
+            let variances = found.total().variances();
+            let close = |(a, b): (f64, f64)| (a - b).abs() < 1e-4; // Its length is known too.
+            assert!(
+                variances.into_iter().zip(noise).all(close),
+                "{k}: {variances:?}"
+            );
+        }
+    }
+
+    /// The filter has come to a direction that is too long, and the noise of its way is the noise of its turn.
+    #[test]
+    fn what_a_motion_adds_is_a_covariance_whatever_the_length_of_the_direction() {
+        let column = nalgebra::Vector3::new(0.2, 0.1, 0.3);
+        let motion = Motion::Holonomic {
+            velocity: [0.0; 3],
+            noise: Covariance3::new(column * column.transpose()).unwrap(),
+        };
+        for length in [0.5, 1.0, 1.5] {
+            let mut lifted = Lifted::placed([0.0; 2], &Matrix2::zeros());
+            (lifted.u, lifted.uu) = (Point::new(length, 0.0), Squared::ZERO);
+            lifted.step(&Stride::of(&motion, 1.0), Wandering::NONE);
+            let least = least_eigenvalue(&lifted);
+            assert!(least > -1e-14, "{length}: {least}");
+        }
+    }
+
+    /// Far from where it began, looking anywhere, and then known to a hundredth of a millimetre.
+    #[test]
+    fn what_a_good_fix_leaves_of_much_is_a_covariance() {
+        let noise = Matrix2::identity() * 1e-10;
+        for k in 0..50_u32 {
+            let mut lifted = Lifted::at_fix([0.0; 2], [0.3, -0.2], &noise, 0.0);
+            let ahead = Motion::Nonholonomic {
+                velocity: [100.0, 0.1 * f64::from(k)],
+                noise: crate::covariance::Covariance2::ZERO,
+            };
+            lifted.step(&Stride::of(&ahead, 1.0), Wandering::NONE);
+            let sharp = Matrix2::new(1e-10, 0.0, 0.0, 1e-16);
+            lifted.correct([70.0, 60.0], [0.3, -0.2], &sharp);
+            let position = lifted.position_covariance();
+            let least = position.symmetric_eigenvalues().min() / position.trace();
+            assert!(least > -1e-14, "{k}: {least}");
+        }
     }
 
     #[test]

@@ -31,10 +31,22 @@ impl Mean {
             mx + SMOOTHING * (kept * x - mx),
             my + SMOOTHING * (kept * y - my),
         ];
-        let [mx, my] = self.mean;
-        if COUNTED * (mx * mx + my * my) > LIMIT {
+        if COUNTED * self.norm_squared() > LIMIT {
             self.disagrees = true;
         }
+    }
+
+    /// Its length, squared.
+    pub(crate) fn norm_squared(&self) -> f64 {
+        let [x, y] = self.mean;
+        x * x + y * y
+    }
+
+    /// As it is after `innovation`.
+    #[inline]
+    pub(crate) fn after(mut self, innovation: [f64; 2]) -> Self {
+        self.take(innovation);
+        self
     }
 
     pub(crate) fn disagrees(&self) -> bool {

@@ -18,10 +18,8 @@ pub(crate) struct Stride {
     pub(crate) kept: f64,
     /// `1 − kept²`
     pub(crate) lost: f64,
-    /// Of t, what the noise of the ways adds: as much whatever is known of the direction \[m²\].
+    /// Of t, what the noise of the ways adds, and that of turns by the way that followed \[m²\].
     pub(crate) added: Squared,
-    /// Of t, what the noise of turns before adds, by the way that followed \[m²\].
-    pub(crate) swung: Squared,
     /// Of t without its mean, and g.
     pub(crate) crossed: Crossed,
 }
@@ -34,7 +32,6 @@ impl Stride {
         kept: 1.0,
         lost: 0.0,
         added: Squared::ZERO,
-        swung: Squared::ZERO,
         crossed: Crossed::ZERO,
     };
 
@@ -63,7 +60,6 @@ impl Stride {
                 length: xx + yy,
                 plain: Point::new(xx - yy, 2.0 * xy),
             },
-            swung: Squared::ZERO,
             crossed: Crossed {
                 with_conjugate: with_turn * to_left.conj(),
                 plain: with_turn * to_left,
@@ -86,16 +82,12 @@ impl Stride {
             kept: self.kept * next.kept,
             lost: self.lost + self.kept * self.kept * next.lost,
             added: Squared {
-                length: self.added.length + next.added.length,
-                plain: self.added.plain + twice * next.added.plain,
-            },
-            swung: Squared {
-                length: self.swung.length
-                    + next.swung.length
+                length: self.added.length
+                    + next.added.length
                     + self.lost * way.norm_sqr()
                     + 2.0 * (with_conjugate * way.conj()).re,
-                plain: self.swung.plain
-                    + twice * next.swung.plain
+                plain: self.added.plain
+                    + twice * next.added.plain
                     + way * (scatter * way + 2.0 * plain),
             },
             crossed: Crossed {
@@ -141,12 +133,11 @@ mod tests {
         Stride::of(&Motion::Holonomic { velocity, noise }, 0.7)
     }
 
-    fn numbers(it: &Stride) -> [f64; 16] {
+    fn numbers(it: &Stride) -> [f64; 13] {
         let Stride {
             way,
             turn,
             added,
-            swung,
             crossed,
             ..
         } = *it;
@@ -154,11 +145,10 @@ mod tests {
             way,
             turn,
             added.plain,
-            swung.plain,
             crossed.plain,
             crossed.with_conjugate,
         ];
-        let mut all = [it.kept, it.lost, added.length, swung.length].into_iter();
+        let mut all = [it.kept, it.lost, added.length].into_iter();
         let mut points = points.into_iter().flat_map(|point| [point.re, point.im]);
         core::array::from_fn(|_| points.next().or_else(|| all.next()).unwrap())
     }

@@ -51,23 +51,29 @@ impl Found {
         self.hypotheses().next()?;
         self.end_jumps(word, settings);
         let lever = settings.fusion.heading_lever_m;
-        let mut best: Option<(f64, usize)> = None;
-        let mut ripe: Option<usize> = None;
+        let mut best: Option<(f64, usize, Belief)> = None;
+        let mut open: Option<usize> = None;
         for at in 0..self.seated {
             if !self.has_hypothesis(at) || !self.is_ripe(at, now, settings.found.trust_jump) {
                 continue;
             }
-            ripe = ripe.or(Some(at));
             let Some((_, lifted)) = self.hypothesis_of(at) else {
                 continue;
             };
+            if !lifted.direction().is_resolved() {
+                open = open.or(Some(at));
+                continue;
+            }
+            // One whose heading is nearly known is waited for.
             let size = lifted.size(lever);
-            if lifted.direction().is_resolved() && best.is_none_or(|(least, _)| size < least) {
-                best = Some((size, at));
+            if let Some(belief) = lifted.as_found()
+                && best.is_none_or(|(least, ..)| size < least)
+            {
+                best = Some((size, at, belief));
             }
         }
-        match (best, ripe) {
-            (Some((_, at)), _) => self.follow(at, now, prior),
+        match (best, open) {
+            (Some((_, at, belief)), _) => self.follow(at, &belief, now, prior),
             (None, Some(at)) if self.knows => self.give_up(at, now, prior),
             _ => None,
         }
@@ -84,9 +90,10 @@ impl Found {
         let turned = self.seed_turned;
         let grown =
             turned.first.is_some_and(|first| now - first >= GROWN) && turned.taken >= GROWN_WORDS;
-        if !grown || !lifted.direction().is_resolved() || self.hypotheses().next().is_some() {
+        if !grown || self.hypotheses().next().is_some() {
             return None;
         }
+        let belief = lifted.as_found()?;
         let distance_m = self.distance(&lifted, prior);
         (self.knows, self.seed, self.last_taken) = (true, None, now);
         let decision = Decision::Followed {
@@ -95,7 +102,7 @@ impl Found {
             votes: [1, 0],
         };
         self.finding.decide(now, decision);
-        Some(Ruling::Replaced(lifted.as_belief()))
+        Some(Ruling::Replaced(belief))
     }
 
     /// With trust in the receiver a jump is its own, and passes.
@@ -153,7 +160,7 @@ impl Found {
     }
 
     /// The hypothesis becomes the belief.
-    fn follow(&mut self, at: usize, now: Stamp, prior: &Belief) -> Option<Ruling> {
+    fn follow(&mut self, at: usize, belief: &Belief, now: Stamp, prior: &Belief) -> Option<Ruling> {
         let (source, lifted) = self.hypothesis_of(at)?;
         let count = self.count(at, now);
         let distance_m = self.distance(&lifted, prior);
@@ -168,7 +175,7 @@ impl Found {
                 votes: [count.agree, count.for_belief],
             },
         );
-        Some(Ruling::Replaced(lifted.as_belief()))
+        Some(Ruling::Replaced(*belief))
     }
 
     /// What was held of the hypothesis is held of the belief; who agrees needs none of its own.

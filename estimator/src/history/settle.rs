@@ -43,12 +43,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         }
         let word = Word::of(entry.stamp(), measurement, entry.gauge);
         match word.and_then(|word| court.found.hear_plain(&word)) {
-            Some(suspicions_changed) => {
-                self.fold_oldest();
-                if suspicions_changed {
-                    self.mark_from(0);
-                }
-            }
+            Some(()) => self.fold_oldest(),
             None => self.judge_oldest(court),
         }
     }

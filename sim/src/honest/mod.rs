@@ -20,6 +20,7 @@ pub(crate) mod table;
 mod turning;
 
 pub mod drive;
+mod lives;
 pub mod parked;
 pub mod signs;
 pub mod splice;

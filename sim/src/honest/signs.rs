@@ -14,23 +14,23 @@ use nalgebra::{Matrix2, Matrix3, Matrix3x2};
 use rayon::prelude::*;
 
 use super::table::Table;
-use super::{Finding, Form};
+use super::{Finding, Form, lives};
 use crate::random::{Draws, Noise, Purpose};
 
 /// The least that an eigenvalue may be, of its part's trace.
 const BAR: f64 = -1e-14;
 
 /// After so many operations two robots begin again.
-const LIFE: u32 = 50;
+pub(super) const LIFE: u32 = 50;
 
 /// What was done, and what came of it.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
-struct Tally {
-    steps: u64,
-    conversions: u64,
-    fixes: u64,
-    messages: u64,
-    refused: u64,
+pub(super) struct Tally {
+    pub(super) steps: u64,
+    pub(super) conversions: u64,
+    pub(super) fixes: u64,
+    pub(super) messages: u64,
+    pub(super) refused: u64,
     /// The least eigenvalue of a part over its trace.
     least: f64,
     /// After which operation of which pair.
@@ -38,7 +38,7 @@ struct Tally {
 }
 
 impl Tally {
-    fn and(self, other: Self) -> Self {
+    pub(super) fn and(self, other: Self) -> Self {
         Self {
             steps: self.steps + other.steps,
             conversions: self.conversions + other.conversions,
@@ -67,7 +67,7 @@ impl Tally {
         }
     }
 
-    fn look(&mut self, parts: &Parts, place: [usize; 2]) {
+    pub(super) fn look(&mut self, parts: &Parts, place: [usize; 2]) {
         for part in [&parts.independent, &parts.dependent] {
             *self = self.lesser(least(part), place);
         }
@@ -179,7 +179,7 @@ impl Pair {
     }
 }
 
-fn belief(draws: &mut Draws) -> Belief {
+pub(super) fn belief(draws: &mut Draws) -> Belief {
     let heading = decade(draws, -6.0, 1.0);
     let size = decade(draws, -3.0, 1.0);
     let part = |draws: &mut Draws| spread(draws, [size, size, heading]);
@@ -192,18 +192,18 @@ fn belief(draws: &mut Draws) -> Belief {
     )
 }
 
-fn pose(draws: &mut Draws, size: f64) -> Pose {
+pub(super) fn pose(draws: &mut Draws, size: f64) -> Pose {
     let [x, y] = [(), ()].map(|()| draws.uniform(-size, size));
     Pose::new(x, y, draws.uniform(-3.0, 3.0))
 }
 
 /// `10^low … 10^high`
-fn decade(draws: &mut Draws, low: f64, high: f64) -> f64 {
+pub(super) fn decade(draws: &mut Draws, low: f64, high: f64) -> f64 {
     libm::pow(10.0, draws.uniform(low, high))
 }
 
 /// `S S ᵀ` of a square of normal numbers with columns left out at random, so that every rank comes; rows of these sizes.
-fn spread(draws: &mut Draws, sizes: [f64; 3]) -> Covariance3 {
+pub(super) fn spread(draws: &mut Draws, sizes: [f64; 3]) -> Covariance3 {
     let mut root = Matrix3::from_fn(|row, _| sizes[row] * draws.normal());
     for column in 0..3 {
         if draws.happens(0.3) {
@@ -215,7 +215,7 @@ fn spread(draws: &mut Draws, sizes: [f64; 3]) -> Covariance3 {
 }
 
 /// The same in the plane; one time in five it has one direction only.
-fn plane(draws: &mut Draws, size: f64) -> Covariance2 {
+pub(super) fn plane(draws: &mut Draws, size: f64) -> Covariance2 {
     let mut root = Matrix2::from_fn(|_, _| size * draws.normal());
     if draws.happens(0.2) {
         root.column_mut(1).fill(0.0);
@@ -225,7 +225,7 @@ fn plane(draws: &mut Draws, size: f64) -> Covariance2 {
 }
 
 /// A speed of up to 2 m/s in any direction, or none; its noise in all directions, in two or in none.
-fn motion(draws: &mut Draws) -> Motion {
+pub(super) fn motion(draws: &mut Draws) -> Motion {
     let size = decade(draws, -4.0, 0.0);
     let [vx, vy, omega] = [2.0, 1.0, 1.0].map(|it| draws.uniform(-it, it));
     if draws.happens(0.1) {
@@ -258,8 +258,9 @@ fn run(form: &Form) -> Tally {
 /// Runs it and holds it to its bar.
 #[must_use]
 pub fn find(form: &Form) -> Finding {
-    let tally = run(form);
+    let tallies = [("two robots", run(form)), ("estimators", lives::run(form))];
     let mut table = Table::new([
+        "of",
         "steps",
         "conversions",
         "messages",
@@ -267,23 +268,36 @@ pub fn find(form: &Form) -> Finding {
         "least eigenvalue / trace",
         "refused by a peer",
     ]);
+    for (of, tally) in &tallies {
+        table.row(row(of, tally));
+    }
+    Finding {
+        title: "Everything that can happen, at random, headings known to 1e-6 … 10 rad".into(),
+        text: table.text(),
+        missed: tallies
+            .iter()
+            .flat_map(|(of, tally)| {
+                missed(tally)
+                    .into_iter()
+                    .map(move |it| format!("{of}: {it}"))
+            })
+            .collect(),
+    }
+}
+
+fn row(of: &str, tally: &Tally) -> [String; 7] {
     let counts =
         [tally.steps, tally.conversions, tally.messages, tally.fixes].map(|it| it.to_string());
     let [steps, conversions, messages, fixes] = counts;
-    let least = format!("{:.1e}", tally.least);
-    table.row([
+    [
+        of.into(),
         steps,
         conversions,
         messages,
         fixes,
-        least,
+        format!("{:.1e}", tally.least),
         tally.refused.to_string(),
-    ]);
-    Finding {
-        title: "Everything that can happen, at random, headings known to 1e-6 … 10 rad".into(),
-        text: table.text(),
-        missed: missed(&tally),
-    }
+    ]
 }
 
 fn missed(tally: &Tally) -> Vec<String> {
@@ -317,6 +331,24 @@ mod tests {
         assert_eq!(tally.place, [7, 8]);
         tally.refused = 2;
         assert_eq!(missed(&tally).len(), 2);
+    }
+
+    #[test]
+    fn every_estimator_publishes_a_covariance() {
+        let form = Form {
+            operations: 40_000,
+            ..Form::short(1)
+        };
+        let tally = lives::run(&form);
+        let Tally {
+            steps,
+            conversions,
+            messages,
+            fixes,
+            ..
+        } = tally;
+        assert!(steps > 15_000 && conversions > 500 && messages > 2_000 && fixes > 5_000);
+        assert_eq!(missed(&tally), Vec::<String>::new());
     }
 
     #[test]
