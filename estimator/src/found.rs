@@ -130,7 +130,7 @@ impl Found {
     pub(crate) fn new(stamp: Stamp, start: &Start) -> Self {
         let seed = match start {
             Start::Position(position, covariance) => {
-                Some(Lifted::placed(*position, covariance.matrix()))
+                Some(Lifted::placed(*position, &covariance.matrix()))
             }
             Start::Known(_) | Start::Unknown => None,
         };

@@ -92,6 +92,11 @@ impl Word {
             Measurement::Gyro(_)
             | Measurement::Odometry(_)
             | Measurement::Sighting(_)
+            | Measurement::Partial(_)
+            | Measurement::Ask(_)
+            | Measurement::Seen(_)
+            | Measurement::Answer(_)
+            | Measurement::Landmark(_)
             | Measurement::Heading(_)
             | Measurement::Pose(PoseSaid { .. }) => {
                 return None;
@@ -233,7 +238,7 @@ impl Said {
         Self::Fix {
             position: fix.position,
             lever: fix.lever,
-            white: *fix.covariance.matrix(),
+            white: fix.covariance.matrix(),
             slow: if fix.slow.is_there() {
                 fix.slow.variance
             } else {

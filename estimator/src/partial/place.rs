@@ -41,6 +41,26 @@ impl SplitPosition {
         }
     }
 
+    /// The whole covariance's variances \[m²\].
+    pub(crate) fn variances(&self) -> [f64; 2] {
+        let sum = Symmetric2::of(&self.independent) + Symmetric2::of(&self.dependent);
+        [sum.xx, sum.yy]
+    }
+
+    /// With no variance of the whole below that of `floor`. What is added may be anything: it is dependent.
+    pub(crate) fn with_floor(&self, [x, y]: [f64; 2]) -> Self {
+        let ([xx, yy], dependent) = (self.variances(), Symmetric2::of(&self.dependent));
+        let raised = Symmetric2 {
+            xx: dependent.xx + (x - xx).max(0.0),
+            yy: dependent.yy + (y - yy).max(0.0),
+            ..dependent
+        };
+        Self {
+            dependent: raised.covariance(),
+            ..*self
+        }
+    }
+
     /// The same, nothing of it independent: of who has already told something later ([`super`]).
     #[must_use]
     pub fn wholly_dependent(&self) -> Self {
