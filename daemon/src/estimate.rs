@@ -2,6 +2,7 @@
 
 use std::hint::black_box;
 
+use coloc_estimator::partial::PositionSettings;
 use coloc_estimator::settings::{Criterion, GateWeight};
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Finding, Floors, FoundSettings, FusionSettings,
@@ -39,6 +40,8 @@ impl Estimate {
             estimate: self.at(inputs.stamp),
             finding: self.finding(),
             outgoing: &[],
+            seen: &[],
+            answers: &[],
             reports: &[],
             overflowed: 0,
             folded_early: 0,
@@ -86,6 +89,7 @@ pub fn settings(config: &Config) -> Settings {
     Settings {
         propagation: propagation(&config.fusion),
         fusion: fusion(&config.fusion),
+        partial: partial(&config.fusion),
         position_gate: config.fusion.position_gate,
         heading_gate: config.fusion.heading_gate,
         found: FoundSettings {
@@ -154,6 +158,25 @@ fn fusion(fusion: &config::Fusion) -> FusionSettings {
         gate,
         gate_weight,
         ..FusionSettings::default()
+    }
+}
+
+fn partial(fusion: &config::Fusion) -> PositionSettings {
+    let own = &fusion.position;
+    let (gate, gate_alone) = (own.gate, own.gate_alone);
+    if fusion.paper {
+        return PositionSettings {
+            gate,
+            gate_alone,
+            ..PositionSettings::paper()
+        };
+    }
+    PositionSettings {
+        heading_lever_m: own.heading_lever_m,
+        damping: own.damping,
+        memory: span(own.memory_s),
+        gate,
+        gate_alone,
     }
 }
 

@@ -10,7 +10,7 @@ use crate::stamp::Stamp;
 /// Poses that one tick can send.
 const OUTGOING: usize = 128;
 /// Reports that one tick can give.
-const REPORTS: usize = 384;
+const REPORTS: usize = 640;
 
 #[derive(Copy, Clone, Debug)]
 pub(crate) struct Outbox {

@@ -173,6 +173,9 @@ impl Account {
         for told in outputs.outgoing {
             self.passed(Kind::Sighting, told.by, 1);
         }
+        for told in outputs.seen {
+            self.passed(Kind::Partial, told.sighting.sensor, 1);
+        }
         self.teller.no_room(outputs);
         self.changes
             .gyro(outputs.estimate.gyro, self.now, &mut self.teller);

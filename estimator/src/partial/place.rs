@@ -5,7 +5,7 @@ use super::innovation::{Innovation, Numbers};
 use super::reading::BodySighting;
 use super::symmetric::Symmetric2;
 use crate::belief::Belief;
-use crate::covariance::Covariance2;
+use crate::covariance::{Covariance2, NotACovariance};
 use crate::honest::Circle;
 
 /// A position in the common frame with its covariance in two parts: what goes from robot to robot.
@@ -39,6 +39,22 @@ impl SplitPosition {
             independent: Covariance2::ZERO,
             dependent: covariance,
         }
+    }
+
+    /// From outside, the four entries of each part row by row.
+    ///
+    /// # Errors
+    /// What is wrong with the first of them that is none.
+    pub fn from_row_major(
+        position: [f64; 2],
+        independent: [f64; 4],
+        dependent: [f64; 4],
+    ) -> Result<Self, NotACovariance> {
+        Ok(Self {
+            position,
+            independent: Covariance2::from_row_major(independent)?,
+            dependent: Covariance2::from_row_major(dependent)?,
+        })
     }
 
     /// The whole covariance's variances \[m²\].
