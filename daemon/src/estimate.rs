@@ -92,13 +92,7 @@ pub fn settings(config: &Config) -> Settings {
         partial: partial(&config.fusion),
         position_gate: config.fusion.position_gate,
         heading_gate: config.fusion.heading_gate,
-        found: FoundSettings {
-            enabled: !config.fusion.paper,
-            trust_jump: match config.position.trust_jump {
-                config::TrustJump::Robot => TrustJump::Robot,
-                config::TrustJump::Receiver => TrustJump::Receiver,
-            },
-        },
+        found: found(config),
         floors: floors(&config.fusion),
         odometry: OdometrySettings {
             reference_period: span(config.motion.reference_period_s),
@@ -158,6 +152,22 @@ fn fusion(fusion: &config::Fusion) -> FusionSettings {
         gate,
         gate_weight,
         ..FusionSettings::default()
+    }
+}
+
+fn found(config: &Config) -> FoundSettings {
+    let found = FoundSettings {
+        enabled: !config.fusion.paper,
+        trust_jump: match config.position.trust_jump {
+            config::TrustJump::Robot => TrustJump::Robot,
+            config::TrustJump::Receiver => TrustJump::Receiver,
+        },
+        ..FoundSettings::default()
+    };
+    if config.sighting.heard {
+        found.among_others()
+    } else {
+        found
     }
 }
 

@@ -8,7 +8,7 @@ use crate::belief::Belief;
 use crate::convert::{GlobalPose, tell};
 use crate::covariance::Covariance3;
 use crate::fix::FixUpdate;
-use crate::found::{Gauge, Start, WIDE};
+use crate::found::{Gauge, Start};
 use crate::fusion::fuse_and_leave;
 use crate::gyro::{Bias, GyroSettings, GyroState, Passage};
 use crate::heading::{self, HeadingNoise};
@@ -223,7 +223,7 @@ impl Filter {
         settings: &Settings,
     ) -> (Verdict, Gauge) {
         if self.state.nowhere {
-            return (Verdict::Heard, Gauge::default());
+            return (Verdict::Heard, Gauge::of_part(0.0));
         }
         self.state.pace = self.state.pace.heard(stamp);
         self.state.exchanged = true;
@@ -233,6 +233,10 @@ impl Filter {
         let damped = settings.partial.damped(&self.state.pace);
         let mut left = Square3::IDENTITY;
         let fusion = fuse_part(&self.state.belief, &innovation, &damped, &mut left);
+        let found = &settings.found;
+        if found.enabled && self.state.belief.heading_variance() > found.wide {
+            return (Verdict::Heard, Gauge::of_part(fusion.d2));
+        }
         let accepted = fusion.accepted && trusted;
         if accepted {
             self.state.belief = fusion.belief;
@@ -251,7 +255,7 @@ impl Filter {
         }
         let settings = terms.settings;
         let (update, normalised, learnt) = self.corrected(fix, settings.position_gate, settings);
-        let wide = self.state.belief.heading_variance() > WIDE;
+        let wide = self.state.belief.heading_variance() > settings.found.wide;
         let gauge = Gauge {
             d2: update.d2,
             normalised,

@@ -65,7 +65,11 @@ use crate::stamp::{Span, Stamp};
 pub(crate) const SEATS: usize = 16;
 
 /// A heading less certain than this is not updated by a fix, which says nothing of it by itself (σ² \[rad²\]).
-pub(crate) const WIDE: f64 = 0.3 * 0.3;
+const WIDE: f64 = 0.3 * 0.3;
+
+/// The same of a robot that sees others: a sighting teaches its heading where it stands, while a fix waits for it to drive. Beyond this no
+/// sighting does, as one Gaussian.
+const WIDE_AMONG_OTHERS: f64 = 1.0;
 
 /// Words that the belief has to take before the wheels stand by it.
 const CONFIRMED: u32 = 5;
@@ -333,7 +337,8 @@ impl Found {
             let Some((source, lifted)) = self.hypothesis_of(other) else {
                 continue;
             };
-            let doubled = !(word.is_fix() && source.kind == Kind::Fix);
+            let both_fixes = word.source.kind == Kind::Fix && source.kind == Kind::Fix;
+            let doubled = !both_fixes;
             let test = word.test_hypothesis(&lifted, doubled);
             let weight = weigh(word, &test, news, 1.0);
             if let Some(seat) = &mut self.seats[at] {

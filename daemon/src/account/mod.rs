@@ -378,6 +378,8 @@ mod tests {
             estimate: Estimate::default(),
             finding: &Finding::default(),
             outgoing: &[],
+            seen: &[],
+            answers: &[],
             reports: &[too_old],
             overflowed: 0,
             folded_early: 0,
