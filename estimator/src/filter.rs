@@ -8,7 +8,7 @@ use crate::belief::Belief;
 use crate::convert::{GlobalPose, tell};
 use crate::covariance::Covariance3;
 use crate::fix::FixUpdate;
-use crate::found::{Gauge, Start};
+use crate::found::{Gauge, OPEN, Start};
 use crate::fusion::fuse_and_leave;
 use crate::gyro::{Bias, GyroSettings, GyroState, Passage};
 use crate::heading::{self, HeadingNoise};
@@ -233,8 +233,7 @@ impl Filter {
         let damped = settings.partial.damped(&self.state.pace);
         let mut left = Square3::IDENTITY;
         let fusion = fuse_part(&self.state.belief, &innovation, &damped, &mut left);
-        let found = &settings.found;
-        if found.enabled && self.state.belief.heading_variance() > found.wide {
+        if settings.found.enabled && self.state.belief.heading_variance() > OPEN {
             return (Verdict::Heard, Gauge::of_part(fusion.d2));
         }
         let accepted = fusion.accepted && trusted;

@@ -67,9 +67,11 @@ pub(crate) const SEATS: usize = 16;
 /// A heading less certain than this is not updated by a fix, which says nothing of it by itself (σ² \[rad²\]).
 const WIDE: f64 = 0.3 * 0.3;
 
-/// The same of a robot that sees others: a sighting teaches its heading where it stands, while a fix waits for it to drive. Beyond this no
-/// sighting does, as one Gaussian.
+/// The same of a robot that sees others: a sighting teaches its heading where it stands, while a fix waits for it to drive.
 const WIDE_AMONG_OTHERS: f64 = 1.0;
+
+/// As one Gaussian no sighting teaches a heading that is less certain than this (σ² \[rad²\]): it may as well be any.
+pub(crate) const OPEN: f64 = 2.0 * 2.0;
 
 /// Words that the belief has to take before the wheels stand by it.
 const CONFIRMED: u32 = 5;

@@ -9,14 +9,16 @@ use crate::stamp::Stamp;
 
 /// Poses that one tick can send.
 const OUTGOING: usize = 128;
+/// The same of what is seen in part: told, and answered.
+const IN_PART: usize = 64;
 /// Reports that one tick can give.
-const REPORTS: usize = 640;
+const REPORTS: usize = 512;
 
 #[derive(Copy, Clone, Debug)]
 pub(crate) struct Outbox {
     outgoing: FixedList<OutgoingPose, OUTGOING>,
-    seen: FixedList<OutgoingSeen, OUTGOING>,
-    answers: FixedList<OutgoingAnswer, OUTGOING>,
+    seen: FixedList<OutgoingSeen, IN_PART>,
+    answers: FixedList<OutgoingAnswer, IN_PART>,
     /// The latest stamp of which something was told.
     told: Option<Stamp>,
     reports: FixedList<Report, REPORTS>,

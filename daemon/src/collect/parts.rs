@@ -18,9 +18,9 @@ use crate::clock::Moment;
 use crate::config;
 
 /// A tick takes in so many messages at most; the others wait in shared memory for the next one.
-const SIGHTINGS: usize = 128;
-const SEEN: usize = 128;
-const ANSWERS: usize = 128;
+const SIGHTINGS: usize = 64;
+const SEEN: usize = 64;
+const ANSWERS: usize = 64;
 /// So many of all kinds.
 pub(super) const MOST: usize = SIGHTINGS + SEEN + ANSWERS;
 

@@ -19,8 +19,7 @@ pub struct FoundSettings {
     pub enabled: bool,
     /// How a lone source against the wheels is decided.
     pub trust_jump: TrustJump,
-    /// A heading less certain than this is not updated by a fix, which says nothing of it by itself, nor by an answer: the belief becomes a
-    /// hypothesis (σ² \[rad²\]).
+    /// A heading less certain than this is not updated by a fix, which says nothing of it by itself: the belief becomes a hypothesis (σ² \[rad²\]).
     pub wide: f64,
 }
 
