@@ -442,12 +442,12 @@ fn settings() -> impl Strategy<Value = Settings> {
     })
 }
 
-fn start(settings: Settings) -> Estimator<Vec<Slot>> {
+fn start(settings: &Settings) -> Estimator<Vec<Slot>> {
     let initial = Belief::independent(
         Pose::default(),
         Covariance3::diagonal([0.01, 0.01, 0.01]).unwrap(),
     );
-    Estimator::new(settings, ns(0), initial, vec![Slot::default(); 256])
+    Estimator::new(*settings, ns(0), initial, vec![Slot::default(); 256])
 }
 
 /// What a run said on its way.
@@ -552,7 +552,7 @@ fn any_order_of_delivery_gives_the_same_bits() {
     let (not_moving, told, answered) = (Cell::new(0), Cell::new(0), Cell::new(0));
     check(&(settings(), world()), |(settings, mut deliveries)| {
         deliveries.retain(|delivery| delivery.is_possible(&settings));
-        let (mut prompt, mut late) = (start(settings), start(settings));
+        let (mut prompt, mut late) = (start(&settings), start(&settings));
         run(
             &mut prompt,
             &promptly(&deliveries, &settings),
@@ -613,7 +613,7 @@ fn one_batch_at_the_end_gives_the_same_bits_as_ticks_on_the_way() {
         ..Settings::default()
     };
     check(&world(), |deliveries| {
-        let (mut prompt, mut at_once) = (start(settings), start(settings));
+        let (mut prompt, mut at_once) = (start(&settings), start(&settings));
         run(
             &mut prompt,
             &promptly(&deliveries, &settings),
@@ -682,7 +682,7 @@ fn what_is_refused_changes_nothing() {
             return;
         };
 
-        let (mut spared, mut pestered) = (start(settings), start(settings));
+        let (mut spared, mut pestered) = (start(&settings), start(&settings));
         run(&mut spared, &schedule, 1..=halfway);
         run(&mut pestered, &schedule, 1..=halfway);
         let (nuisances, expected): (Vec<_>, Vec<_>) =

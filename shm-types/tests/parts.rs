@@ -55,6 +55,9 @@ fn answer() -> Answer {
     }
 }
 
+/// What makes a message one that is refused, and why.
+type Case<M> = (fn(&mut M), Reject);
+
 /// What comes of `sound` after a change.
 fn after<M: Copy>(
     sound: M,
@@ -99,7 +102,7 @@ fn a_sighting_says_range_or_bearing_or_both() {
 #[test]
 fn a_sighting_is_refused_for_its_reason() {
     let check = after(sighting(), Sighting::validate);
-    let all: [(fn(&mut Sighting), Reject); 14] = [
+    let all: [Case<Sighting>; 14] = [
         (|it| it.range = f64::NAN, Reject::NotFinite),
         (|it| it.bearing = f64::INFINITY, Reject::NotFinite),
         (|it| it.white[1] = f64::NAN, Reject::NotFinite),
@@ -129,7 +132,7 @@ fn what_another_robot_tells_is_a_position_or_a_question() {
         (it.independent, it.dependent) = ([0.0; 4], [0.0; 4]);
     };
     assert_eq!(check(question), Ok(()));
-    let all: [(fn(&mut Seen), Reject); 9] = [
+    let all: [Case<Seen>; 9] = [
         (|it| it.position[1] = f64::NAN, Reject::NotFinite),
         (|it| it.independent[1] = 0.2, Reject::Asymmetric),
         (
@@ -163,7 +166,7 @@ fn what_another_robot_tells_is_a_position_or_a_question() {
 #[test]
 fn an_answer_is_a_position() {
     let check = after(answer(), Answer::validate);
-    let all: [(fn(&mut Answer), Reject); 6] = [
+    let all: [Case<Answer>; 6] = [
         (|it| it.position[0] = f64::INFINITY, Reject::NotFinite),
         (
             |it| it.dependent[0] = -1.0,

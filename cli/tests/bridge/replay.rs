@@ -226,7 +226,9 @@ fn play(
     };
     let mut pass = |note| notes.push(note);
     fleet.tick_with(robot, &own.inputs(), &mut post, &mut pass, &mut |_| ());
-    notes.into_iter().for_each(|note| mail.put(robot, note));
+    for note in notes {
+        mail.put(robot, note);
+    }
     let (estimate, finding) = (
         fleet.estimate(robot).unwrap(),
         fleet.finding(robot).unwrap(),

@@ -51,7 +51,7 @@ impl Sensors {
     pub(super) fn mount_of(&self, message: &shm::Sighting) -> Pose {
         let mut entries = self.sighting.sensor.iter();
         let own = entries.find(|it| it.source == message.header.source);
-        let [x, y, phi] = if message.mount == [0.0; 3] {
+        let [x, y, phi] = if message.mount.iter().all(|it| *it == 0.0) {
             own.map_or(self.sighting.mount, |it| it.mount)
         } else {
             message.mount

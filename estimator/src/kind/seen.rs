@@ -27,7 +27,7 @@ pub struct SeenPart {
 impl SeenPart {
     /// The question in it.
     pub(crate) fn asks(&self) -> Option<Ask> {
-        self.asks.then(|| Ask {
+        self.asks.then_some(Ask {
             stamp: self.stamp,
             sighting: self.sighting,
         })

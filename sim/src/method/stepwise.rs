@@ -141,9 +141,8 @@ impl Stepwise {
 
 fn tell(robot: usize, report: &Report, log: &mut dyn FnMut(Innovation)) {
     let sensor = match report.source.kind {
-        Kind::Neighbour => Sensor::Neighbour,
+        Kind::Neighbour | Kind::Seen | Kind::Answer => Sensor::Neighbour,
         Kind::Fix => Sensor::Fix,
-        Kind::Seen | Kind::Answer => Sensor::Neighbour,
         Kind::Odometry
         | Kind::Sighting
         | Kind::Partial
