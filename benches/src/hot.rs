@@ -47,6 +47,12 @@ pub fn sightings(surroundings: &mut Surroundings, stamp_ns: i64) {
     surroundings.send_messages(stamp_ns, [0.0; 3]);
 }
 
+/// As many of both, seen by range and bearing alone, and the answers to the sightings of the tick before.
+pub fn parts(surroundings: &mut Surroundings, stamp_ns: i64) {
+    surroundings.send_frames([0.0; 2]);
+    surroundings.send_parts(stamp_ns);
+}
+
 /// [`frames`], a gyro at 200 Hz and a heading at 10 Hz.
 pub fn turning_frames(surroundings: &mut Surroundings, stamp_ns: i64) {
     frames(surroundings, stamp_ns);
@@ -140,6 +146,14 @@ impl Hot {
     /// As [`Self::new`].
     pub fn with_gyro(source: GyroSource) -> io::Result<Self> {
         Self::of(|config| config.gyro.source = source)
+    }
+
+    /// The same, of a robot that takes part in the exchange of what is seen in part.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn in_part() -> io::Result<Self> {
+        Self::of(|config| config.sighting.heard = true)
     }
 
     /// The same, open to this group.

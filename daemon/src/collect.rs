@@ -6,6 +6,7 @@ mod drives;
 pub mod frames;
 pub mod list;
 pub mod messages;
+pub mod parts;
 mod port;
 pub mod sensors;
 mod team;

@@ -42,11 +42,11 @@ use error::Fault;
 pub use error::ConfigError;
 pub use gyro::{Gyro, GyroSource};
 pub use others::{Section, SomebodyElses};
-pub use sensors::{Compass, Heading, Receiver, RelativePose, Sensor};
+pub use sensors::{Compass, Eye, Heading, Landmark, Receiver, RelativePose, Sensor, Sighting};
 
 pub use sections::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, InitialHeading,
-    InitialPose, LogLevel, Member, Motion, Position, Preset, Propagation, Realtime, Robot,
+    InitialPose, LogLevel, Member, Motion, Partial, Position, Preset, Propagation, Realtime, Robot,
     Scheduler, Shm, StandsBy, Telemetry, Tick, Trigger, TrustJump, Variance, WaitMode,
 };
 
@@ -94,6 +94,13 @@ pub struct Config {
     /// Lasers and cameras that see other robots.
     #[serde(default)]
     pub relative_pose: RelativePose,
+    /// Sensors that see other robots and landmarks in part: range and bearing, or one of the two.
+    #[serde(default)]
+    pub sighting: Sighting,
+    /// Places that are known, an entry each: surveyed marks for a camera, beacons for a radio.
+    #[serde(default)]
+    #[schemars(example = [Landmark::example()])]
+    pub landmark: Vec<Landmark>,
     /// Sensors of the heading: compass, two antennas, course over ground.
     #[serde(default)]
     pub heading: Heading,
@@ -145,6 +152,8 @@ impl Config {
             initial: Initial::default(),
             position: Position::default(),
             relative_pose: RelativePose::default(),
+            sighting: Sighting::default(),
+            landmark: Vec::new(),
             heading: Heading::default(),
             fusion: Fusion::default(),
             history: History::default(),

@@ -2,6 +2,7 @@
 
 use std::hint::black_box;
 
+use coloc_estimator::partial::PositionSettings;
 use coloc_estimator::settings::{Criterion, GateWeight};
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Finding, Floors, FoundSettings, FusionSettings,
@@ -39,6 +40,8 @@ impl Estimate {
             estimate: self.at(inputs.stamp),
             finding: self.finding(),
             outgoing: &[],
+            seen: &[],
+            answers: &[],
             reports: &[],
             overflowed: 0,
             folded_early: 0,
@@ -86,15 +89,10 @@ pub fn settings(config: &Config) -> Settings {
     Settings {
         propagation: propagation(&config.fusion),
         fusion: fusion(&config.fusion),
+        partial: partial(&config.fusion),
         position_gate: config.fusion.position_gate,
         heading_gate: config.fusion.heading_gate,
-        found: FoundSettings {
-            enabled: !config.fusion.paper,
-            trust_jump: match config.position.trust_jump {
-                config::TrustJump::Robot => TrustJump::Robot,
-                config::TrustJump::Receiver => TrustJump::Receiver,
-            },
-        },
+        found: found(config),
         floors: floors(&config.fusion),
         odometry: OdometrySettings {
             reference_period: span(config.motion.reference_period_s),
@@ -154,6 +152,41 @@ fn fusion(fusion: &config::Fusion) -> FusionSettings {
         gate,
         gate_weight,
         ..FusionSettings::default()
+    }
+}
+
+fn found(config: &Config) -> FoundSettings {
+    let found = FoundSettings {
+        enabled: !config.fusion.paper,
+        trust_jump: match config.position.trust_jump {
+            config::TrustJump::Robot => TrustJump::Robot,
+            config::TrustJump::Receiver => TrustJump::Receiver,
+        },
+        ..FoundSettings::default()
+    };
+    if config.sighting.heard {
+        found.among_others()
+    } else {
+        found
+    }
+}
+
+fn partial(fusion: &config::Fusion) -> PositionSettings {
+    let own = &fusion.position;
+    let (gate, gate_alone) = (own.gate, own.gate_alone);
+    if fusion.paper {
+        return PositionSettings {
+            gate,
+            gate_alone,
+            ..PositionSettings::paper()
+        };
+    }
+    PositionSettings {
+        heading_lever_m: own.heading_lever_m,
+        damping: own.damping,
+        memory: span(own.memory_s),
+        gate,
+        gate_alone,
     }
 }
 

@@ -1,9 +1,10 @@
 //! Step 4 of the tick: the estimate to anyone, and to each robot that was seen what is known about it.
 
-use coloc_estimator::{Estimate, OutgoingPose};
+use coloc_estimator::partial::SplitPosition;
+use coloc_estimator::{Estimate, OutgoingAnswer, OutgoingPose, OutgoingSeen, TickOutputs};
 use coloc_shm_types::{
-    self as shm, GroupPage, Health, Input, Neighbour, PortError, Publisher, RobotName, Sender,
-    Space,
+    self as shm, GroupPage, Health, Input, Message, Neighbour, PortError, Publisher, RobotName,
+    Sender, Space,
 };
 use tracing::warn;
 
@@ -31,6 +32,17 @@ struct Peer {
     /// None if there was no place for it: then this robot cannot be told where it is seen.
     port: Option<Publisher<Neighbour>>,
     sender: Sender,
+    /// Where this robot takes part in the exchange of what is seen in part.
+    parts: Option<Parts>,
+}
+
+/// To a peer, of what is seen in part; likewise.
+#[derive(Debug)]
+struct Parts {
+    seen: Option<Publisher<shm::Seen>>,
+    answers: Option<Publisher<shm::Answer>>,
+    seen_sender: Sender,
+    answer_sender: Sender,
 }
 
 /// What accompanies the belief of a tick.
@@ -56,7 +68,7 @@ impl Publish {
         let _ = estimates.refresh();
         let peers = config
             .peers()
-            .map(|peer| Peer::open(space, peer.id, &peer.name, sender.beside()))
+            .map(|peer| Peer::open(space, peer.id, &peer.name, sender, config.sighting.heard))
             .collect::<Result<_, PortError>>()?;
         Ok(Self {
             sender: sender.beside(),
@@ -82,8 +94,7 @@ impl Publish {
     /// Wakes those who wait for what was said, once all of it was: a reader of a higher priority takes the processor at once.
     pub fn ring(&self) {
         self.estimates.ring();
-        let ports = self.peers.iter().filter_map(|peer| peer.port.as_ref());
-        ports.for_each(Publisher::ring);
+        self.peers.iter().for_each(Peer::ring);
     }
 
     /// The robots whose channels have no place for this one.
@@ -97,8 +108,31 @@ impl Publish {
         self.estimates.rehearse();
     }
 
-    /// Tells the robots that were seen; who waits is not woken yet.
-    pub fn neighbours(&mut self, outgoing: &[OutgoingPose], moment: &Moment) {
+    /// Tells the robots that were seen, and answers those that saw this one; who waits is not woken yet.
+    pub fn others(&mut self, outputs: &TickOutputs<'_>, moment: &Moment) {
+        self.neighbours(outputs.outgoing, moment);
+        if !(outputs.seen.is_empty() && outputs.answers.is_empty()) {
+            self.parts(outputs, moment);
+        }
+    }
+
+    fn parts(&mut self, outputs: &TickOutputs<'_>, moment: &Moment) {
+        let clock = self.sender.clock().into();
+        for seen in outputs.seen {
+            let stamp_ns = moment.on(clock, seen.stamp.as_nanos());
+            let parts = parts_of(&mut self.peers, seen.sighting.robot.0);
+            let sent = parts.is_none_or(|parts| parts.tell(stamp_ns, seen));
+            self.undelivered += u64::from(!sent);
+        }
+        for answer in outputs.answers {
+            let stamp_ns = moment.on(clock, answer.stamp.as_nanos());
+            let parts = parts_of(&mut self.peers, answer.sighting.robot.0);
+            let sent = parts.is_none_or(|parts| parts.answer(stamp_ns, answer));
+            self.undelivered += u64::from(!sent);
+        }
+    }
+
+    fn neighbours(&mut self, outgoing: &[OutgoingPose], moment: &Moment) {
         for pose in outgoing {
             let Some(peer) = self.peers.iter_mut().find(|peer| peer.id == pose.to.0) else {
                 continue;
@@ -151,19 +185,29 @@ fn page(
 }
 
 impl Peer {
-    fn open(space: &Space, id: u16, name: &RobotName, sender: Sender) -> Result<Self, PortError> {
-        let port = match space.publisher::<Neighbour>(name) {
-            Ok(port) => Some(port),
-            Err(problem @ PortError::Full { .. }) => {
-                warn!(
-                    "{name} is not told where it is seen until this robot is started again: {problem}"
-                );
-                None
-            }
-            Err(problem) => return Err(problem),
-        };
-        let _ = port.as_ref().map(Publisher::refresh);
-        Ok(Self { id, port, sender })
+    fn open(
+        space: &Space,
+        id: u16,
+        name: &RobotName,
+        sender: &Sender,
+        takes_part: bool,
+    ) -> Result<Self, PortError> {
+        Ok(Self {
+            id,
+            port: port(space, name)?,
+            sender: sender.beside(),
+            parts: takes_part
+                .then(|| Parts::open(space, name, sender))
+                .transpose()?,
+        })
+    }
+
+    fn ring(&self) {
+        self.port.iter().for_each(Publisher::ring);
+        if let Some(parts) = &self.parts {
+            parts.seen.iter().for_each(Publisher::ring);
+            parts.answers.iter().for_each(Publisher::ring);
+        }
     }
 
     fn send(&mut self, stamp_ns: i64, pose: &OutgoingPose) -> bool {
@@ -176,6 +220,92 @@ impl Peer {
         let port = self.port.as_ref();
         port.is_some_and(|port| port.put(message).is_ok())
     }
+}
+
+impl Parts {
+    fn open(space: &Space, name: &RobotName, sender: &Sender) -> Result<Self, PortError> {
+        Ok(Self {
+            seen: port(space, name)?,
+            answers: port(space, name)?,
+            seen_sender: sender.beside(),
+            answer_sender: sender.beside(),
+        })
+    }
+
+    fn tell(&mut self, stamp_ns: i64, seen: &OutgoingSeen) -> bool {
+        let id = seen.sighting;
+        let blank = shm::Seen {
+            header: self.seen_sender.header(stamp_ns),
+            sensor: id.sensor,
+            session: id.session,
+            sighting: id.sequence,
+            ..shm::Seen::default()
+        };
+        let message = match &seen.place {
+            Some(place) => {
+                let (position, independent, dependent) = numbers(place);
+                shm::Seen {
+                    position,
+                    independent,
+                    dependent,
+                    ..blank
+                }
+            }
+            None => shm::Seen {
+                flags: shm::Seen::NOTHING_TOLD,
+                ..blank
+            },
+        };
+        let port = self.seen.as_ref();
+        port.is_some_and(|port| port.put(message).is_ok())
+    }
+
+    fn answer(&mut self, stamp_ns: i64, answer: &OutgoingAnswer) -> bool {
+        let id = answer.sighting;
+        let (position, independent, dependent) = numbers(&answer.place);
+        let message = shm::Answer {
+            header: self.answer_sender.header(stamp_ns),
+            sensor: id.sensor,
+            reserved: [0; 6],
+            session: id.session,
+            sighting: id.sequence,
+            position,
+            independent,
+            dependent,
+        };
+        let port = self.answers.as_ref();
+        port.is_some_and(|port| port.put(message).is_ok())
+    }
+}
+
+/// Of a robot that does not take part there are none.
+fn parts_of(peers: &mut [Peer], robot: u16) -> Option<&mut Parts> {
+    let peer = peers.iter_mut().find(|peer| peer.id == robot)?;
+    peer.parts.as_mut()
+}
+
+fn numbers(place: &SplitPosition) -> ([f64; 2], [f64; 4], [f64; 4]) {
+    (
+        place.position,
+        place.independent.to_row_major(),
+        place.dependent.to_row_major(),
+    )
+}
+
+/// A port to a robot; none if there is no place for it.
+fn port<M: Message>(space: &Space, name: &RobotName) -> Result<Option<Publisher<M>>, PortError> {
+    let port = match space.publisher::<M>(name) {
+        Ok(port) => Some(port),
+        Err(problem @ PortError::Full { .. }) => {
+            warn!(
+                "{name} is not told where it is seen until this robot is started again: {problem}"
+            );
+            None
+        }
+        Err(problem) => return Err(problem),
+    };
+    let _ = port.as_ref().map(Publisher::refresh);
+    Ok(port)
 }
 
 /// By the number of the input; those without a name are zero.

@@ -4,12 +4,13 @@
 //! that they read back exactly.
 //!
 //! ```text
-//! begin ( tick (odometry | gyro | sighting | neighbour | fix | pose)* estimate )*
+//! begin ( tick (odometry | gyro | sighting | neighbour | partial | seen | answer | landmark | heading | fix | pose)* estimate )*
 //! ```
 //!
 //! The real-time thread only puts [`Record`]s into the ring. Where a full ring or a slow disk has lost lines there is a line
 //! `lost`, and a reader goes on with the next whole tick; a tick says how many lines belong to it.
 
+mod part;
 mod read;
 mod write;
 
@@ -19,6 +20,7 @@ use coloc_estimator::{
 };
 use serde::{Deserialize, Serialize};
 
+pub use part::Reading;
 pub use read::{Gaps, RecordedTick, Recording, RecordingError};
 pub use write::Recorder;
 
@@ -188,6 +190,89 @@ pub enum Record {
         /// Whether it is believed, or one more source's word.
         set: bool,
     },
+    /// Own sighting of another robot that says a part only.
+    Partial {
+        /// When.
+        stamp_ns: i64,
+        /// Which sensor.
+        #[serde(default)]
+        source: u16,
+        /// Which life of it.
+        #[serde(default)]
+        session: u64,
+        /// Its count.
+        sequence: u64,
+        /// Whom.
+        observed: u16,
+        /// What the sensor says.
+        reading: Reading,
+    },
+    /// Another robot asks where this one believes to be; it comes with `seen`.
+    Ask {
+        /// When it saw this one.
+        stamp_ns: i64,
+        /// Who.
+        sender: u16,
+        /// With which of its sensors.
+        sensor: u16,
+        /// Which life of that.
+        session: u64,
+        /// Its count.
+        sighting: u64,
+    },
+    /// Position from a robot that has seen this one in part.
+    Seen {
+        /// When.
+        stamp_ns: i64,
+        /// Who.
+        sender: u16,
+        /// With which of its sensors.
+        sensor: u16,
+        /// Which life of that.
+        session: u64,
+        /// Its count.
+        sighting: u64,
+        /// Where this robot must be; `null`: it is only asked.
+        place: Option<part::Place>,
+        /// Whether it is asked where it believes to be.
+        asks: bool,
+    },
+    /// Position of a robot that this one has seen in part.
+    Answer {
+        /// When.
+        stamp_ns: i64,
+        /// Who was seen.
+        sender: u16,
+        /// With which of the own sensors.
+        sensor: u16,
+        /// Which life of that.
+        session: u64,
+        /// Its count.
+        sighting: u64,
+        /// Where it believed to be.
+        place: part::Place,
+    },
+    /// Own sighting of a landmark.
+    Landmark {
+        /// When.
+        stamp_ns: i64,
+        /// Which sensor.
+        #[serde(default)]
+        source: u16,
+        /// Which life of it.
+        #[serde(default)]
+        session: u64,
+        /// Its count.
+        sequence: u64,
+        /// Which landmark.
+        landmark: u16,
+        /// What the sensor says.
+        reading: Reading,
+        /// Where the landmark is \[m\].
+        position: [f64; 2],
+        /// Of it.
+        covariance: [f64; 4],
+    },
     /// Yaw rate.
     Gyro {
         /// When.
@@ -317,6 +402,11 @@ impl From<&Measurement> for Record {
             Measurement::Fix(fix) => fix.into(),
             Measurement::Pose(said) => said.into(),
             Measurement::Gyro(sample) => sample.into(),
+            Measurement::Partial(sighting) => sighting.into(),
+            Measurement::Ask(ask) => ask.into(),
+            Measurement::Seen(seen) => seen.into(),
+            Measurement::Answer(answer) => answer.into(),
+            Measurement::Landmark(sighting) => sighting.into(),
         }
     }
 }

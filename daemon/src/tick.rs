@@ -281,7 +281,7 @@ impl Robot {
             return;
         };
         let outputs = self.estimate.step(&inputs);
-        self.publish.neighbours(outputs.outgoing, moment);
+        self.publish.others(&outputs, moment);
         let lines = record::of_inputs(self.account.tick(), Step::Ahead, &inputs);
         self.account.record(lines);
         self.account.record([Record::from(&outputs.estimate)]);
@@ -337,7 +337,7 @@ impl Robot {
         self.publish
             .estimate(&outputs.estimate, &circumstances, moment);
         let sent_ns = self.time.now_ns();
-        self.publish.neighbours(outputs.outgoing, moment);
+        self.publish.others(&outputs, moment);
         self.publish.ring();
         stages.publish_ns = watch.lap(&*self.time);
         // account

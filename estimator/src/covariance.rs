@@ -43,7 +43,11 @@ pub struct Covariance3(Symmetric3);
 
 /// A symmetric positive semidefinite 2×2 matrix over `[x, y]` (or `[v, ω]`).
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
-pub struct Covariance2(Matrix2<f64>);
+pub struct Covariance2 {
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
 
 impl Covariance3 {
     /// No uncertainty at all.
@@ -192,17 +196,25 @@ impl Covariance2 {
     #[must_use]
     pub(crate) fn plus(&self, variance: f64) -> Self {
         let more = clamped(variance);
-        Self(self.0 + Matrix2::new(more, 0.0, 0.0, more))
+        Self {
+            xx: self.xx + more,
+            yy: self.yy + more,
+            ..*self
+        }
     }
 
     /// What the algorithms computed, as that of [`Covariance3`].
     #[inline]
-    pub(crate) fn trusted(m: &Matrix2<f64>) -> Self {
-        Self(*m)
+    pub(crate) fn trusted(xx: f64, xy: f64, yy: f64) -> Self {
+        Self { xx, xy, yy }
     }
 
     /// No uncertainty at all.
-    pub const ZERO: Self = Self(Matrix2::new(0.0, 0.0, 0.0, 0.0));
+    pub const ZERO: Self = Self {
+        xx: 0.0,
+        xy: 0.0,
+        yy: 0.0,
+    };
 
     /// Checks `matrix`; what is stored is exactly symmetric.
     ///
@@ -212,7 +224,7 @@ impl Covariance2 {
         let mut embedded = Matrix3::zeros();
         embedded.fixed_view_mut::<2, 2>(0, 0).copy_from(&matrix);
         let s = checked(&embedded)?;
-        Ok(Self(Matrix2::new(s.xx, s.xy, s.xy, s.yy)))
+        Ok(Self::trusted(s.xx, s.xy, s.yy))
     }
 
     /// [`Self::new`] of the four entries, row by row.
@@ -233,16 +245,18 @@ impl Covariance2 {
 
     /// Uncorrelated coordinates; a variance below zero counts as zero, one that is no number or too large as the largest.
     pub(crate) fn clamped_diagonal(variances: [f64; 2]) -> Self {
-        Self(Matrix2::from_diagonal(&variances.map(clamped).into()))
+        let [xx, yy] = variances.map(clamped);
+        Self::trusted(xx, 0.0, yy)
     }
 
     /// `factor · Σ`, as that of [`Covariance3`].
     #[must_use]
     #[inline]
     pub fn scaled(&self, factor: f64) -> Self {
-        let scaled = self.0 * positive(factor);
-        if scaled.m11 + scaled.m22 <= LARGEST {
-            return Self(scaled);
+        let factor = positive(factor);
+        let scaled = Self::trusted(self.xx * factor, self.xy * factor, self.yy * factor);
+        if scaled.xx + scaled.yy <= LARGEST {
+            return scaled;
         }
         Self::clamped_diagonal([LARGEST; 2])
     }
@@ -251,29 +265,31 @@ impl Covariance2 {
     #[must_use]
     pub fn with_floor(&self, floor: [f64; 2]) -> Self {
         let [x, y] = floor.map(clamped);
-        let mut raised = self.0;
-        (raised.m11, raised.m22) = (raised.m11.max(x), raised.m22.max(y));
-        Self(raised)
+        Self {
+            xx: self.xx.max(x),
+            yy: self.yy.max(y),
+            ..*self
+        }
     }
 
     /// Its diagonal.
     #[must_use]
     #[inline]
     pub fn variances(&self) -> [f64; 2] {
-        [self.0.m11, self.0.m22]
+        [self.xx, self.yy]
     }
 
     /// The matrix.
     #[must_use]
-    pub fn matrix(&self) -> &Matrix2<f64> {
-        &self.0
+    #[inline]
+    pub fn matrix(&self) -> Matrix2<f64> {
+        Matrix2::new(self.xx, self.xy, self.xy, self.yy)
     }
 
     /// The four entries, row by row.
     #[must_use]
     pub fn to_row_major(&self) -> [f64; 4] {
-        let m = &self.0;
-        [m.m11, m.m12, m.m21, m.m22]
+        [self.xx, self.xy, self.xy, self.yy]
     }
 }
 

@@ -6,7 +6,7 @@ use crate::filter::Filter;
 use crate::found::{Finding, Found, Start};
 use crate::history::{Court, Drive, History, Slot};
 use crate::input::TickInputs;
-use crate::kind::{Key, Measured, Measurement};
+use crate::kind::{Answer, Key, Measured, Measurement, SeenPart};
 use crate::outbox::Outbox;
 use crate::output::{Estimate, OdometryState, TickOutputs, Verdict};
 use crate::settings::{Floors, Settings};
@@ -108,13 +108,26 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
     }
 
     fn take_in(&mut self, inputs: &TickInputs<'_>) {
-        // What drives first: should the storage run full, what is folded early has been driven by it.
+        // What drives first: should the storage run full, what is folded early has been driven by it. Answers last: what they answer
+        // has to be there.
+        let mut answers = 0;
         for drives in [true, false] {
-            inputs
-                .measurements
-                .iter()
-                .filter(|measurement| measurement.drives() == drives)
-                .for_each(|measurement| self.admit(measurement));
+            for measurement in inputs.measurements {
+                if measurement.drives() != drives {
+                    continue;
+                }
+                if matches!(measurement, Measurement::Answer(_)) {
+                    answers += 1;
+                } else {
+                    self.admit(measurement);
+                }
+            }
+        }
+        if answers > 0 {
+            let answers = inputs.measurements.iter();
+            answers
+                .filter(|it| matches!(it, Measurement::Answer(_)))
+                .for_each(|it| self.admit(it));
         }
     }
 
@@ -133,10 +146,46 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
             return self.history.turn(sample, &self.settings);
         }
         if self.settings.floors == Floors::default() {
-            self.take(key, measurement)
+            self.take_with(key, measurement)
         } else {
-            self.take(key, &measurement.with_floor(&self.settings.floors))
+            self.take_with(key, &measurement.with_floor(&self.settings.floors))
         }
+    }
+
+    /// With what belongs to it.
+    fn take_with(&mut self, key: Key, measurement: &Measurement) -> Result<(), Verdict> {
+        match measurement {
+            Measurement::Seen(seen) => self.take_seen(key, seen),
+            Measurement::Answer(answer) => self.take_answer(key, answer),
+            _ => self.take(key, measurement),
+        }
+    }
+
+    /// Where it was told to be, and the question where it believes to be.
+    #[inline(never)]
+    fn take_seen(&mut self, key: Key, seen: &SeenPart) -> Result<(), Verdict> {
+        self.take(key, &Measurement::Seen(*seen))?;
+        if let Some(ask) = seen.asks() {
+            let ask = Measurement::Ask(ask);
+            if self.take(ask.key(), &ask).is_err() {
+                self.outbox.count_overflow();
+            }
+        }
+        Ok(())
+    }
+
+    /// An answer takes what it answers from the history.
+    #[inline(never)]
+    fn take_answer(&mut self, key: Key, answer: &Answer) -> Result<(), Verdict> {
+        let asked = self.history.measurement(&answer.asked());
+        let Some(Measurement::Partial(sighting)) = asked else {
+            return Err(Verdict::NotAsked);
+        };
+        let answer = Answer {
+            reading: Some(sighting.reading),
+            ..*answer
+        };
+        self.take(key, &Measurement::Answer(answer))
     }
 
     fn take(&mut self, key: Key, measurement: &Measurement) -> Result<(), Verdict> {
@@ -207,6 +256,8 @@ pub fn step<'a, S: AsRef<[Slot]> + AsMut<[Slot]>>(
         estimate: estimator.extrapolated(estimator.now),
         finding: estimator.found.finding(),
         outgoing: estimator.outbox.outgoing(),
+        seen: estimator.outbox.seen(),
+        answers: estimator.outbox.answers(),
         reports: estimator.outbox.reports(),
         overflowed: estimator.outbox.overflowed(),
         folded_early: estimator.outbox.folded_early(),

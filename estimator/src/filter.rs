@@ -8,7 +8,7 @@ use crate::belief::Belief;
 use crate::convert::{GlobalPose, tell};
 use crate::covariance::Covariance3;
 use crate::fix::FixUpdate;
-use crate::found::{Gauge, Start, WIDE};
+use crate::found::{Gauge, OPEN, Start};
 use crate::fusion::fuse_and_leave;
 use crate::gyro::{Bias, GyroSettings, GyroState, Passage};
 use crate::heading::{self, HeadingNoise};
@@ -17,13 +17,14 @@ use crate::kind::{HeadingFix, Measured, PositionFix};
 use crate::motion::{Motion, drive, propagate};
 use crate::output::Verdict;
 use crate::pace::Pace;
+use crate::partial::{BodySighting, Innovation, SplitPosition, fuse_and_leave as fuse_part};
 use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::settings::{Propagation, Settings};
 use crate::stamp::Stamp;
 use crate::symmetric::Square3;
 use crate::terms::Terms;
-use crate::{fix, lever, slow};
+use crate::{fix, lever, partial, slow};
 
 /// What is carried from one measurement to the next.
 #[derive(Copy, Clone, Debug, Default)]
@@ -189,6 +190,63 @@ impl Filter {
         (verdict(accepted, fusion.d2), gauge)
     }
 
+    /// Where what was seen in part stands. Of who has `told` something later, that holds what is independent of the belief.
+    pub(crate) fn tell_part(&self, sighting: &BodySighting, told: bool) -> SplitPosition {
+        partial::tell(&self.said_of(told), sighting)
+    }
+
+    /// Where the robot believes to be; likewise.
+    pub(crate) fn answer(&self, told: bool) -> SplitPosition {
+        SplitPosition::of(&self.said_of(told))
+    }
+
+    fn said_of(&self, told: bool) -> Belief {
+        let mut belief = self.state.belief;
+        if told {
+            belief.make_dependent();
+        }
+        belief
+    }
+
+    /// Something of the belief was told, and the error of who heard it may be the same.
+    #[inline]
+    pub(crate) fn shared(&mut self) {
+        self.state.exchanged = true;
+    }
+
+    /// What says a part of the pose only, as `learn` makes it of the belief, and what the gate said. Whom it does not trust it does not
+    /// fuse.
+    pub(crate) fn hear_part(
+        &mut self,
+        stamp: Stamp,
+        learn: impl FnOnce(&Belief) -> Option<Innovation>,
+        trusted: bool,
+        settings: &Settings,
+    ) -> (Verdict, Gauge) {
+        if self.state.nowhere {
+            return (Verdict::Heard, Gauge::of_part(0.0));
+        }
+        self.state.pace = self.state.pace.heard(stamp);
+        self.state.exchanged = true;
+        let Some(innovation) = learn(&self.state.belief) else {
+            return (Verdict::Heard, Gauge::default());
+        };
+        let damped = settings.partial.damped(&self.state.pace);
+        let mut left = Square3::IDENTITY;
+        let fusion = fuse_part(&self.state.belief, &innovation, &damped, &mut left);
+        if settings.found.enabled && self.state.belief.heading_variance() > OPEN {
+            return (Verdict::Heard, Gauge::of_part(fusion.d2));
+        }
+        let accepted = fusion.accepted && trusted;
+        if accepted {
+            self.state.belief = fusion.belief;
+            if let Some(bias) = &mut self.bias {
+                bias.hear(&left);
+            }
+        }
+        (verdict(accepted, fusion.d2), Gauge::default())
+    }
+
     /// A position fix, and what the gate said.
     pub(crate) fn correct(&mut self, fix: &PositionFix, terms: &Terms<'_>) -> (Verdict, Gauge) {
         self.close();
@@ -197,7 +255,7 @@ impl Filter {
         }
         let settings = terms.settings;
         let (update, normalised, learnt) = self.corrected(fix, settings.position_gate, settings);
-        let wide = self.state.belief.heading_variance() > WIDE;
+        let wide = self.state.belief.heading_variance() > settings.found.wide;
         let gauge = Gauge {
             d2: update.d2,
             normalised,

@@ -68,7 +68,13 @@ use crate::stamp::{Span, Stamp};
 pub(crate) const SEATS: usize = 16;
 
 /// A heading less certain than this is not updated by a fix, which says nothing of it by itself (σ² \[rad²\]).
-pub(crate) const WIDE: f64 = 0.3 * 0.3;
+const WIDE: f64 = 0.3 * 0.3;
+
+/// The same of a robot that sees others: a sighting teaches its heading where it stands, while a fix waits for it to drive.
+const WIDE_AMONG_OTHERS: f64 = 1.0;
+
+/// As one Gaussian no sighting teaches a heading that is less certain than this (σ² \[rad²\]): it may as well be any.
+pub(crate) const OPEN: f64 = 2.0 * 2.0;
 
 /// Words that the belief has to take before the wheels stand by it.
 const CONFIRMED: u32 = 5;
@@ -136,7 +142,7 @@ impl Found {
     pub(crate) fn new(stamp: Stamp, start: &Start) -> Self {
         let seed = match start {
             Start::Position(position, covariance) => {
-                Some(Lifted::placed(*position, covariance.matrix()))
+                Some(Lifted::placed(*position, &covariance.matrix()))
             }
             Start::Known(_) | Start::Unknown => None,
         };
@@ -347,7 +353,8 @@ impl Found {
             let Some((source, lifted)) = self.hypothesis_of(other) else {
                 continue;
             };
-            let doubled = !(word.is_fix() && source.kind == Kind::Fix);
+            let both_fixes = word.source.kind == Kind::Fix && source.kind == Kind::Fix;
+            let doubled = !both_fixes;
             let test = word.test_hypothesis(&lifted, doubled);
             let weight = weigh(word, &test, news, 1.0);
             if let Some(seat) = &mut self.seats[at] {

@@ -3,7 +3,7 @@
 //! # Model
 //!
 //! Measurements lie in the order of their stamps; equal stamps form one event, ordered as Algorithm 4 handles it:
-//! odometry, own sightings, neighbours' poses, fixes, poses that a person or a map says, then by source, session and sequence. Each entry keeps the belief
+//! odometry, own sightings, questions, neighbours' words, answers, landmarks, headings, fixes, poses that a person or a map says, then by source, session and sequence. Each entry keeps the belief
 //! after it. What lies before the oldest entry is the *base*: a stamp and the belief then.
 //!
 //! Between two entries the belief is propagated leg by leg. At each moment t the first sample in the order that
@@ -115,6 +115,12 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// Where a measurement with `key` belongs; `None` if it is there already.
     pub(crate) fn place_of(&self, key: &Key) -> Option<usize> {
         self.entries.place_of(key).ok()
+    }
+
+    /// The measurement with `key`, if it is there.
+    pub(crate) fn measurement(&self, key: &Key) -> Option<&Measurement> {
+        let place = self.entries.place_of(key).err()?;
+        Some(&self.entries.get(place)?.measurement)
     }
 
     /// Puts `measurement` in its `place`; false if the storage is full.

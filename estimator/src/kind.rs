@@ -3,20 +3,30 @@
 //! A kind is a file in this folder: its data, its place in the order, its check on arrival, how it acts on the belief and
 //! what is reported of it. Its line in the list below is the only other thing that it takes.
 
+mod answer;
+mod ask;
 mod fix;
 mod gyro;
 mod heading;
+mod landmark;
 mod neighbour;
 mod odometry;
+mod partial;
 mod pose;
+mod seen;
 mod sighting;
 
+pub use answer::Answer;
+pub use ask::Ask;
 pub use fix::{PositionFix, SlowError};
 pub use gyro::GyroSample;
 pub use heading::{HeadingFix, HeadingOf};
+pub use landmark::LandmarkSighting;
 pub use neighbour::NeighbourPose;
 pub use odometry::OdometrySample;
+pub use partial::{PartialSighting, SightingId};
 pub use pose::PoseSaid;
+pub use seen::SeenPart;
 pub use sighting::Sighting;
 
 use crate::filter::Filter;
@@ -151,8 +161,18 @@ kinds! {
     Odometry(OdometrySample),
     /// Own sighting of another robot.
     Sighting(Sighting),
+    /// Own sighting of another robot that says a part only.
+    Partial(PartialSighting),
+    /// Another robot that has seen this one in part asks where it believes to be. It comes before all that changes the belief.
+    Ask(Ask),
     /// Own pose, as another robot has it.
     Neighbour(NeighbourPose),
+    /// Own position, as another robot has it.
+    Seen(SeenPart),
+    /// Where a robot that was seen in part believed to be.
+    Answer(Answer),
+    /// Own sighting of a place that is known.
+    Landmark(LandmarkSighting),
     /// Own heading, from a compass, two antennas or the course over ground. It comes before the fixes: it turns their lever arms
     /// the right way, and a heading that is too uncertain for a fix is not so any more.
     Heading(HeadingFix),

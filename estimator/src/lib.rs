@@ -73,12 +73,16 @@ pub use history::{GYRO_SAMPLES, MOST_SLOTS, Slot};
 pub use honest::{Bend, Increments};
 pub use input::TickInputs;
 pub use kind::{
-    GyroSample, HeadingFix, HeadingOf, Kind, Measurement, NeighbourPose, OdometrySample, Origin,
-    PoseSaid, PositionFix, RobotId, Sighting, SlowError,
+    Answer, Ask, GyroSample, HeadingFix, HeadingOf, Kind, LandmarkSighting, Measurement,
+    NeighbourPose, OdometrySample, Origin, PartialSighting, PoseSaid, PositionFix, RobotId,
+    SeenPart, Sighting, SightingId, SlowError,
 };
 pub use motion::{Motion, propagate};
 pub use noise::OdometryNoise;
-pub use output::{Estimate, OdometryState, OutgoingPose, Report, Source, TickOutputs, Verdict};
+pub use output::{
+    Estimate, OdometryState, OutgoingAnswer, OutgoingPose, OutgoingSeen, Report, Source,
+    TickOutputs, Verdict,
+};
 pub use pace::Pace;
 pub use parts::Parts;
 pub use pose::Pose;

@@ -1,19 +1,26 @@
 //! Collects, during a tick, what the tick will hand back.
 
 use crate::convert::GlobalPose;
-use crate::kind::{Kind, Sighting};
+use crate::kind::{Ask, Kind, PartialSighting, Sighting};
 use crate::list::FixedList;
-use crate::output::{OutgoingPose, Report, Source, Verdict};
+use crate::output::{OutgoingAnswer, OutgoingPose, OutgoingSeen, Report, Source, Verdict};
+use crate::partial::SplitPosition;
 use crate::stamp::Stamp;
 
 /// Poses that one tick can send.
 const OUTGOING: usize = 128;
+/// The same of what is seen in part: told, and answered.
+const IN_PART: usize = 64;
 /// Reports that one tick can give.
-const REPORTS: usize = 384;
+const REPORTS: usize = 512;
 
 #[derive(Copy, Clone, Debug)]
 pub(crate) struct Outbox {
     outgoing: FixedList<OutgoingPose, OUTGOING>,
+    seen: FixedList<OutgoingSeen, IN_PART>,
+    answers: FixedList<OutgoingAnswer, IN_PART>,
+    /// The latest stamp of which something was told.
+    told: Option<Stamp>,
     reports: FixedList<Report, REPORTS>,
     overflowed: u32,
     folded_early: u32,
@@ -28,6 +35,9 @@ impl Outbox {
         };
         Self {
             outgoing: FixedList::new(OutgoingPose::default()),
+            seen: FixedList::new(OutgoingSeen::default()),
+            answers: FixedList::new(OutgoingAnswer::default()),
+            told: None,
             reports: FixedList::new(filler),
             overflowed: 0,
             folded_early: 0,
@@ -36,6 +46,8 @@ impl Outbox {
 
     pub(crate) fn clear(&mut self) {
         self.outgoing.clear();
+        self.seen.clear();
+        self.answers.clear();
         self.reports.clear();
         self.overflowed = 0;
         self.folded_early = 0;
@@ -50,6 +62,43 @@ impl Outbox {
             parts: seen.parts,
         });
         self.overflowed += u32::from(!fitted);
+        self.has_told(sighting.stamp);
+    }
+
+    /// What is told the robot of a sighting that says a part only.
+    pub(crate) fn tell(&mut self, sighting: &PartialSighting, place: Option<SplitPosition>) {
+        let fitted = self.seen.push(OutgoingSeen {
+            stamp: sighting.stamp,
+            sighting: sighting.id(),
+            place,
+        });
+        self.overflowed += u32::from(!fitted);
+        if place.is_some() {
+            self.has_told(sighting.stamp);
+        }
+    }
+
+    pub(crate) fn answer(&mut self, ask: &Ask, place: SplitPosition) {
+        let fitted = self.answers.push(OutgoingAnswer {
+            stamp: ask.stamp,
+            sighting: ask.sighting,
+            place,
+        });
+        self.overflowed += u32::from(!fitted);
+        self.has_told(ask.stamp);
+    }
+
+    fn has_told(&mut self, stamp: Stamp) {
+        self.told = self.told.max(Some(stamp));
+    }
+
+    /// Whether something of a later stamp was told: then what is independent of the belief at `stamp` was told with it.
+    pub(crate) fn has_told_after(&self, stamp: Stamp) -> bool {
+        self.told > Some(stamp)
+    }
+
+    pub(crate) fn count_overflow(&mut self) {
+        self.overflowed += 1;
     }
 
     pub(crate) fn report(&mut self, source: Source, stamp: Stamp, verdict: Verdict) {
@@ -67,6 +116,14 @@ impl Outbox {
 
     pub(crate) fn outgoing(&self) -> &[OutgoingPose] {
         self.outgoing.as_slice()
+    }
+
+    pub(crate) fn seen(&self) -> &[OutgoingSeen] {
+        self.seen.as_slice()
+    }
+
+    pub(crate) fn answers(&self) -> &[OutgoingAnswer] {
+        self.answers.as_slice()
     }
 
     pub(crate) fn reports(&self) -> &[Report] {

@@ -4,7 +4,8 @@ use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::found::Finding;
 use crate::gyro::GyroState;
-use crate::kind::{Kind, RobotId};
+use crate::kind::{Kind, RobotId, SightingId};
+use crate::partial::SplitPosition;
 use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::stamp::Stamp;
@@ -58,6 +59,28 @@ pub struct OutgoingPose {
     pub parts: Parts,
 }
 
+/// What the robot that was seen in part is told.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct OutgoingSeen {
+    /// The sighting's stamp.
+    pub stamp: Stamp,
+    /// The robot that was seen, and in which sighting: what is answered names it.
+    pub sighting: SightingId,
+    /// Where the robot must be; `None`: that is not known here, it is only asked where it believes to be.
+    pub place: Option<SplitPosition>,
+}
+
+/// Where this robot believed to be when another one saw it.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct OutgoingAnswer {
+    /// The sighting's stamp.
+    pub stamp: Stamp,
+    /// Who saw it, and which sighting is answered.
+    pub sighting: SightingId,
+    /// Of the belief before anything of that stamp.
+    pub place: SplitPosition,
+}
+
 /// What became of a measurement: refused on arrival, or gated when it was first applied.
 ///
 /// A later arrival with an earlier stamp may move the belief under a measurement and so turn its gate's answer
@@ -90,6 +113,8 @@ pub enum Verdict {
     NoNoise,
     /// A course over ground while the wheels do not say that the robot moves, or of a robot that can move sideways.
     NotMoving,
+    /// An answer to a sighting that is not in the history.
+    NotAsked,
     /// The history's storage is full of newer entries, or of entries that wait for a later tick.
     NoRoom,
 }
@@ -131,6 +156,10 @@ pub struct TickOutputs<'a> {
     pub finding: &'a Finding,
     /// Poses to send, each once; in the order of their stamps, ties by robot.
     pub outgoing: &'a [OutgoingPose],
+    /// What robots that were seen in part are told, each once; likewise.
+    pub seen: &'a [OutgoingSeen],
+    /// Answers to robots that saw this one, each once; likewise.
+    pub answers: &'a [OutgoingAnswer],
     /// One report for each measurement that got its verdict in this tick: poses and fixes always,
     /// odometry and sightings only when refused (a sighting's outcome is its outgoing pose).
     pub reports: &'a [Report],

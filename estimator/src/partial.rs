@@ -42,7 +42,8 @@ mod symmetric;
 
 pub use alone::{Alone, observed_alone, tell_alone};
 pub use fuse::fuse;
+pub(crate) use fuse::fuse_and_leave;
 pub use innovation::{Innovation, Numbers};
 pub use place::{SplitPosition, observed, tell, told};
-pub use reading::{BodySighting, ReadingNoise};
+pub use reading::{BodySighting, Reading, ReadingNoise};
 pub use settings::PositionSettings;

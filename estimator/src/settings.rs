@@ -4,6 +4,7 @@ use crate::found::FoundSettings;
 use crate::gate::{CHI2_1_99, CHI2_2_99, CHI2_3_99};
 use crate::gyro::GyroSettings;
 use crate::motion::Motion;
+use crate::partial::PositionSettings;
 use crate::stamp::Span;
 
 /// What the weight α of split covariance intersection minimises.
@@ -96,6 +97,8 @@ pub struct Settings {
     pub propagation: Propagation,
     /// Algorithm 3.
     pub fusion: FusionSettings,
+    /// How what says a part only is fused ([`crate::partial`]).
+    pub partial: PositionSettings,
     /// Accept a fix if d² is at most this (χ² with two degrees of freedom).
     pub position_gate: f64,
     /// Accept a heading if d² is at most this (χ² with one degree of freedom).
@@ -180,6 +183,7 @@ impl Settings {
         Self {
             propagation: Propagation::Paper,
             fusion: FusionSettings::paper(),
+            partial: PositionSettings::paper(),
             found: FoundSettings::OFF,
             ..Self::default()
         }
@@ -191,6 +195,7 @@ impl Default for Settings {
         Self {
             propagation: Propagation::default(),
             fusion: FusionSettings::default(),
+            partial: PositionSettings::default(),
             position_gate: CHI2_2_99,
             heading_gate: CHI2_1_99,
             found: FoundSettings::default(),

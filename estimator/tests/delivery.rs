@@ -4,10 +4,12 @@
 use std::cell::Cell;
 use std::collections::BTreeMap;
 
+use coloc_estimator::partial::{Alone, BodySighting, Reading, ReadingNoise, SplitPosition};
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Estimator, GyroSample, GyroSettings, HeadingFix, HeadingOf,
-    Measurement, Motion, NeighbourPose, OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix,
-    RobotId, Settings, Sighting, Slot, SlowError, Span, Stamp, TickInputs, Verdict, step,
+    Answer, Belief, Covariance2, Covariance3, Estimator, GyroSample, GyroSettings, HeadingFix,
+    HeadingOf, LandmarkSighting, Measurement, Motion, NeighbourPose, OdometrySample, Origin,
+    PartialSighting, Parts, Pose, PoseSaid, PositionFix, RobotId, SeenPart, Settings, Sighting,
+    SightingId, Slot, SlowError, Span, Stamp, TickInputs, Verdict, step,
 };
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -200,6 +202,121 @@ fn gyro() -> impl Strategy<Value = Vec<Measurement>> {
     prop_oneof![1 => Just(vec![]), 2 => samples]
 }
 
+/// Range and bearing, or one of the two.
+fn readings() -> impl Strategy<Value = Reading> {
+    let numbers = (1.0..4.0, -3.0..3.0, 0.01..0.1, 0.0..0.05, 0..4);
+    numbers.prop_map(|(range_m, bearing_rad, white, slow, what)| {
+        let mount = Pose::new(0.1, -0.2, 0.3);
+        match what {
+            0 => Reading::Alone(Alone::Bearing {
+                bearing_rad,
+                variances: [white, slow],
+                mount,
+            }),
+            1 => Reading::Alone(Alone::Range {
+                range_m,
+                variances: [white, slow],
+                mount,
+            }),
+            _ => {
+                let noise = ReadingNoise {
+                    white: [white; 2],
+                    slow: [slow; 2],
+                };
+                Reading::Place(BodySighting::of(range_m, bearing_rad, &mount, &noise))
+            }
+        }
+    })
+}
+
+fn places() -> impl Strategy<Value = SplitPosition> {
+    (-0.5..0.5, -0.5..0.5, 0.0..0.1, 0.01..0.1).prop_map(|(x, y, own, shared)| SplitPosition {
+        position: [x, y],
+        independent: Covariance2::diagonal([own, own]).unwrap(),
+        dependent: Covariance2::diagonal([shared, shared]).unwrap(),
+    })
+}
+
+/// A sighting that says a part, what another robot says that has seen this one so, or a landmark.
+fn part() -> impl Strategy<Value = Measurement> {
+    let robots = || (2..6_u16).prop_map(RobotId);
+    let sighting = (stamps(), robots(), readings()).prop_map(|(stamp, observed, reading)| {
+        Measurement::Partial(PartialSighting {
+            stamp,
+            origin: Origin::default(),
+            observed,
+            reading,
+        })
+    });
+    let place = prop::option::weighted(0.8, places());
+    let seen =
+        (stamps(), robots(), place, any::<bool>()).prop_map(|(stamp, robot, place, asks)| {
+            Measurement::Seen(SeenPart {
+                stamp,
+                sighting: SightingId {
+                    robot,
+                    ..SightingId::default()
+                },
+                place,
+                asks,
+            })
+        });
+    let landmark = (stamps(), readings(), places()).prop_map(|(stamp, reading, place)| {
+        Measurement::Landmark(LandmarkSighting {
+            stamp,
+            origin: Origin::default(),
+            landmark: 7,
+            reading,
+            position: place.position,
+            covariance: place.dependent,
+        })
+    });
+    prop_oneof![4 => sighting, 3 => seen, 1 => landmark]
+}
+
+/// Two of three sightings that say a part are answered.
+fn answer(input: &Measurement) -> Option<Measurement> {
+    let Measurement::Partial(sighting) = input else {
+        return None;
+    };
+    let number = sighting.origin.sequence;
+    let variance = Covariance2::diagonal([0.02, 0.05]).unwrap();
+    #[allow(clippy::cast_precision_loss)] // A small number.
+    let x = 0.01 * number as f64;
+    (number % 3 > 0).then(|| {
+        Measurement::Answer(Answer {
+            stamp: sighting.stamp,
+            sighting: sighting.id(),
+            place: SplitPosition {
+                position: [x, 1.0],
+                independent: variance,
+                dependent: variance,
+            },
+            reading: None,
+        })
+    })
+}
+
+/// Nobody answers before it was asked.
+fn causal(mut deliveries: Vec<Delivery>) -> Vec<Delivery> {
+    let asked: BTreeMap<SightingId, f64> = deliveries
+        .iter()
+        .filter_map(|it| match &it.input {
+            Measurement::Partial(sighting) => Some((sighting.id(), &it.arrivals)),
+            _ => None,
+        })
+        .map(|(id, arrivals)| (id, arrivals.iter().copied().fold(1.0, f64::min)))
+        .collect();
+    for delivery in &mut deliveries {
+        if let Measurement::Answer(answer) = &delivery.input {
+            let earliest = asked[&answer.sighting];
+            let arrivals = delivery.arrivals.iter_mut();
+            arrivals.for_each(|it| *it = it.max(earliest));
+        }
+    }
+    deliveries
+}
+
 /// Its sequence is filled in by [`world`].
 fn measurement() -> impl Strategy<Value = Measurement> {
     let robots = || (2..6_u16).prop_map(RobotId);
@@ -267,7 +384,7 @@ fn measurement() -> impl Strategy<Value = Measurement> {
             })
         },
     );
-    prop_oneof![2 => sighting, 6 => neighbour, 4 => fix, 3 => heading, 1 => said]
+    prop_oneof![2 => sighting, 6 => neighbour, 4 => fix, 3 => heading, 1 => said, 8 => part()]
 }
 
 fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
@@ -279,6 +396,11 @@ fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
         Measurement::Heading(heading) => heading.origin.sequence = sequence,
         Measurement::Fix(fix) => fix.origin.sequence = sequence,
         Measurement::Pose(said) => said.origin.sequence = sequence,
+        Measurement::Partial(sighting) => sighting.origin.sequence = sequence,
+        Measurement::Landmark(sighting) => sighting.origin.sequence = sequence,
+        Measurement::Seen(seen) => seen.sighting.sequence = sequence,
+        Measurement::Ask(ask) => ask.sighting.sequence = sequence,
+        Measurement::Answer(answer) => answer.sighting.sequence = sequence,
     }
     input
 }
@@ -289,16 +411,20 @@ fn world() -> impl Strategy<Value = Vec<Delivery>> {
     let measured = prop::collection::vec(measurement(), 0..25);
     let inputs = (encoder(), gyro(), odd, measured).prop_map(|(encoder, gyro, odd, measured)| {
         let all = encoder.into_iter().chain(gyro).chain(odd).chain(measured);
-        all.zip(0..)
+        let mut all: Vec<_> = all
+            .zip(0..)
             .map(|(input, sequence)| with_sequence(input, sequence))
-            .collect::<Vec<_>>()
+            .collect();
+        let answers: Vec<_> = all.iter().filter_map(answer).collect();
+        all.extend(answers);
+        all
     });
     let arrivals = || prop_oneof![4 => prop::collection::vec(0.0..1.0, 1), 1 => prop::collection::vec(0.0..1.0, 2)];
     inputs.prop_shuffle().prop_flat_map(move |inputs| {
         let deliveries = inputs
             .into_iter()
             .map(|input| arrivals().prop_map(move |arrivals| Delivery { input, arrivals }));
-        deliveries.collect::<Vec<_>>()
+        deliveries.collect::<Vec<_>>().prop_map(causal)
     })
 }
 
@@ -316,12 +442,12 @@ fn settings() -> impl Strategy<Value = Settings> {
     })
 }
 
-fn start(settings: Settings) -> Estimator<Vec<Slot>> {
+fn start(settings: &Settings) -> Estimator<Vec<Slot>> {
     let initial = Belief::independent(
         Pose::default(),
         Covariance3::diagonal([0.01, 0.01, 0.01]).unwrap(),
     );
-    Estimator::new(settings, ns(0), initial, vec![Slot::default(); 256])
+    Estimator::new(*settings, ns(0), initial, vec![Slot::default(); 256])
 }
 
 /// What a run said on its way.
@@ -329,6 +455,8 @@ fn start(settings: Settings) -> Estimator<Vec<Slot>> {
 struct Account {
     verdicts: Vec<Verdict>,
     sent: usize,
+    /// What was told of sightings that say a part, and answered.
+    exchanged: [usize; 2],
 }
 
 /// Ticks through the schedule.
@@ -346,6 +474,8 @@ fn run(
             .verdicts
             .extend(outputs.reports.iter().map(|report| report.verdict));
         account.sent += outputs.outgoing.len();
+        account.exchanged[0] += outputs.seen.len();
+        account.exchanged[1] += outputs.answers.len();
     }
     account
 }
@@ -419,10 +549,10 @@ fn check<T: std::fmt::Debug>(cases: &impl Strategy<Value = T>, property: impl Fn
 #[test]
 fn any_order_of_delivery_gives_the_same_bits() {
     let (accepted, gated, sent) = (Cell::new(0), Cell::new(0), Cell::new(0));
-    let not_moving = Cell::new(0);
+    let (not_moving, told, answered) = (Cell::new(0), Cell::new(0), Cell::new(0));
     check(&(settings(), world()), |(settings, mut deliveries)| {
         deliveries.retain(|delivery| delivery.is_possible(&settings));
-        let (mut prompt, mut late) = (start(settings), start(settings));
+        let (mut prompt, mut late) = (start(&settings), start(&settings));
         run(
             &mut prompt,
             &promptly(&deliveries, &settings),
@@ -465,12 +595,15 @@ fn any_order_of_delivery_gives_the_same_bits() {
         accepted.set(accepted.get() + fused);
         gated.set(gated.get() + refused);
         sent.set(sent.get() + account.sent);
+        told.set(told.get() + account.exchanged[0]);
+        answered.set(answered.get() + account.exchanged[1]);
     });
     assert!(
         accepted.get() > 1000 && gated.get() > 100 && sent.get() > 100,
         "the cases exercise everything"
     );
     assert!(not_moving.get() > 100, "{}", not_moving.get());
+    assert!(told.get() > 1000 && answered.get() > 1000);
 }
 
 #[test]
@@ -480,7 +613,7 @@ fn one_batch_at_the_end_gives_the_same_bits_as_ticks_on_the_way() {
         ..Settings::default()
     };
     check(&world(), |deliveries| {
-        let (mut prompt, mut at_once) = (start(settings), start(settings));
+        let (mut prompt, mut at_once) = (start(&settings), start(&settings));
         run(
             &mut prompt,
             &promptly(&deliveries, &settings),
@@ -549,7 +682,7 @@ fn what_is_refused_changes_nothing() {
             return;
         };
 
-        let (mut spared, mut pestered) = (start(settings), start(settings));
+        let (mut spared, mut pestered) = (start(&settings), start(&settings));
         run(&mut spared, &schedule, 1..=halfway);
         run(&mut pestered, &schedule, 1..=halfway);
         let (nuisances, expected): (Vec<_>, Vec<_>) =

@@ -37,9 +37,9 @@ fn settings() -> Settings {
     }
 }
 
-fn robot(settings: Settings, parts: Parts) -> Robot {
+fn robot(settings: &Settings, parts: Parts) -> Robot {
     let belief = Belief::gaussian(Pose::default(), parts);
-    Estimator::new(settings, ns(0), belief, vec![Slot::default(); 256])
+    Estimator::new(*settings, ns(0), belief, vec![Slot::default(); 256])
 }
 
 fn wheels(tick: i64, velocity: [f64; 3], variance: [f64; 3]) -> Measurement {
@@ -226,7 +226,7 @@ fn pose_and_bias_are_those_of_a_dense_filter() {
         },
     ] {
         let (mut robot, mut dense) = (
-            robot(settings(), parts),
+            robot(&settings(), parts),
             Dense::new(&parts.total().matrix()),
         );
         let mut chance = Chance(7);
@@ -288,7 +288,7 @@ fn state(estimate: &Estimate) -> GyroState {
 
 #[test]
 fn a_robot_that_stands_learns_the_bias() {
-    let mut robot = robot(settings(), known());
+    let mut robot = robot(&settings(), known());
     let estimate = stand(&mut robot, 1..251, 0.04);
     let GyroState {
         bias,
@@ -307,7 +307,7 @@ fn a_robot_that_stands_learns_the_bias() {
 /// 0.5 rad/s of wheels that slip is no turn; the robot's heading is the gyro's, and later that of both again.
 #[test]
 fn wheels_that_slip_do_not_turn_the_robot_and_teach_nothing() {
-    let mut robot = robot(settings(), known());
+    let mut robot = robot(&settings(), known());
     let before = state(&stand(&mut robot, 1..251, 0.04));
     let slips = drive(&mut robot, 251..501, 0.5, 0.04);
     let sigma = slips.belief.total().variances()[2].sqrt();
@@ -336,7 +336,7 @@ fn a_gyro_out_of_step_with_the_wheels_loses_no_turn() {
         bias_walk: 0.0,
         ..gyro
     });
-    let mut robots = [0, -1_000_000].map(|offset_ns| (offset_ns, robot(settings, known())));
+    let mut robots = [0, -1_000_000].map(|offset_ns| (offset_ns, robot(&settings, known())));
     for at in 1..=3000 {
         let mut headings = [0.0; 2];
         for ((offset_ns, robot), told) in robots.iter_mut().zip(&mut headings) {
@@ -364,7 +364,7 @@ fn a_gyro_out_of_step_with_the_wheels_loses_no_turn() {
 
 #[test]
 fn a_bias_that_nobody_thought_possible_is_learnt_in_the_end() {
-    let mut robot = robot(settings(), known());
+    let mut robot = robot(&settings(), known());
     let estimate = stand(&mut robot, 1..501, 1.0);
     assert!(state(&estimate).slipping_since.is_some());
     let estimate = stand(&mut robot, 501..6001, 1.0);
@@ -381,7 +381,7 @@ fn a_bias_that_nobody_thought_possible_is_learnt_in_the_end() {
 #[test]
 fn without_wheels_the_gyro_turns_the_robot_for_as_long_as_it_takes() {
     let bits = |every: i64| {
-        let mut robot = robot(settings(), known());
+        let mut robot = robot(&settings(), known());
         stand(&mut robot, 1..251, 0.04);
         let mut waiting = Vec::new();
         for at in 251..751 {
@@ -413,7 +413,7 @@ fn without_wheels_the_gyro_turns_the_robot_for_as_long_as_it_takes() {
 #[test]
 fn a_gyro_that_says_nothing_changes_no_bit() {
     let run = |gyro: Option<GyroSettings>| {
-        let mut robot = robot(Settings { gyro, ..settings() }, known());
+        let mut robot = robot(&Settings { gyro, ..settings() }, known());
         let mut bits = Vec::new();
         for at in 1..100 {
             let batch = [wheels(at, [0.5, 0.0, 0.3], NOISE), fix(at, [0.0; 2], 1.0)];
@@ -430,7 +430,7 @@ fn a_gyro_that_says_nothing_changes_no_bit() {
 #[test]
 fn who_has_heard_a_neighbour_learns_the_bias_from_the_wheels_alone() {
     for heard in [false, true] {
-        let mut robot = robot(settings(), known());
+        let mut robot = robot(&settings(), known());
         drive(&mut robot, 1..100, 0.1, 0.14);
         if heard {
             let pose = robot.extrapolated(ns(99 * PERIOD_NS)).belief.pose;

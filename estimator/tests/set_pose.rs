@@ -26,10 +26,10 @@ struct Robot {
 }
 
 impl Robot {
-    fn starting(start: &Start, settings: Settings) -> Self {
+    fn starting(start: &Start, settings: &Settings) -> Self {
         let slots = vec![Slot::default(); 512];
         Self {
-            estimator: Estimator::starting(settings, at(0), start, slots),
+            estimator: Estimator::starting(*settings, at(0), start, slots),
             tick: 0,
             verdicts: Vec::new(),
             decisions: Vec::new(),
@@ -39,7 +39,7 @@ impl Robot {
     fn knowing(pose: Pose) -> Self {
         let covariance = Covariance3::diagonal([0.01, 0.01, 0.001]).unwrap();
         let belief = coloc_estimator::Belief::independent(pose, covariance);
-        Self::starting(&Start::Known(belief), Settings::default())
+        Self::starting(&Start::Known(belief), &Settings::default())
     }
 
     /// The next tick, in which `said` arrives.
@@ -147,7 +147,7 @@ fn driven_on(ticks: i64) -> [f64; 3] {
 
 #[test]
 fn a_set_pose_is_believed_after_a_history_whatever_was_believed() {
-    let nowhere = |settings| Robot::starting(&Start::Unknown, settings);
+    let nowhere = |settings| Robot::starting(&Start::Unknown, &settings);
     let paper = Settings {
         found: FoundSettings::OFF,
         ..Settings::default()
@@ -234,7 +234,7 @@ fn a_map_is_one_more_source() {
 
 #[test]
 fn a_robot_that_knows_nothing_finds_itself_by_a_map() {
-    let mut robot = Robot::starting(&Start::Unknown, Settings::default());
+    let mut robot = Robot::starting(&Start::Unknown, &Settings::default());
     for tick in 1..=6 * TICKS_A_SECOND {
         let [x, y, phi] = driven_on(tick);
         let word = said(tick, Pose::new(x, y, phi), false);

@@ -5,8 +5,8 @@ use core::fmt::Debug;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    DriverStatus, Estimate, Gyro, Header, Heading, Neighbour, Odometry, Pose, Position,
-    RelativePose, Status, Timing,
+    Answer, DriverStatus, Estimate, Gyro, Header, Heading, Neighbour, Odometry, Pose, Position,
+    RelativePose, Seen, Sighting, Status, Timing,
 };
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
@@ -26,6 +26,12 @@ pub enum Channel {
     Heading,
     /// Yaw rates.
     Gyro,
+    /// Sightings that say a part only.
+    Sighting,
+    /// What other robots say that have seen this one so.
+    Seen,
+    /// What robots say that this one has seen so.
+    Answer,
     /// The belief.
     Estimate,
     /// Where the daemon's time goes.
@@ -154,7 +160,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 11] = [
+    pub const TABLE: [Told; 14] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
@@ -217,6 +223,34 @@ impl Channel {
             subscribers: 8,
             // A second at 200 Hz: a robot that was stopped for so long loses no turn.
             buffer: 256,
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::Sighting,
+            name: "sighting",
+            what: "sightings of other robots and landmarks that say a part only: range and bearing, or one of the two",
+            size: size_of::<Sighting>(),
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::Seen,
+            name: "seen",
+            what: "where other robots have seen this one in part, and the question where it believes to be",
+            by: Speaker::Neighbours,
+            size: size_of::<Seen>(),
+            // And the zombies of some.
+            publishers: Self::TEAM + 16,
+            buffer: 16,
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::Answer,
+            name: "answer",
+            what: "where robots believed to be that this one has seen in part",
+            by: Speaker::Neighbours,
+            size: size_of::<Answer>(),
+            publishers: Self::TEAM + 16,
+            buffer: 16,
             ..DRIVERS
         },
         Told {
@@ -355,6 +389,9 @@ travels! {
     Pose "v1",
     Heading "v1",
     Gyro "v1",
+    Sighting "v1",
+    Seen "v1",
+    Answer "v1",
     Estimate "v4",
     Timing "v2",
     Status "v3",
@@ -395,6 +432,9 @@ mod tests {
         assert_named::<Pose>();
         assert_named::<Heading>();
         assert_named::<Gyro>();
+        assert_named::<Sighting>();
+        assert_named::<Seen>();
+        assert_named::<Answer>();
         assert_named::<Estimate>();
         assert_named::<Timing>();
         assert_named::<Status>();
@@ -403,6 +443,8 @@ mod tests {
 
     #[test]
     fn a_whole_team_can_speak_to_one_robot_and_some_may_have_died() {
-        assert!(Channel::Neighbour.quality().publishers > Channel::TEAM);
+        for channel in [Channel::Neighbour, Channel::Seen, Channel::Answer] {
+            assert!(channel.quality().publishers > Channel::TEAM);
+        }
     }
 }

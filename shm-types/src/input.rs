@@ -20,11 +20,17 @@ pub enum Input {
     Heading = 5,
     /// Yaw rates of a gyro.
     Gyro = 6,
+    /// Sightings of other robots, or of landmarks, that say a part only.
+    Sighting = 7,
+    /// Where other robots have seen this one in part.
+    Seen = 8,
+    /// Where robots believed to be that this one has seen in part.
+    Answer = 9,
 }
 
 impl Input {
     /// How many there are.
-    pub const COUNT: usize = 7;
+    pub const COUNT: usize = 10;
     /// So many have a place in the payloads; those without a name are spare.
     pub const PLACES: usize = 16;
     /// All of them, in the order of their numbers.
@@ -36,6 +42,9 @@ impl Input {
         Self::Pose,
         Self::Heading,
         Self::Gyro,
+        Self::Sighting,
+        Self::Seen,
+        Self::Answer,
     ];
 
     /// As it is printed.
@@ -49,6 +58,9 @@ impl Input {
             Self::Pose => "pose",
             Self::Heading => "heading",
             Self::Gyro => "gyro",
+            Self::Sighting => "sighting",
+            Self::Seen => "seen",
+            Self::Answer => "answer",
         }
     }
 }
@@ -76,7 +88,10 @@ mod tests {
                 "neighbour",
                 "pose",
                 "heading",
-                "gyro"
+                "gyro",
+                "sighting",
+                "seen",
+                "answer"
             ]
         );
     }

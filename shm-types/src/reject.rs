@@ -73,6 +73,12 @@ reasons! {
     /// A course over ground while the robot does not move, or may move sideways.
     NotMoving = 20, "not_moving",
         "it is a course over ground, and the wheels do not say that the robot moves as fast as heading.least_speed_m_s";
+    /// A landmark that the configuration does not list.
+    UnknownLandmark = 21, "unknown_landmark", "it names a landmark that the configuration does not list";
+    /// A range that is zero or less.
+    NoRange = 22, "no_range", "its range is not more than zero";
+    /// An answer to nothing that is in the history.
+    NotAsked = 23, "not_asked", "it answers a sighting that is not in the history";
 }
 
 impl Reject {

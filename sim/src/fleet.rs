@@ -5,8 +5,9 @@
 use coloc_estimator::history::Slot;
 use coloc_estimator::output::Report;
 use coloc_estimator::{
-    Belief, Estimate, Estimator, Finding, NeighbourPose, Origin, OutgoingPose, RobotId, Settings,
-    Stamp, Start, TickInputs, step,
+    Answer, Belief, Estimate, Estimator, Finding, Measurement, NeighbourPose, Origin,
+    OutgoingAnswer, OutgoingPose, OutgoingSeen, RobotId, SeenPart, Settings, SightingId, Stamp,
+    Start, TickInputs, step,
 };
 
 /// A team of estimators. Robots are numbered from 0.
@@ -30,6 +31,15 @@ pub struct Letter {
     pub to: usize,
     /// As the estimator of `to` takes it.
     pub pose: NeighbourPose,
+}
+
+/// What goes from robot to robot of a sighting that says a part only.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Note {
+    /// For whom.
+    pub to: usize,
+    /// As the estimator of `to` takes it.
+    pub word: Measurement,
 }
 
 impl Fleet {
@@ -81,6 +91,18 @@ impl Fleet {
         post: &mut dyn FnMut(Letter),
         log: &mut dyn FnMut(&Report),
     ) {
+        self.tick_with(robot, inputs, post, &mut |_| (), log);
+    }
+
+    /// As [`Self::tick`]; what goes out of sightings that say a part only goes to `pass`.
+    pub fn tick_with(
+        &mut self,
+        robot: usize,
+        inputs: &TickInputs<'_>,
+        post: &mut dyn FnMut(Letter),
+        pass: &mut dyn FnMut(Note),
+        log: &mut dyn FnMut(&Report),
+    ) {
         let Some(member) = self.robots.get_mut(robot) else {
             return;
         };
@@ -93,6 +115,9 @@ impl Fleet {
                 post(Letter { to, pose });
             }
         }
+        let seen = outputs.seen.iter().map(|it| seen(robot, it));
+        let answers = outputs.answers.iter().map(|it| answer(robot, it));
+        seen.chain(answers).for_each(pass);
         outputs.reports.iter().for_each(log);
         member.estimate = outputs.estimate;
     }
@@ -108,6 +133,40 @@ pub(crate) fn neighbour(sender: usize, sequence: u64, outgoing: &OutgoingPose) -
         },
         pose: outgoing.pose,
         parts: outgoing.parts,
+    }
+}
+
+/// What robot `from` tells, as its receiver takes it.
+fn seen(from: usize, outgoing: &OutgoingSeen) -> Note {
+    Note {
+        to: usize::from(outgoing.sighting.robot.0),
+        word: Measurement::Seen(SeenPart {
+            stamp: outgoing.stamp,
+            sighting: named_by(from, outgoing.sighting),
+            place: outgoing.place,
+            asks: true,
+        }),
+    }
+}
+
+/// What robot `from` answers; likewise.
+fn answer(from: usize, outgoing: &OutgoingAnswer) -> Note {
+    Note {
+        to: usize::from(outgoing.sighting.robot.0),
+        word: Measurement::Answer(Answer {
+            stamp: outgoing.stamp,
+            sighting: named_by(from, outgoing.sighting),
+            place: outgoing.place,
+            reading: None,
+        }),
+    }
+}
+
+/// The sighting between two robots, as the other one names it.
+fn named_by(from: usize, sighting: SightingId) -> SightingId {
+    SightingId {
+        robot: id(from),
+        ..sighting
     }
 }
 

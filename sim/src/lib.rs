@@ -34,7 +34,7 @@ pub mod sensors;
 pub mod synthetic;
 pub mod world;
 
-pub use fleet::{Fleet, Letter};
+pub use fleet::{Fleet, Letter, Note};
 pub use scenario::Scenario;
 pub use sensors::{Sensors, StepInputs};
 pub use synthetic::{Synthetic, SyntheticConfig, Ways};

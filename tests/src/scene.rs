@@ -16,7 +16,7 @@ use coloc_shm_types::Space;
 use rustix::event::{EventfdFlags, eventfd};
 use tempfile::TempDir;
 
-use crate::surroundings::{Surroundings, config};
+use crate::surroundings::{Surroundings, config, config_in_part};
 
 /// Ticks until everybody is connected and has what it needs: the first message over a new connection maps its shared
 /// memory.
@@ -60,11 +60,22 @@ impl Scene {
         Self::with(directory, config, Box::new(KernelTime))
     }
 
+    /// The same, of a robot that takes part in the exchange of what is seen in part.
+    #[must_use]
+    pub fn in_part(trigger: Trigger) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let config = config_in_part(directory.path(), trigger);
+        Self::with(directory, config, Box::new(KernelTime))
+    }
+
     /// With a configuration that was made by [`config`] for this directory, under the clocks of `time`.
     #[must_use]
     pub fn with(directory: TempDir, config: Config, time: Box<dyn TimeSource>) -> Self {
         let space = Space::open(&config.shm.root, &config.shm.prefix, "test").unwrap();
-        let surroundings = Surroundings::new(directory.path(), &space);
+        let mut surroundings = Surroundings::new(directory.path(), &space);
+        if config.sighting.heard {
+            surroundings.take_part();
+        }
         let link = Arc::new(Link::new());
         let robot = Robot::open(&config, &space, time, Arc::clone(&link)).unwrap();
         let stop = eventfd(0, EventfdFlags::CLOEXEC).unwrap();

@@ -17,12 +17,12 @@
 use std::ops::AddAssign;
 use std::path::Path;
 
-use coloc_daemon::config::{Config, History, Member, Robot, Shm, Tick, Trigger};
+use coloc_daemon::config::{Config, History, Member, Robot, Shm, Sighting as Part, Tick, Trigger};
 use coloc_drivers::can::{BusSpec, Frame, Sender};
 use coloc_drivers::encoder::{OdometryConfig, WheelFrames};
 use coloc_shm_types::{
-    Clock, Estimate, Gyro, Header, Heading, Message, Neighbour, Pose, Position, Publisher,
-    RelativePose, RobotName, Space, Subscriber,
+    Answer, Clock, Estimate, Gyro, Header, Heading, Message, Neighbour, Pose, Position, Publisher,
+    RelativePose, RobotName, Seen, Sighting, Space, Subscriber,
 };
 use rustix::time::{ClockId, clock_gettime};
 
@@ -74,6 +74,30 @@ pub fn config(directory: &Path, trigger: Trigger) -> Config {
     }
 }
 
+/// The same, of a robot that takes part in the exchange of what is seen in part.
+#[must_use]
+pub fn config_in_part(directory: &Path, trigger: Trigger) -> Config {
+    Config {
+        sighting: Part {
+            heard: true,
+            ..Part::default()
+        },
+        ..config(directory, trigger)
+    }
+}
+
+/// What four neighbours say and answer, and who listens to what they are told, of what is seen in part.
+#[derive(Debug)]
+struct Parts {
+    camera: Publisher<Sighting>,
+    seen: Vec<Publisher<Seen>>,
+    answers: Vec<Publisher<Answer>>,
+    told: Vec<Subscriber<Seen>>,
+    answered: Vec<Subscriber<Answer>>,
+    /// The stamp of the sightings before, and the number of the first of them.
+    asked: Option<(i64, u64)>,
+}
+
 /// All that talks to the robot and listens to it.
 #[derive(Debug)]
 pub struct Surroundings {
@@ -87,6 +111,8 @@ pub struct Surroundings {
     /// Once they have spoken: most robots have none.
     compass: Option<Publisher<Heading>>,
     gyro: Option<Publisher<Gyro>>,
+    /// Of a robot that takes part.
+    parts: Option<Parts>,
     neighbours: Vec<Publisher<Neighbour>>,
     told: Vec<Subscriber<Neighbour>>,
     /// What the robot believes.
@@ -104,12 +130,15 @@ pub struct Heard {
     pub estimates: u64,
     /// Poses that its neighbours were told.
     pub poses: u64,
+    /// Positions that they were told, of sightings that say a part only, and answers.
+    pub parts: u64,
 }
 
 impl AddAssign for Heard {
     fn add_assign(&mut self, more: Self) {
         self.estimates += more.estimates;
         self.poses += more.poses;
+        self.parts += more.parts;
     }
 }
 
@@ -133,6 +162,7 @@ impl Surroundings {
             map: space.publisher(&robot).unwrap(),
             compass: None,
             gyro: None,
+            parts: None,
             neighbours: publishers.collect::<Result<_, _>>().unwrap(),
             told: subscribers.collect::<Result<_, _>>().unwrap(),
             estimates: space.subscriber(&robot).unwrap(),
@@ -210,6 +240,41 @@ impl Surroundings {
         before
     }
 
+    /// From now on there is what is seen in part too. Before the robot is opened, as all of this.
+    pub fn take_part(&mut self) {
+        let name = |id: &u16| RobotName::new(&format!("robot{id}")).unwrap();
+        let (space, robot) = (&self.space, &self.robot);
+        let each = || NEIGHBOURS.iter();
+        self.parts = Some(Parts {
+            camera: space.publisher(robot).unwrap(),
+            seen: each().map(|_| space.publisher(robot).unwrap()).collect(),
+            answers: each().map(|_| space.publisher(robot).unwrap()).collect(),
+            told: each()
+                .map(|id| space.subscriber(&name(id)).unwrap())
+                .collect(),
+            answered: each()
+                .map(|id| space.subscriber(&name(id)).unwrap())
+                .collect(),
+            asked: None,
+        });
+    }
+
+    /// Four sightings by range and bearing, what four neighbours say that have seen the robot so, the answers to the sightings before,
+    /// and a fix; true, if the robot stands at the origin.
+    pub fn send_parts(&mut self, stamp_ns: i64) {
+        let own = header(stamp_ns, self.sent);
+        self.receiver.send(fix(own, [0.0; 3])).unwrap();
+        let first = 4 * self.sent;
+        if let Some(parts) = &mut self.parts {
+            for (sequence, &observed) in (first..).zip(&NEIGHBOURS) {
+                let message = in_part(header(stamp_ns, sequence), observed);
+                parts.camera.send(message).unwrap();
+            }
+            parts.say(own, first);
+        }
+        self.sent += 1;
+    }
+
     /// From now on whoever listens is woken by what the robot publishes, and has to be.
     pub fn wait(&self) {
         let _ = self.estimates.bell().unwrap();
@@ -224,7 +289,37 @@ impl Surroundings {
         Heard {
             estimates: drain(&self.estimates),
             poses: self.told.iter().map(drain).sum(),
+            parts: self.parts.as_ref().map_or(0, Parts::heard),
         }
+    }
+}
+
+impl Parts {
+    fn say(&mut self, own: Header, first: u64) {
+        for (port, &sender) in self.seen.iter().zip(&NEIGHBOURS) {
+            let header = Header {
+                source: sender,
+                ..own
+            };
+            port.send(seen(header)).unwrap();
+        }
+        let asked = self.asked.replace((own.stamp_ns, first));
+        let Some((stamp_ns, before)) = asked else {
+            return;
+        };
+        for ((port, &sender), sighting) in self.answers.iter().zip(&NEIGHBOURS).zip(before..) {
+            let header = Header {
+                source: sender,
+                stamp_ns,
+                ..own
+            };
+            port.send(answer(header, sighting)).unwrap();
+        }
+    }
+
+    fn heard(&self) -> u64 {
+        let told: u64 = self.told.iter().map(drain).sum();
+        told + self.answered.iter().map(drain).sum::<u64>()
     }
 }
 
@@ -256,6 +351,49 @@ fn sighting(header: Header, observed: u16) -> RelativePose {
         ..Default::default()
     }
 }
+
+/// By a camera, of a neighbour in its own direction.
+fn in_part(header: Header, observed: u16) -> Sighting {
+    Sighting {
+        header,
+        observed,
+        has: Sighting::RANGE | Sighting::BEARING,
+        who: Sighting::ROBOT,
+        range: DISTANCE_M,
+        bearing: f64::from(observed),
+        white: [1e-2, 1e-3],
+        slow: [0.01, 6.0, 0.01, 10.0],
+        ..Default::default()
+    }
+}
+
+/// Where the robot is, which stands at the origin.
+fn seen(header: Header) -> Seen {
+    Seen {
+        header,
+        sighting: header.sequence,
+        independent: ROUND,
+        dependent: ROUND,
+        ..Default::default()
+    }
+}
+
+/// Where a neighbour is.
+fn answer(header: Header, sighting: u64) -> Answer {
+    let angle = f64::from(header.source);
+    Answer {
+        header,
+        session: 1,
+        sighting,
+        position: [DISTANCE_M * angle.cos(), DISTANCE_M * angle.sin()],
+        independent: ROUND,
+        dependent: ROUND,
+        ..Default::default()
+    }
+}
+
+/// A decimetre in every direction.
+const ROUND: [f64; 4] = [1e-2, 0.0, 0.0, 1e-2];
 
 fn fix(header: Header, [x, y, _]: [f64; 3]) -> Position {
     Position {

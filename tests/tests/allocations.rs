@@ -72,6 +72,32 @@ fn no_tick_allocates_for_a_group() {
     assert!(reader.newest().unwrap().tick >= 10_000);
 }
 
+#[test]
+fn no_tick_allocates_for_what_is_seen_in_part() {
+    let mut scene = Scene::in_part(Trigger::Timer);
+    let (mut calls, mut heard, mut counted) = (Calls::NONE, Heard::default(), 0);
+    scene.with_telemetry(|scene| {
+        while counted < 10_000 {
+            scene.surroundings.send_frames([0.0; 2]);
+            scene.surroundings.send_parts(realtime_ns());
+            let (ticked, during) = calls_during(|| scene.turn());
+            let received = scene.surroundings.receive();
+            if scene.is_warm() {
+                calls += during;
+                counted += u64::from(ticked);
+                heard += received;
+            }
+        }
+    });
+    assert_eq!(calls, Calls::NONE, "over {counted} ticks");
+    let status = scene.robot.account().status();
+    for input in [Input::Sighting, Input::Seen, Input::Answer] {
+        let accepted = status.accepted_of(input);
+        assert!(accepted >= 4 * counted, "{input}: {accepted}; {status:?}");
+    }
+    assert!(heard.parts >= 8 * counted, "{heard:?}");
+}
+
 fn ticks_without_allocation(trigger: Trigger, ticks: u64) {
     without_allocation(&mut Scene::new(trigger), ticks);
 }
@@ -94,7 +120,8 @@ fn without_allocation(scene: &mut Scene, ticks: u64) {
     assert_eq!(calls, Calls::NONE, "over {counted} ticks");
     let status = scene.robot.account().status();
     // A robot with a gyro is in the daemon's own test of allocations.
-    for input in Input::ALL.into_iter().filter(|it| *it != Input::Gyro) {
+    let elsewhere = [Input::Gyro, Input::Sighting, Input::Seen, Input::Answer];
+    for input in Input::ALL.into_iter().filter(|it| !elsewhere.contains(it)) {
         // Of frames that a late tick brought close together the wheels make one sample.
         let at_least = if input == Input::Odometry {
             ticks / 2

@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 use coloc_drivers::can::Sender;
 use coloc_drivers::encoder::WheelFrames;
-use coloc_shm_types::{Estimate, Header, Input, Position, Publisher, RelativePose, Status};
+use coloc_estimator::Pose;
+use coloc_shm_types::{
+    Estimate, Header, Input, Position, Publisher, RelativePose, Sighting, Status,
+};
 use coloc_sim::StepInputs;
 use rustix::thread::clock_nanosleep_absolute;
 use rustix::time::{ClockId, Timespec, clock_gettime};
@@ -23,6 +26,8 @@ struct Robot {
     wheels: WheelFrames,
     ways_m: [f64; 2],
     sightings: Publisher<RelativePose>,
+    /// Of robots that see one another in part.
+    parts: Option<Publisher<Sighting>>,
     fixes: Publisher<Position>,
     sent: u64,
 }
@@ -61,6 +66,9 @@ impl Feed {
             wheels: WheelFrames::new(METRES_PER_TICK),
             ways_m: [0.0; 2],
             sightings: space.publisher(&robot_name(robot)).unwrap(),
+            parts: team
+                .sees_in_part()
+                .then(|| space.publisher(&robot_name(robot)).unwrap()),
             fixes: space.publisher(&robot_name(robot)).unwrap(),
             sent: 0,
         };
@@ -111,6 +119,11 @@ impl Feed {
         };
         for seen in &inputs.sightings {
             let robot = &mut self.robots[seen.observer];
+            if robot.parts.is_some() {
+                let header = header(robot);
+                robot.see_in_part(header, seen.observed, &seen.relative);
+                continue;
+            }
             let [x, y, phi] = coloc_sim::Scenario::paper().sightings.sigma.map(|s| s * s);
             let message = RelativePose {
                 header: header(robot),
@@ -136,6 +149,28 @@ impl Feed {
 }
 
 impl Robot {
+    /// What a camera without a slow error says of it.
+    fn see_in_part(&self, header: Header, observed: usize, relative: &Pose) {
+        let (range, [sigma, ..]) = (
+            relative.x.hypot(relative.y),
+            coloc_sim::Scenario::paper().sightings.sigma,
+        );
+        let message = Sighting {
+            header,
+            observed: u16::try_from(observed + 1).unwrap(),
+            has: Sighting::RANGE | Sighting::BEARING,
+            who: Sighting::ROBOT,
+            range,
+            bearing: relative.y.atan2(relative.x),
+            white: [sigma * sigma, sigma * sigma / (range * range)],
+            slow: [0.01, 6.0, 0.005, 10.0],
+            ..Sighting::default()
+        };
+        self.parts
+            .iter()
+            .for_each(|port| port.send(message).unwrap());
+    }
+
     #[allow(clippy::cast_precision_loss)] // 20 ms.
     fn roll(&mut self, [v, omega]: [f64; 2]) {
         let (step_s, turn) = (STEP_NS as f64 / 1e9, omega * TRACK_M / 2.0);

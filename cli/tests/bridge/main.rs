@@ -46,6 +46,25 @@ fn five_daemons_over_shared_memory_believe_what_one_process_does_to_the_last_bit
     assert!(messages > 500, "{messages} messages");
 }
 
+/// What is seen by range and bearing is told the robot seen, and answered: three messages over shared memory for each sighting.
+#[test]
+fn five_daemons_that_see_one_another_in_part_believe_what_one_process_does() {
+    let world = Synthetic::new(&SyntheticConfig {
+        robots: ROBOTS,
+        seconds: SECONDS,
+        ..SyntheticConfig::default()
+    });
+    let scenario = Scenario::paper();
+    let sensors = Sensors::new(&world, &scenario, 1, 0);
+    let team = Team::in_part(|robot| beginning(&world.initial(robot).unwrap()));
+    let drive = Drive::new(team, |step| sensors.at(step), world.steps());
+
+    drive.assert_same_bits();
+    let [told, answered] = drive.played.parts;
+    println!("{told} told, {answered} answered");
+    assert!(told > 500 && answered > 500, "{told}, {answered}");
+}
+
 /// It is told where it stands, to a centimetre.
 fn beginning(pose: &Pose) -> Initial {
     Initial {

@@ -5,7 +5,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use coloc_daemon::config::{
-    Clock, ClockSource, Config, Initial, Member, Preset, Realtime, Robot, Scheduler, Shm, Telemetry,
+    Clock, ClockSource, Config, Initial, Member, Preset, Realtime, Robot, Scheduler, Shm, Sighting,
+    Telemetry,
 };
 use coloc_daemon::record::{Gaps, Recording};
 use coloc_drivers::can::BusSpec;
@@ -23,6 +24,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 pub(crate) struct Team {
     home: TempDir,
     daemons: Vec<Child>,
+    /// Whether they see one another in part.
+    in_part: bool,
 }
 
 /// What hears a daemon.
@@ -34,9 +37,19 @@ pub(crate) struct Listener {
 impl Team {
     /// Starts them; what each is told of where it starts is `initial`'s to say.
     pub(crate) fn start(initial: impl Fn(usize) -> Initial) -> Self {
+        Self::seeing(false, initial)
+    }
+
+    /// The same, of robots that see one another by range and bearing alone.
+    pub(crate) fn in_part(initial: impl Fn(usize) -> Initial) -> Self {
+        Self::seeing(true, initial)
+    }
+
+    fn seeing(in_part: bool, initial: impl Fn(usize) -> Initial) -> Self {
         let mut team = Self {
             home: tempfile::tempdir().unwrap(),
             daemons: Vec::new(),
+            in_part,
         };
         for robot in 0..ROBOTS {
             let file = team.file(robot, "toml");
@@ -81,9 +94,17 @@ impl Team {
                 record: self.file(robot, "jsonl"),
                 ..Telemetry::default()
             },
+            sighting: Sighting {
+                heard: self.in_part,
+                ..Sighting::default()
+            },
             odometry: Some(odometry),
             ..Config::of(Robot { name, id })
         }
+    }
+
+    pub(crate) fn sees_in_part(&self) -> bool {
+        self.in_part
     }
 
     fn file(&self, robot: usize, extension: &str) -> PathBuf {

@@ -173,6 +173,9 @@ impl Account {
         for told in outputs.outgoing {
             self.passed(Kind::Sighting, told.by, 1);
         }
+        for told in outputs.seen {
+            self.passed(Kind::Partial, told.sighting.sensor, 1);
+        }
         self.teller.no_room(outputs);
         self.changes
             .gyro(outputs.estimate.gyro, self.now, &mut self.teller);
@@ -375,6 +378,8 @@ mod tests {
             estimate: Estimate::default(),
             finding: &Finding::default(),
             outgoing: &[],
+            seen: &[],
+            answers: &[],
             reports: &[too_old],
             overflowed: 0,
             folded_early: 0,

@@ -15,6 +15,9 @@ pub(super) fn input(kind: Kind) -> Input {
         Kind::Pose => Input::Pose,
         Kind::Heading => Input::Heading,
         Kind::Gyro => Input::Gyro,
+        Kind::Partial | Kind::Landmark => Input::Sighting,
+        Kind::Seen | Kind::Ask => Input::Seen,
+        Kind::Answer => Input::Answer,
     }
 }
 
@@ -44,6 +47,7 @@ pub(super) fn reason(verdict: Verdict) -> Option<Reject> {
         Verdict::NoRoom => Some(Reject::HistoryFull),
         Verdict::NotFinite => Some(Reject::NotFinite),
         Verdict::NotMoving => Some(Reject::NotMoving),
+        Verdict::NotAsked => Some(Reject::NotAsked),
         Verdict::NoNoise => Some(Reject::NoCovariance),
     }
 }

@@ -10,6 +10,7 @@ use coloc_shm_types::{
 };
 
 use super::list::List;
+use super::parts::{self, Landmarks, Parts as PartPorts};
 use super::port::Port;
 use super::sensors::Sensors;
 use super::team::Team;
@@ -26,7 +27,7 @@ const HEADINGS: usize = 64;
 /// A second of 200 Hz: after a stall they come at once.
 const TURNS: usize = 200;
 /// So many of all kinds.
-pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS + POSES + HEADINGS + TURNS;
+pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS + POSES + HEADINGS + TURNS + parts::MOST;
 
 /// The subscribers and what they have received before.
 #[derive(Debug)]
@@ -39,6 +40,8 @@ pub struct Messages {
     sensors: Sensors,
     /// Where a gyro is heard there.
     turns: Option<Port<Gyro>>,
+    /// Where what is seen in part is heard.
+    parts: Option<PartPorts>,
     team: Team,
 }
 
@@ -62,6 +65,11 @@ impl Messages {
             turns: (config.gyro.source == GyroSource::Channel)
                 .then(|| Port::open(space, name, (Input::Gyro, sensors, TURNS)))
                 .transpose()?,
+            parts: config
+                .sighting
+                .heard
+                .then(|| PartPorts::open(space, name, robots, Landmarks::of(&config.landmark)))
+                .transpose()?,
             team,
         })
     }
@@ -76,7 +84,8 @@ impl Messages {
             self.headings.deaf(),
             self.turns.as_ref().and_then(Port::deaf),
         ];
-        inputs.into_iter().flatten()
+        let parts = self.parts.iter().flat_map(PartPorts::deaf);
+        inputs.into_iter().flatten().chain(parts)
     }
 
     /// Says who speaks on the channels.
@@ -88,6 +97,9 @@ impl Messages {
         self.headings.tell_sessions(now, account);
         if let Some(turns) = &self.turns {
             turns.tell_sessions(now, account);
+        }
+        if let Some(parts) = &self.parts {
+            parts.tell_sessions(now, account);
         }
     }
 
@@ -115,6 +127,9 @@ impl Messages {
         if let Some(turns) = &mut self.turns {
             turns.drain(moment, into, account, |it| turn(it, &limits));
         }
+        if let Some(parts) = &mut self.parts {
+            parts.receive(moment, (&limits, sensors), into, account);
+        }
     }
 
     /// The tick is over: the next one takes in as many again.
@@ -127,15 +142,18 @@ impl Messages {
         if let Some(turns) = &mut self.turns {
             turns.clear();
         }
+        if let Some(parts) = &mut self.parts {
+            parts.clear();
+        }
     }
 }
 
-fn stamp(message: &impl Message) -> Stamp {
+pub(super) fn stamp(message: &impl Message) -> Stamp {
     Stamp::from_nanos(message.header().stamp_ns)
 }
 
 /// The history tells repetitions by it, and orders what has one stamp.
-fn origin(message: &impl Message) -> Origin {
+pub(super) fn origin(message: &impl Message) -> Origin {
     let header = message.header();
     Origin {
         source: header.source,

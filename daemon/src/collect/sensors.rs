@@ -1,7 +1,7 @@
 //! Where each sensor sits and how it errs: what the configuration says, and the messages do not.
 
 use coloc_estimator::{HeadingOf, Pose, Sighting, SlowError, Span};
-use coloc_shm_types::{Heading, Position};
+use coloc_shm_types::{self as shm, Heading, Position};
 
 use crate::config::{self, Compass, Config, Receiver};
 
@@ -11,6 +11,7 @@ pub struct Sensors {
     position: config::Position,
     relative_pose: config::RelativePose,
     heading: config::Heading,
+    sighting: config::Sighting,
 }
 
 impl Sensors {
@@ -21,6 +22,7 @@ impl Sensors {
             position: config.position.clone(),
             relative_pose: config.relative_pose.clone(),
             heading: config.heading.clone(),
+            sighting: config.sighting.clone(),
         }
     }
 
@@ -43,6 +45,18 @@ impl Sensors {
             covariance: seen.covariance.turned(phi),
             ..*seen
         }
+    }
+
+    /// Where the sensor of a sighting that says a part is: the message's own word, if it has one.
+    pub(super) fn mount_of(&self, message: &shm::Sighting) -> Pose {
+        let mut entries = self.sighting.sensor.iter();
+        let own = entries.find(|it| it.source == message.header.source);
+        let [x, y, phi] = if message.mount.iter().all(|it| *it == 0.0) {
+            own.map_or(self.sighting.mount, |it| it.mount)
+        } else {
+            message.mount
+        };
+        Pose::new(x, y, phi)
     }
 
     /// Where the antenna of a fix is \[m\]: the message's own word, if it has one.

@@ -4,6 +4,7 @@ mod canopen;
 mod files;
 mod gyro;
 mod history;
+mod landmarks;
 mod noise;
 mod odometry;
 mod team;
@@ -28,6 +29,7 @@ pub(super) fn check(config: &Config, own: &Path) -> Vec<Finding> {
     ];
     team::refusals(config)
         .chain(one.into_iter().flatten())
+        .chain(landmarks::refusals(config))
         .chain(noise::refusals(config))
         .chain(files::refusals(config, own))
         .collect()

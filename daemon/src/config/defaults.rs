@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
+use coloc_estimator::partial::PositionSettings;
 use coloc_estimator::{FusionSettings, Settings};
 
 use super::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, InitialHeading,
-    LogLevel, Position, Propagation, Realtime, Scheduler, Shm, Telemetry, Tick, Trigger, TrustJump,
-    WaitMode,
+    LogLevel, Partial, Position, Propagation, Realtime, Scheduler, Shm, Telemetry, Tick, Trigger,
+    TrustJump, WaitMode,
 };
 
 impl Default for Clock {
@@ -87,10 +88,30 @@ impl Default for Fusion {
             gate_weight: GateWeight::default(),
             position_gate: settings.position_gate,
             heading_gate: settings.heading_gate,
+            position: Partial::default(),
             relative_pose_floor: [0.0; 3],
             neighbour_floor: [0.0; 3],
             position_floor: [0.0; 2],
             heading_floor: 0.0,
+        }
+    }
+}
+
+impl Default for Partial {
+    fn default() -> Self {
+        let PositionSettings {
+            heading_lever_m,
+            damping,
+            memory,
+            gate,
+            gate_alone,
+        } = PositionSettings::default();
+        Self {
+            heading_lever_m,
+            damping,
+            memory_s: memory.as_seconds(),
+            gate,
+            gate_alone,
         }
     }
 }

@@ -352,6 +352,8 @@ pub struct Fusion {
     /// Largest normalised innovation squared of a heading (χ², 1 degree of freedom: 99 %); `inf` accepts everything.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub heading_gate: f64,
+    /// How what says a part only is fused: sightings by range and bearing, told, answered, or of landmarks.
+    pub position: Partial,
     /// No own sighting of another robot is taken to be more certain than this, whatever it says: least standard deviations
     /// of x, y and heading \[m, m, rad\].
     #[schemars(inner(range(min = 0, max = 1e3)))]
@@ -366,6 +368,27 @@ pub struct Fusion {
     /// The same for a heading \[rad\].
     #[schemars(range(min = 0, max = 1e3))]
     pub heading_floor: f64,
+}
+
+/// `[fusion.position]`: `paper` overrides all but the gates.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Partial {
+    /// In the trace a radian counts as that many metres \[m\].
+    #[schemars(range(min = 0, max = 1000))]
+    pub heading_lever_m: f64,
+    /// At most this part of the greedy weight is used ...
+    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
+    pub damping: f64,
+    /// ... and less where such messages, and poses, come faster than `damping * memory_s`; 0: never less \[s\].
+    #[schemars(range(min = 0, max = 3600))]
+    pub memory_s: f64,
+    /// Largest normalised innovation squared of range and bearing (χ², 2 degrees of freedom: 99 %); `inf` accepts everything.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub gate: f64,
+    /// The same of one of the two (χ², 1 degree of freedom: 99 %).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub gate_alone: f64,
 }
 
 /// How the belief is carried through a motion or a sighting.

@@ -47,6 +47,47 @@ pub struct Sensor {
     pub mount: [f64; 3],
 }
 
+/// `[sighting]`
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sighting {
+    /// Whether the robot takes part: hears its own sensors on the channel `sighting`, and other robots on `seen` and `answer`. Let all
+    /// robots of a team take part that have such a sensor or are seen by one.
+    pub heard: bool,
+    /// Where the sensor sits in the robot's body frame: forward, left, and how far it is turned to the left; used where a message says
+    /// zero \[m, m, rad\].
+    #[schemars(inner(range(min = -1000, max = 1000)))]
+    pub mount: [f64; 3],
+    /// Sensors that sit somewhere else, an entry each.
+    #[schemars(example = [Eye::example()])]
+    pub sensor: Vec<Eye>,
+}
+
+/// `[[sighting.sensor]]`: a sensor that does not sit where `[sighting]` says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Eye {
+    /// Which one: `source` in the header of its messages.
+    pub source: u16,
+    /// In place of `sighting.mount` \[m, m, rad\].
+    #[schemars(inner(range(min = -1000, max = 1000)))]
+    pub mount: [f64; 3],
+}
+
+/// `[[landmark]]`: a place that is known, and what a sensor calls it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Landmark {
+    /// Its number: `observed` in a sighting of a landmark.
+    pub number: u16,
+    /// Where it is in the frame that all robots share \[m, m\].
+    #[schemars(inner(range(min = -1e9, max = 1e9)))]
+    pub position: [f64; 2],
+    /// Standard deviation of that in each coordinate: an error that never changes \[m\].
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0))]
+    pub sigma_m: f64,
+}
+
 /// `[heading]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -125,6 +166,18 @@ impl Receiver {
 impl Sensor {
     fn example() -> impl Serialize {
         serde_json::json!({ "source": 1, "mount": [-0.2, 0.0, 1.5] })
+    }
+}
+
+impl Eye {
+    fn example() -> impl Serialize {
+        serde_json::json!({ "source": 1, "mount": [-0.2, 0.0, 1.5] })
+    }
+}
+
+impl Landmark {
+    pub(super) fn example() -> impl Serialize {
+        serde_json::json!({ "number": 6, "position": [1.5, -2.0], "sigma_m": 0.01 })
     }
 }
 

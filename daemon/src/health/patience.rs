@@ -22,9 +22,9 @@ impl Patience {
     pub(super) fn of(input: Input, config: &config::Health) -> Self {
         let least_s = match input {
             Input::Odometry | Input::Gyro => config.odometry_stale_s,
-            Input::RelativePose => config.relative_pose_stale_s,
+            Input::RelativePose | Input::Sighting => config.relative_pose_stale_s,
             Input::Position | Input::Pose | Input::Heading => config.position_stale_s,
-            Input::Neighbour => config.neighbours_stale_s,
+            Input::Neighbour | Input::Seen | Input::Answer => config.neighbours_stale_s,
         };
         Self {
             least: Span::from_nanos(config::nanos(least_s)),

@@ -133,6 +133,7 @@ fn gate(input: Input, fusion: &Fusion) -> f64 {
         Input::Position => fusion.position_gate,
         Input::Heading => fusion.heading_gate,
         Input::Neighbour | Input::Pose => fusion.neighbour_gate,
+        Input::Sighting | Input::Seen | Input::Answer => fusion.position.gate,
         Input::Odometry | Input::RelativePose | Input::Gyro => 0.0,
     }
 }

@@ -183,7 +183,7 @@ impl RecordedTick {
                 covariance: Covariance3::from_row_major(covariance)?,
                 set,
             }),
-            _ => return Err(Broken),
+            other => super::part::measurement(other).ok_or(Broken)??,
         });
         Ok(())
     }

@@ -136,7 +136,7 @@ impl Hypothesis {
     /// It takes the word, whatever the distance.
     pub(crate) fn take(&mut self, word: &Word, lever: f64) {
         self.taken = self.taken.saturating_add(1);
-        let tells = self.way_m > SOME_WAY_M || !word.is_fix();
+        let tells = self.way_m > SOME_WAY_M || word.tells_heading();
         self.tellings = self.tellings.saturating_add(u32::from(tells));
         self.way_m = 0.0;
         self.refused = (self.refused - FORGIVEN).max(0.0);

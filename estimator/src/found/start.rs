@@ -21,9 +21,7 @@ impl Start {
     pub fn belief(&self) -> Belief {
         match self {
             Self::Known(belief) => *belief,
-            Self::Position(position, covariance) => {
-                nowhere(Some((*position, *covariance.matrix())))
-            }
+            Self::Position(position, covariance) => nowhere(Some((*position, covariance.matrix()))),
             Self::Unknown => nowhere(None),
         }
     }

@@ -7,10 +7,12 @@ use super::lifted::Lifted;
 use crate::angle::wrap;
 use crate::belief::Belief;
 use crate::convert::GlobalPose;
+use crate::covariance::Covariance2;
 use crate::factor::Factor;
 use crate::gate::{CHI2_2_99, CHI2_3_99};
-use crate::kind::{Measured, Measurement, NeighbourPose, PoseSaid, PositionFix};
+use crate::kind::{Kind, Measured, Measurement, NeighbourPose, PoseSaid, PositionFix};
 use crate::output::Source;
+use crate::partial::{Reading, SplitPosition};
 use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::stamp::Stamp;
@@ -28,6 +30,12 @@ const FLAGRANT: f64 = 100.0;
 
 /// How long what a neighbour says depends on what it said before \[s\].
 const NEIGHBOUR_MEMORY_S: f64 = 1.0;
+
+/// What is seen in part, whoever says it, feeds one hypothesis: of each robot alone there is too little of it.
+const IN_PART: Source = Source::new(Kind::Answer, 0);
+
+/// Errors that robots and sightings have in common last for so many words of them.
+const SHARED: f64 = 4.0;
 
 /// A word, and what its source is like.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -89,9 +97,14 @@ impl Word {
                 pose: said.pose,
                 parts: said.parts(),
             },
+            Measurement::Seen(_) | Measurement::Answer(_) | Measurement::Landmark(_) => {
+                return Self::of_part(stamp, measurement, gauge);
+            }
             Measurement::Gyro(_)
             | Measurement::Odometry(_)
             | Measurement::Sighting(_)
+            | Measurement::Partial(_)
+            | Measurement::Ask(_)
             | Measurement::Heading(_)
             | Measurement::Pose(PoseSaid { .. }) => {
                 return None;
@@ -103,6 +116,39 @@ impl Word {
             said,
             gauge,
         })
+    }
+
+    /// Of what says a part only: heard by who does not know which way the robot looks. Others have fused it.
+    #[cold]
+    fn of_part(stamp: Stamp, measurement: &Measurement, gauge: Gauge) -> Option<Self> {
+        if !gauge.wide {
+            return None;
+        }
+        let said = match measurement {
+            Measurement::Seen(seen) => Said::of_place(&seen.place?, None),
+            Measurement::Answer(answer) => Said::of_place(&answer.place, Some(&answer.reading?)),
+            Measurement::Landmark(it) => {
+                let place = SplitPosition::known(it.position, it.covariance);
+                Said::of_place(&place, Some(&it.reading))
+            }
+            _ => None,
+        };
+        Some(Self {
+            source: IN_PART,
+            stamp,
+            said: said?,
+            gauge,
+        })
+    }
+
+    /// Whether it is an own receiver's.
+    fn is_receivers(&self) -> bool {
+        self.source.kind == Kind::Fix
+    }
+
+    /// Whether it says which way the robot looks, though the robot has not moved.
+    pub(crate) fn tells_heading(&self) -> bool {
+        !(self.is_fix() && self.is_receivers())
     }
 
     pub(crate) fn is_fix(&self) -> bool {
@@ -141,7 +187,7 @@ impl Word {
 
     /// Whether each error is new, so that the mean of many is near zero.
     pub(crate) fn is_white(&self) -> bool {
-        self.is_fix() && !self.is_watched()
+        self.is_fix() && self.is_receivers() && !self.is_watched()
     }
 
     /// All of its noise, with zeros for the heading of a fix.
@@ -215,6 +261,15 @@ impl Word {
 }
 
 impl Gauge {
+    /// Of what says a part only, and was not fused.
+    pub(crate) fn of_part(d2: f64) -> Self {
+        Self {
+            d2,
+            wide: true,
+            ..Self::default()
+        }
+    }
+
     /// Of a neighbour's pose, or a map's.
     pub(crate) fn of_pose(belief: &Belief, received: &GlobalPose) -> Self {
         let sum = halved_weights(&belief.parts) + halved_weights(&received.parts);
@@ -229,11 +284,34 @@ impl Gauge {
 }
 
 impl Said {
+    /// Of a position, with what a sensor says of where in the body frame that is. Its noise is turned by a heading that may be any.
+    fn of_place(place: &SplitPosition, reading: Option<&Reading>) -> Option<Self> {
+        let sighting = match reading {
+            Some(Reading::Place(sighting)) => Some(sighting),
+            Some(Reading::Alone(_)) => return None, // One number is not linear in the direction.
+            None => None,
+        };
+        let round = |noise: &Covariance2| {
+            let [x, y] = noise.variances();
+            Matrix2::identity() * (x + y) // No less than its largest eigenvalue.
+        };
+        let noise = sighting.map_or_else(Matrix2::zeros, |it| {
+            round(&it.white) + round(&it.slow) * SHARED
+        });
+        Some(Self::Fix {
+            position: place.position,
+            lever: sighting.map_or([0.0; 2], |it| it.at),
+            white: place.independent.matrix() + place.dependent.matrix() * SHARED + noise,
+            slow: 0.0,
+            memory_s: 0.0,
+        })
+    }
+
     fn of_fix(fix: &PositionFix) -> Self {
         Self::Fix {
             position: fix.position,
             lever: fix.lever,
-            white: *fix.covariance.matrix(),
+            white: fix.covariance.matrix(),
             slow: if fix.slow.is_there() {
                 fix.slow.variance
             } else {

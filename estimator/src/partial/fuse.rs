@@ -25,6 +25,17 @@ const NEXT_TO_ZERO: f64 = 1e-9;
 /// dependent part nor bend, `α = 1` where `R_d = 0`; of both it is the Kalman filter's update.
 #[must_use]
 pub fn fuse(own: &Belief, innovation: &Innovation, settings: &PositionSettings) -> Fusion {
+    let mut left = Square3::IDENTITY;
+    fuse_and_leave(own, innovation, settings, &mut left)
+}
+
+/// [`fuse`]; where it accepts, `left` becomes `I − G H`: what is left of the error before.
+pub(crate) fn fuse_and_leave(
+    own: &Belief,
+    innovation: &Innovation,
+    settings: &PositionSettings,
+    left: &mut Square3,
+) -> Fusion {
     let [independent, dependent] =
         [innovation.independent, innovation.dependent].map(|it| Symmetric2::of(&it));
     let problem = Problem::new(
@@ -51,6 +62,8 @@ pub fn fuse(own: &Belief, innovation: &Innovation, settings: &PositionSettings) 
     if !belief.is_finite() {
         return refused;
     }
+    let whole = gain.map(|row| row.map(|it| weights.received * it));
+    *left = complement(&whole, &innovation.by_state);
     Fusion {
         belief,
         accepted: true,

@@ -5,7 +5,7 @@ use super::innovation::{Innovation, Numbers};
 use super::reading::BodySighting;
 use super::symmetric::Symmetric2;
 use crate::belief::Belief;
-use crate::covariance::Covariance2;
+use crate::covariance::{Covariance2, NotACovariance};
 use crate::honest::Circle;
 
 /// A position in the common frame with its covariance in two parts: what goes from robot to robot.
@@ -38,6 +38,42 @@ impl SplitPosition {
             position,
             independent: Covariance2::ZERO,
             dependent: covariance,
+        }
+    }
+
+    /// From outside, the four entries of each part row by row.
+    ///
+    /// # Errors
+    /// What is wrong with the first of them that is none.
+    pub fn from_row_major(
+        position: [f64; 2],
+        independent: [f64; 4],
+        dependent: [f64; 4],
+    ) -> Result<Self, NotACovariance> {
+        Ok(Self {
+            position,
+            independent: Covariance2::from_row_major(independent)?,
+            dependent: Covariance2::from_row_major(dependent)?,
+        })
+    }
+
+    /// The whole covariance's variances \[m²\].
+    pub(crate) fn variances(&self) -> [f64; 2] {
+        let sum = Symmetric2::of(&self.independent) + Symmetric2::of(&self.dependent);
+        [sum.xx, sum.yy]
+    }
+
+    /// With no variance of the whole below that of `floor`. What is added may be anything: it is dependent.
+    pub(crate) fn with_floor(&self, [x, y]: [f64; 2]) -> Self {
+        let ([xx, yy], dependent) = (self.variances(), Symmetric2::of(&self.dependent));
+        let raised = Symmetric2 {
+            xx: dependent.xx + (x - xx).max(0.0),
+            yy: dependent.yy + (y - yy).max(0.0),
+            ..dependent
+        };
+        Self {
+            dependent: raised.covariance(),
+            ..*self
         }
     }
 

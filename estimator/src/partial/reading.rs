@@ -1,5 +1,6 @@
 //! From range and bearing, as a sensor gives them, to a place in the body's frame.
 
+use super::alone::Alone;
 use super::symmetric::Symmetric2;
 use crate::covariance::Covariance2;
 use crate::pose::Pose;
@@ -23,6 +24,58 @@ pub struct BodySighting {
     pub white: Covariance2,
     /// `R_slow`: the same for other sightings too, so never independent.
     pub slow: Covariance2,
+}
+
+/// What a sensor says of what it sees.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Reading {
+    /// Range and bearing: where it is.
+    Place(BodySighting),
+    /// One of the two.
+    Alone(Alone),
+}
+
+impl Reading {
+    /// All its numbers but the covariances, which are checked where they are made.
+    pub(crate) fn numbers(&self) -> [f64; 5] {
+        match self {
+            Self::Place(it) => [it.at[0], it.at[1], 0.0, 0.0, 0.0],
+            Self::Alone(
+                Alone::Bearing {
+                    bearing_rad: number,
+                    variances: [_, slow],
+                    mount,
+                }
+                | Alone::Range {
+                    range_m: number,
+                    variances: [_, slow],
+                    mount,
+                },
+            ) => [*number, *slow, mount.x, mount.y, mount.phi],
+        }
+    }
+
+    /// Variances of what is white of it.
+    pub(crate) fn white(&self) -> [f64; 2] {
+        match self {
+            Self::Place(it) => it.white.variances(),
+            Self::Alone(Alone::Bearing { variances, .. } | Alone::Range { variances, .. }) => {
+                [variances[0]; 2]
+            }
+        }
+    }
+
+    /// With no white variance of a place below `floor` \[m²\].
+    #[must_use]
+    pub(crate) fn with_floor(&self, floor: [f64; 2]) -> Self {
+        match self {
+            Self::Place(it) => Self::Place(BodySighting {
+                white: it.white.with_floor(floor),
+                ..*it
+            }),
+            Self::Alone(_) => *self,
+        }
+    }
 }
 
 impl BodySighting {

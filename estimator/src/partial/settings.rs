@@ -34,6 +34,16 @@ impl Default for PositionSettings {
 }
 
 impl PositionSettings {
+    /// The greedy weight of the published algorithm.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            damping: 1.0,
+            memory: Span::ZERO,
+            ..Self::default()
+        }
+    }
+
     /// With β as `pace` allows.
     #[must_use]
     pub fn damped(&self, pace: &Pace) -> Self {

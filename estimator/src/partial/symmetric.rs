@@ -2,8 +2,6 @@
 
 use core::ops::{Add, Mul};
 
-use nalgebra::Matrix2;
-
 use crate::covariance::Covariance2;
 use crate::factor::{Factor, pivot};
 use crate::symmetric::Symmetric3;
@@ -52,7 +50,7 @@ impl Symmetric2 {
 
     #[inline]
     pub(super) fn covariance(&self) -> Covariance2 {
-        Covariance2::trusted(&Matrix2::new(self.xx, self.xy, self.xy, self.yy))
+        Covariance2::trusted(self.xx, self.xy, self.yy)
     }
 
     /// The block of the position.

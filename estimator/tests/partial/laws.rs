@@ -89,7 +89,7 @@ fn is_whole(name: &str, belief: &Belief) {
 
 fn is_whole_position(name: &str, said: &SplitPosition) {
     for part in [&said.independent, &said.dependent] {
-        assert!(Covariance2::new(*part.matrix()).is_ok(), "{name}: {part:?}");
+        assert!(Covariance2::new(part.matrix()).is_ok(), "{name}: {part:?}");
     }
 }
 

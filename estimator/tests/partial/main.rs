@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)] // A test's panic is its verdict.
 
 mod case;
+mod flight;
 mod laws;
 mod sequence;
 mod single;

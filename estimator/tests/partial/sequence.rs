@@ -20,56 +20,56 @@ const TOLERANCE: Tolerance = Tolerance {
 };
 
 #[derive(Deserialize)]
-struct Sequence {
-    meta: Meta,
-    steps: Vec<Step>,
+pub(crate) struct Sequence {
+    pub(crate) meta: Meta,
+    pub(crate) steps: Vec<Step>,
 }
 
 #[derive(Deserialize)]
-struct Meta {
-    dt: f64,
-    T0: f64,
-    x0: Vec<[f64; 3]>,
-    P_i0: Vec<Rows>,
-    damping: f64,
-    memory: f64,
-    lever: f64,
-    gate: f64,
-    white: [f64; 3],
-    slow: [f64; 2],
-    R_dgps: Rows2,
+pub(crate) struct Meta {
+    pub(crate) dt: f64,
+    pub(crate) T0: f64,
+    pub(crate) x0: Vec<[f64; 3]>,
+    pub(crate) P_i0: Vec<Rows>,
+    pub(crate) damping: f64,
+    pub(crate) memory: f64,
+    pub(crate) lever: f64,
+    pub(crate) gate: f64,
+    pub(crate) white: [f64; 3],
+    pub(crate) slow: [f64; 2],
+    pub(crate) R_dgps: Rows2,
 }
 
 #[derive(Deserialize)]
-struct Step {
-    odometry: Vec<[f64; 2]>,
+pub(crate) struct Step {
+    pub(crate) odometry: Vec<[f64; 2]>,
     #[serde(default)]
-    sightings: Vec<Seen>,
+    pub(crate) sightings: Vec<Seen>,
     #[serde(default)]
-    fusions: Vec<(String, usize, usize, f64, f64, bool)>,
+    pub(crate) fusions: Vec<(String, usize, usize, f64, f64, bool)>,
     #[serde(default)]
-    dgps: Vec<Fix>,
+    pub(crate) dgps: Vec<Fix>,
     #[serde(default)]
-    dgps_result: Vec<(usize, f64, bool)>,
-    expected: Expected,
+    pub(crate) dgps_result: Vec<(usize, f64, bool)>,
+    pub(crate) expected: Expected,
 }
 
 #[derive(Deserialize)]
-struct Seen {
-    observer: usize,
-    observed: usize,
-    rho: f64,
-    theta: f64,
+pub(crate) struct Seen {
+    pub(crate) observer: usize,
+    pub(crate) observed: usize,
+    pub(crate) rho: f64,
+    pub(crate) theta: f64,
 }
 
 #[derive(Deserialize)]
-struct Fix {
-    robot: usize,
-    y: [f64; 2],
+pub(crate) struct Fix {
+    pub(crate) robot: usize,
+    pub(crate) y: [f64; 2],
 }
 
 #[derive(Deserialize)]
-struct Expected {
+pub(crate) struct Expected {
     x: Option<Vec<[f64; 3]>>,
     P_i: Option<Vec<[f64; 6]>>,
     P_d: Option<Vec<[f64; 6]>>,
@@ -96,7 +96,7 @@ impl Meta {
             .collect()
     }
 
-    fn settings(&self) -> PositionSettings {
+    pub(crate) fn settings(&self) -> PositionSettings {
         PositionSettings {
             heading_lever_m: self.lever,
             damping: self.damping,
@@ -114,7 +114,7 @@ impl Meta {
         }
     }
 
-    fn sighting(&self, seen: &Seen) -> BodySighting {
+    pub(crate) fn sighting(&self, seen: &Seen) -> BodySighting {
         let [relative, absolute, bearing] = self.white;
         let along = relative * seen.rho;
         let noise = ReadingNoise {
@@ -211,11 +211,12 @@ fn rows([xx, xy, xp, yy, yp, pp]: [f64; 6]) -> Rows {
     [[xx, xy, xp], [xy, yy, yp], [xp, yp, pp]]
 }
 
-fn compare(index: usize, expected: &Expected, robots: &[Robot]) -> usize {
+/// Holds the beliefs of all against what is expected; whether that is all of them.
+pub(crate) fn compare(index: usize, expected: &Expected, beliefs: &[Belief]) -> usize {
     let Some(poses) = &expected.x else { return 0 };
     let (Some(P_i), Some(P_d), Some(K_H)) = (&expected.P_i, &expected.P_d, &expected.K_H) else {
-        for (robot, [x, y, phi]) in robots.iter().zip(poses) {
-            let Pose { x: a, y: b, phi: c } = robot.belief.pose;
+        for (belief, [x, y, phi]) in beliefs.iter().zip(poses) {
+            let Pose { x: a, y: b, phi: c } = belief.pose;
             let turn = coloc_estimator::angle::wrap(c - phi);
             assert!(
                 (a - x).abs().max((b - y).abs()).max(turn.abs()) <= 1e-6,
@@ -224,7 +225,7 @@ fn compare(index: usize, expected: &Expected, robots: &[Robot]) -> usize {
         }
         return 0;
     };
-    for (number, robot) in robots.iter().enumerate() {
+    for (number, belief) in beliefs.iter().enumerate() {
         let [a, b, c, d, e, f] = K_H[number];
         let state = State {
             x: poses[number],
@@ -232,11 +233,7 @@ fn compare(index: usize, expected: &Expected, robots: &[Robot]) -> usize {
             P_d: rows(P_d[number]),
             K_H: [[a, b], [c, d], [e, f]],
         };
-        TOLERANCE.check(
-            &format!("step {index}, robot {number}"),
-            &robot.belief,
-            &state,
-        );
+        TOLERANCE.check(&format!("step {index}, robot {number}"), belief, &state);
     }
     1
 }
@@ -256,7 +253,8 @@ fn five_robots() {
         }
         step.exchange(&mut robots, stamp, meta);
         step.correct(&mut robots, meta);
-        compared += compare(index, &step.expected, &robots);
+        let beliefs: Vec<Belief> = robots.iter().map(|it| it.belief).collect();
+        compared += compare(index, &step.expected, &beliefs);
     }
     assert!(compared > 10, "{compared}");
 }

@@ -1,4 +1,5 @@
 //! The payloads: plain `#[repr(C)]`, fixed size, versioned in their type name, the same bytes in every language.
+mod answer;
 mod can_counters;
 mod driver_status;
 mod estimate;
@@ -12,10 +13,13 @@ mod odometry;
 mod pose;
 mod position;
 mod relative_pose;
+mod seen;
+mod sighting;
 mod source_health;
 mod status;
 mod timing;
 
+pub use answer::Answer;
 pub use can_counters::CanCounters;
 pub use driver_status::DriverStatus;
 pub use estimate::Estimate;
@@ -29,6 +33,8 @@ pub use odometry::{Odometry, OdometryKind};
 pub use pose::Pose;
 pub use position::Position;
 pub use relative_pose::RelativePose;
+pub use seen::Seen;
+pub use sighting::Sighting;
 pub use source_health::SourceHealth;
 pub use status::Status;
 pub use timing::Timing;

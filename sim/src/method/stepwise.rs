@@ -141,9 +141,16 @@ impl Stepwise {
 
 fn tell(robot: usize, report: &Report, log: &mut dyn FnMut(Innovation)) {
     let sensor = match report.source.kind {
-        Kind::Neighbour => Sensor::Neighbour,
+        Kind::Neighbour | Kind::Seen | Kind::Answer => Sensor::Neighbour,
         Kind::Fix => Sensor::Fix,
-        Kind::Odometry | Kind::Sighting | Kind::Heading | Kind::Pose | Kind::Gyro => return,
+        Kind::Odometry
+        | Kind::Sighting
+        | Kind::Partial
+        | Kind::Ask
+        | Kind::Landmark
+        | Kind::Heading
+        | Kind::Pose
+        | Kind::Gyro => return,
     };
     let (accepted, d2) = match report.verdict {
         Verdict::Accepted { d2 } => (true, d2),

@@ -3,24 +3,21 @@
 mod method;
 
 use coloc_estimator::angle::wrap;
-use coloc_estimator::partial::{
-    Alone, BodySighting, Innovation, PositionSettings, ReadingNoise, SplitPosition, fuse, observed,
-    observed_alone, tell, tell_alone, told,
-};
+use coloc_estimator::partial::{Alone, BodySighting, Reading, ReadingNoise};
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Motion, Pace, Pose, Propagation, Span, Stamp, fix, gate,
-    propagate,
+    Belief, Covariance2, Covariance3, FindingState, FoundSettings, LandmarkSighting, Measurement,
+    Motion, OdometrySample, Origin, PartialSighting, Pose, PositionFix, SeenPart, Settings,
+    SlowError, Span, Stamp, Start, TickInputs,
 };
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use method::{Camera, METHODS, Method, Numbers, Ways};
 
-use super::lost::Lost;
 use super::recorded::{Recorded, Sighting, Subject};
-use super::tracks::rate;
-use super::{CHI2_3_95, FORWARD, Form, REFERENCE_S, TURNING};
+use super::{CHI2_3_95, FORWARD, Form, TURNING};
 use crate::campaign::Finding;
+use crate::fleet::{Fleet, Note, id};
 use crate::honest::table::{Table, digits, percent};
 use crate::random::{Noise, Purpose};
 use crate::world::World;
@@ -94,185 +91,202 @@ struct Found {
     off: f64,
 }
 
-/// One robot as it believes to be, up to a moment.
-#[derive(Clone)]
-struct Robot {
-    belief: Belief,
-    /// Who does not know which way it looks has no belief.
-    lost: Option<Lost>,
-    found: Option<Found>,
-    pace: Pace,
-    time_s: f64,
-}
-
-/// All of them in one draw.
+/// All of them in one draw: each with its estimator, as a daemon runs it.
 struct Team<'a> {
     recorded: &'a Recorded,
     method: &'a Method,
-    robots: Vec<Robot>,
+    fleet: Fleet,
+    /// What was told and answered in the step before.
+    mail: Vec<Vec<Measurement>>,
+    found: Vec<Option<Found>>,
 }
+
+/// History slots of a robot: a second of everything.
+const SLOTS: usize = 512;
 
 impl<'a> Team<'a> {
     fn new(recorded: &'a Recorded, method: &'a Method, noise: &Noise) -> Self {
         let world = &recorded.world;
         let [m, rad] = START;
-        let robots = (0..world.robots()).map(|robot| {
+        let starts = (0..world.robots()).map(|robot| {
             let truth = world.initial(robot).unwrap_or_default();
             let [x, y, phi] = noise.draws(Purpose::Start, 0, robot, 0).normals();
             let pose = Pose::new(truth.x + m * x, truth.y + m * y, truth.phi + rad * phi);
             let covariance = Covariance3::diagonal([m * m, m * m, rad * rad]).unwrap_or_default();
-            let is_lost = method.lost && robot >= method.receivers;
-            Robot {
-                belief: Belief::independent(pose, covariance),
-                lost: is_lost.then(|| Lost::near(&pose, m * m)),
-                found: None,
-                pace: Pace::beginning(Stamp::default()).met(),
-                time_s: 0.0,
+            if method.lost && robot >= method.receivers {
+                let covariance = Covariance2::diagonal([m * m; 2]).unwrap_or_default();
+                return (
+                    Stamp::default(),
+                    Start::Position([pose.x, pose.y], covariance),
+                );
             }
+            let belief = Belief::independent(pose, covariance);
+            (Stamp::default(), Start::Known(belief))
         });
+        let starts: Vec<_> = starts.collect();
         Self {
             recorded,
             method,
-            robots: robots.collect(),
+            mail: vec![Vec::new(); starts.len()],
+            found: vec![None; starts.len()],
+            fleet: Fleet::starting(settings(), &starts, SLOTS),
         }
     }
 
-    /// All of them are predicted to this moment, in the step that leads there.
-    fn pass(&mut self, time_s: f64, step: usize) {
-        for (number, robot) in self.robots.iter_mut().enumerate() {
-            let dt_s = time_s - robot.time_s;
-            if dt_s <= 0.0 {
-                continue;
-            }
-            let velocity = self.recorded.world.odometry(step, number);
-            let [v, _] = velocity;
-            let share = REFERENCE_S / dt_s;
-            let noise = Covariance2::diagonal([FORWARD * v * v * share, TURNING * share]);
-            let motion = Motion::Nonholonomic {
+    /// Everybody's tick at the end of `step`, which saw `image` on its way: what is told is there at the next one.
+    fn step(&mut self, step: usize, image: &[(u64, Sighting)], noise: &Noise) {
+        let robots = self.mail.len();
+        let delivered = std::mem::replace(&mut self.mail, vec![Vec::new(); robots]);
+        for (robot, mut measurements) in delivered.into_iter().enumerate() {
+            measurements.push(self.odometry(step, robot));
+            let own = image.iter().filter(|(_, it)| it.observer == robot);
+            measurements.extend(own.filter_map(|(number, it)| self.method.measured(*number, it)));
+            measurements.extend(self.fix(step, robot, noise));
+            let inputs = TickInputs {
+                stamp: stamp(self.recorded, step),
+                measurements: &measurements,
+            };
+            let (mail, method) = (&mut self.mail, self.method);
+            let mut pass = |note: Note| {
+                mail[note.to].push(method.delivered(note.word));
+            };
+            self.fleet
+                .tick_with(robot, &inputs, &mut |_| (), &mut pass, &mut |_| ());
+        }
+    }
+
+    /// What drove it in the step before.
+    fn odometry(&self, step: usize, robot: usize) -> Measurement {
+        let velocity = self.recorded.world.odometry(step - 1, robot);
+        let [v, _] = velocity;
+        let noise = Covariance2::diagonal([FORWARD * v * v, TURNING]);
+        Measurement::Odometry(OdometrySample {
+            source: 0,
+            start: stamp(self.recorded, step - 1),
+            stamp: stamp(self.recorded, step),
+            motion: Motion::Nonholonomic {
                 velocity,
                 noise: noise.unwrap_or_default(),
-            };
-            robot.belief = propagate(&robot.belief, &motion, dt_s, Propagation::Honest);
-            if let Some(lost) = &mut robot.lost {
-                lost.pass(&rate(velocity).over(dt_s));
-            }
-            robot.time_s = time_s;
-        }
+            },
+        })
     }
 
-    /// Of one moment: all that is sent is of before it.
-    fn exchange(&mut self, image: &[Sighting], step: usize) {
-        let before = self.robots.clone();
-        for (number, robot) in self.robots.iter_mut().enumerate() {
-            let seen = |it: &&Sighting| it.subject == Subject::Robot(number);
-            let mut heard = false;
-            for sighting in in_order(image.iter().filter(seen).filter(|_| self.method.is_told())) {
-                self.method
-                    .tell(robot, sighting, &before[sighting.observer]);
-                heard = true;
-            }
-            let own = |it: &&Sighting| it.observer == number;
-            for sighting in in_order(image.iter().filter(own)) {
-                if let Some(answer) = self.method.answer(sighting, &before) {
-                    self.method.answered(robot, sighting, &answer);
-                    heard = true;
-                }
-            }
-            let sent = image
-                .iter()
-                .any(|it| self.method.uses(it) && it.involves(number));
-            if heard || sent {
-                robot.belief.make_dependent();
-            }
-            let truth = self.recorded.world.truth(step, number);
-            robot.look(truth.map(|it| it.phi));
-        }
+    fn fix(&self, step: usize, robot: usize, noise: &Noise) -> Option<Measurement> {
+        let is_due = robot < self.method.receivers && step.is_multiple_of(FIX_EVERY);
+        let truth = self.recorded.world.truth(step, robot).filter(|_| is_due)?;
+        let [x, y] = noise.draws(Purpose::Fix, step, robot, 0).normals();
+        let variance = FIX_SIGMA_M * FIX_SIGMA_M;
+        Some(Measurement::Fix(PositionFix {
+            stamp: stamp(self.recorded, step),
+            origin: Origin::counted(step as u64),
+            position: [truth.x + FIX_SIGMA_M * x, truth.y + FIX_SIGMA_M * y],
+            covariance: Covariance2::diagonal([variance; 2]).unwrap_or_default(),
+            lever: [0.0; 2],
+            slow: SlowError::default(),
+        }))
     }
 
-    /// Fixes of the step's moment, and the errors.
-    fn account(&mut self, step: usize, noise: &Noise, sums: &mut [Sums]) {
-        for (number, robot) in self.robots.iter_mut().enumerate() {
-            let Some(truth) = self.recorded.world.truth(step, number) else {
+    /// The errors of the step, of those that know where they are.
+    fn account(&mut self, step: usize, sums: &mut [Sums]) {
+        for (robot, sum) in sums.iter_mut().enumerate() {
+            let (Some(estimate), Some(finding)) =
+                (self.fleet.estimate(robot), self.fleet.finding(robot))
+            else {
                 continue;
             };
-            if number < self.method.receivers && step.is_multiple_of(FIX_EVERY) {
-                let [x, y] = noise.draws(Purpose::Fix, step, number, 0).normals();
-                let at = [truth.x + FIX_SIGMA_M * x, truth.y + FIX_SIGMA_M * y];
-                let variance = FIX_SIGMA_M * FIX_SIGMA_M;
-                let covariance = Covariance2::diagonal([variance; 2]).unwrap_or_default();
-                robot.belief = fix::update(&robot.belief, at, &covariance, gate::CHI2_2_99).belief;
+            let Some(truth) = self.recorded.world.truth(step, robot) else {
+                continue;
+            };
+            let is_found = finding.state == FindingState::Ok;
+            if is_found && self.found[robot].is_none() {
+                self.found[robot] = Some(found(self.recorded, step, &estimate.belief, &truth));
             }
-            if robot.lost.is_none() {
-                sums[number].push(&robot.belief, &truth);
+            if self.found[robot].is_some() {
+                sum.push(&estimate.belief, &truth);
             }
         }
     }
-}
 
-impl Team<'_> {
     /// Who found its heading, and when.
     fn tell_found(&self, sums: &mut [Sums]) {
-        for (robot, sum) in self.robots.iter().zip(sums) {
-            sum.lost = f64::from(u8::from(robot.lost.is_some()));
-            if let Some(Found { time_s, off }) = robot.found {
-                (sum.latest_s, sum.farthest) = (time_s, off);
+        for (found, sum) in self.found.iter().zip(sums) {
+            sum.lost = f64::from(u8::from(found.is_none()));
+            if let Some(Found { time_s, off }) = found {
+                (sum.latest_s, sum.farthest) = (*time_s, *off);
             }
         }
     }
 }
 
-impl Sighting {
-    fn involves(&self, robot: usize) -> bool {
-        self.observer == robot || self.subject == Subject::Robot(robot)
-    }
-
-    /// In which order those of one moment act.
-    fn rank(&self) -> (usize, usize) {
-        let seen = match self.subject {
-            Subject::Robot(number) => number,
-            Subject::Landmark(_) => usize::MAX,
-        };
-        (self.observer, seen)
+/// Of robots that take part, all others as by default.
+fn settings() -> Settings {
+    Settings {
+        found: FoundSettings::default().among_others(),
+        ..Settings::default()
     }
 }
 
-fn in_order<'a>(sightings: impl Iterator<Item = &'a Sighting>) -> Vec<&'a Sighting> {
-    let mut all: Vec<_> = sightings.collect();
-    all.sort_by_key(|it| it.rank());
-    all
+fn stamp(recorded: &Recorded, step: usize) -> Stamp {
+    let world = &recorded.world;
+    Stamp::default() + Span::from_seconds(world.time_s(step) - world.start_s())
+}
+
+fn found(recorded: &Recorded, step: usize, belief: &Belief, truth: &Pose) -> Found {
+    let sigma = belief.total().variances()[2].sqrt();
+    Found {
+        time_s: (stamp(recorded, step) - Stamp::default()).as_seconds(),
+        off: wrap(belief.pose.phi - truth.phi).abs() / sigma,
+    }
 }
 
 impl Method {
-    fn is_told(&self) -> bool {
-        self.ways != Ways::None
-    }
-
     fn uses(&self, sighting: &Sighting) -> bool {
         match sighting.subject {
-            Subject::Robot(_) => self.is_told(),
+            Subject::Robot(_) => self.ways != Ways::None,
             Subject::Landmark(_) => self.landmarks,
         }
     }
 
-    fn tell(&self, robot: &mut Robot, sighting: &Sighting, observer: &Robot) {
-        match self.alone(sighting) {
-            Some(number) => {
-                if let Some(innovation) = tell_alone(&observer.belief, &number, &robot.belief) {
-                    robot.hear(&innovation);
-                }
+    /// As the estimator takes it.
+    fn measured(&self, number: u64, sighting: &Sighting) -> Option<Measurement> {
+        let stamp = Stamp::default() + Span::from_seconds(sighting.time_s);
+        let (origin, reading) = (Origin::counted(number), self.reading(sighting));
+        match sighting.subject {
+            Subject::Robot(seen) => Some(Measurement::Partial(PartialSighting {
+                stamp,
+                origin,
+                observed: id(seen),
+                reading,
+            })),
+            Subject::Landmark(position) => {
+                let variance = LANDMARK_SIGMA_M * LANDMARK_SIGMA_M;
+                Some(Measurement::Landmark(LandmarkSighting {
+                    stamp,
+                    origin,
+                    landmark: 0,
+                    reading,
+                    position,
+                    covariance: Covariance2::diagonal([variance; 2]).ok()?,
+                }))
             }
-            None => robot.hear_told(&observer.tells(&self.body(sighting))),
         }
     }
 
-    fn answered(&self, robot: &mut Robot, sighting: &Sighting, answer: &SplitPosition) {
+    /// What reaches the other robot.
+    fn delivered(&self, word: Measurement) -> Measurement {
+        match word {
+            Measurement::Seen(seen) => Measurement::Seen(SeenPart {
+                asks: self.ways == Ways::Both,
+                ..seen
+            }),
+            other => other,
+        }
+    }
+
+    fn reading(&self, sighting: &Sighting) -> Reading {
         match self.alone(sighting) {
-            Some(number) => {
-                if let Some(innovation) = observed_alone(&robot.belief, &number, answer) {
-                    robot.hear(&innovation);
-                }
-            }
-            None => robot.hear_answer(&self.body(sighting), answer),
+            Some(number) => Reading::Alone(number),
+            None => Reading::Place(self.body(sighting)),
         }
     }
 
@@ -323,94 +337,24 @@ impl Method {
             &noise,
         )
     }
-
-    fn answer(&self, sighting: &Sighting, before: &[Robot]) -> Option<SplitPosition> {
-        match sighting.subject {
-            Subject::Robot(number) => (self.ways == Ways::Both).then(|| before[number].answers()),
-            Subject::Landmark(position) => {
-                let variance = LANDMARK_SIGMA_M * LANDMARK_SIGMA_M;
-                let covariance = Covariance2::diagonal([variance; 2]).ok()?;
-                self.landmarks
-                    .then(|| SplitPosition::known(position, covariance))
-            }
-        }
-    }
-}
-
-impl Robot {
-    fn tells(&self, body: &BodySighting) -> SplitPosition {
-        match &self.lost {
-            Some(lost) => lost.tell(body),
-            None => tell(&self.belief, body),
-        }
-    }
-
-    fn answers(&self) -> SplitPosition {
-        match &self.lost {
-            Some(lost) => lost.answer(),
-            None => SplitPosition::of(&self.belief),
-        }
-    }
-
-    fn hear_told(&mut self, said: &SplitPosition) {
-        match &mut self.lost {
-            Some(lost) => lost.told(said),
-            None => self.hear(&told(&self.belief, said)),
-        }
-    }
-
-    fn hear_answer(&mut self, body: &BodySighting, answer: &SplitPosition) {
-        match &mut self.lost {
-            Some(lost) => lost.answered(body, answer),
-            None => self.hear(&observed(&self.belief, body, answer)),
-        }
-    }
-
-    /// Whether it knows by now which way it looks, which is truly `heading`.
-    fn look(&mut self, heading: Option<f64>) {
-        let Some(belief) = self.lost.as_ref().and_then(Lost::found) else {
-            return;
-        };
-        (self.belief, self.lost) = (belief, None);
-        let sigma = belief.total().variances()[2].sqrt();
-        let off = heading.map_or(0.0, |it| wrap(belief.pose.phi - it).abs() / sigma);
-        let time_s = self.time_s;
-        self.found = Some(Found { time_s, off });
-    }
-
-    fn hear(&mut self, innovation: &Innovation) {
-        self.pace = self
-            .pace
-            .heard(Stamp::default() + Span::from_seconds(self.time_s));
-        let settings = PositionSettings::default().damped(&self.pace);
-        self.belief = fuse(&self.belief, innovation, &settings).belief;
-    }
 }
 
 /// A whole draw: sums of each robot.
 fn run(recorded: &Recorded, method: &Method, seed: u64, draw: u16) -> Vec<Sums> {
     let noise = Noise::new(seed, draw);
     let mut team = Team::new(recorded, method, &noise);
-    let mut sums = vec![Sums::default(); team.robots.len()];
-    let mut rest: Vec<Sighting> = recorded.sightings.clone();
-    rest.retain(|it| method.uses(it));
-    let mut rest = rest.as_slice();
-    team.account(0, &noise, &mut sums);
+    let mut sums = vec![Sums::default(); recorded.world.robots()];
+    let numbered = (0..).zip(recorded.sightings.iter().copied());
+    let used: Vec<(u64, Sighting)> = numbered.filter(|(_, it)| method.uses(it)).collect();
+    let mut rest = used.as_slice();
+    team.account(0, &mut sums);
     for step in 1..recorded.steps {
-        let world = &recorded.world;
-        let now_s = world.time_s(step) - world.start_s();
-        while let Some(first) = rest.first().filter(|it| it.time_s <= now_s) {
-            let same = rest
-                .iter()
-                .take_while(|it| it.time_s.total_cmp(&first.time_s).is_eq())
-                .count();
-            let (image, later) = rest.split_at(same);
-            team.pass(first.time_s, step - 1);
-            team.exchange(image, step);
-            rest = later;
-        }
-        team.pass(now_s, step - 1);
-        team.account(step, &noise, &mut sums);
+        let now_s = recorded.world.time_s(step) - recorded.world.start_s();
+        let come = rest.iter().take_while(|(_, it)| it.time_s <= now_s).count();
+        let (image, later) = rest.split_at(come);
+        team.step(step, image, &noise);
+        team.account(step, &mut sums);
+        rest = later;
     }
     team.tell_found(&mut sums);
     sums

@@ -6,11 +6,10 @@
 //! | [`tracks`] | a filter for each of the 20 pairs, on the same sightings | what is published is honest |
 //! | [`thesis`] | the thesis' simulation of its tracker, §5.3, in the plane | a linear start is five times as fast as the rivals |
 //!
-//! All call the pure functions, [`coloc_estimator::partial`] and [`coloc_track`]. Sightings come 0.04 s before their recorded stamp: the
-//! camera's latency.
+//! The exchange goes through the product's `step`, as in a daemon: what is told is there at the next tick, what is answered at the one
+//! after. The tracks are [`coloc_track`]'s. Sightings come 0.04 s before their recorded stamp: the camera's latency.
 
 pub mod exchange;
-mod lost;
 mod recorded;
 pub mod thesis;
 pub mod tracks;

@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use coloc_daemon::collect::messages::{fix, heading, neighbour, said, sighting, turn};
+use coloc_daemon::collect::parts::{self, Landmarks};
 use coloc_daemon::collect::sensors::Sensors;
 use coloc_daemon::config::Config;
 use coloc_estimator::{
@@ -10,8 +11,8 @@ use coloc_estimator::{
     Pose, Settings, Slot, Stamp, TickInputs, TickOutputs, step,
 };
 use coloc_shm_types::{
-    Clock, Estimate, Gyro, Header, Heading, Limits, Neighbour, Odometry, Pose as SaidPose,
-    Position, Present, RelativePose, Status,
+    Answer, Clock, Estimate, Gyro, Header, Heading, Limits, Neighbour, Odometry, Pose as SaidPose,
+    Position, Present, RelativePose, Seen, Sighting, Status,
 };
 
 use super::Target;
@@ -106,7 +107,7 @@ fn measurement(bytes: &mut Bytes<'_>, now_ns: i64) -> Option<Measurement> {
     let sensors = &*SENSORS;
     let kind = bytes.byte();
     let header = header(bytes, now_ns);
-    match kind % 9 {
+    match kind % 12 {
         0 => {
             let seen = sighting(&seen(header, bytes), &limits).ok()?;
             Some(sensors.of_body(&seen).into())
@@ -117,6 +118,9 @@ fn measurement(bytes: &mut Bytes<'_>, now_ns: i64) -> Option<Measurement> {
         3 => moved(header, bytes, &limits),
         4 => said(&set(header, bytes), &limits).ok(),
         7 => turn(&turned(header, bytes), &limits).ok(),
+        9 => parts::sighting(&in_part(header, bytes), &limits, sensors, &LANDMARKS).ok(),
+        10 => parts::seen(&seen_at(header, bytes), &limits).ok(),
+        11 => parts::answer(&answered(header, bytes), &limits).ok(),
         5 => {
             let _ = published(header, bytes).validate(&limits);
             None
@@ -163,6 +167,57 @@ fn seen(header: Header, bytes: &mut Bytes<'_>) -> RelativePose {
     }
 }
 
+fn in_part(header: Header, bytes: &mut Bytes<'_>) -> Sighting {
+    let [range, bearing] = bytes.numbers();
+    let [scale, scale_s, turn, turn_s] = bytes.numbers();
+    let how = bytes.byte();
+    Sighting {
+        header,
+        observed: u16::from(bytes.byte() % 5),
+        has: how % 5,
+        who: how / 64,
+        range,
+        bearing,
+        white: bytes.numbers(),
+        slow: [scale, scale_s, turn, turn_s],
+        mount: bytes.numbers(),
+        ..Sighting::default()
+    }
+}
+
+/// Where it was seen, or what is asked of it.
+fn seen_at(header: Header, bytes: &mut Bytes<'_>) -> Seen {
+    let flags = bytes.byte() % 4;
+    let blank = Seen {
+        header,
+        sensor: u16::from(bytes.byte() % 3),
+        flags,
+        sighting: u64::from(bytes.byte()),
+        ..Seen::default()
+    };
+    if flags & Seen::NOTHING_TOLD != 0 {
+        return blank;
+    }
+    Seen {
+        position: bytes.numbers(),
+        independent: bytes.covariance(),
+        dependent: bytes.covariance(),
+        ..blank
+    }
+}
+
+fn answered(header: Header, bytes: &mut Bytes<'_>) -> Answer {
+    Answer {
+        header,
+        sensor: u16::from(bytes.byte() % 3),
+        sighting: u64::from(bytes.byte()),
+        position: bytes.numbers(),
+        independent: bytes.covariance(),
+        dependent: bytes.covariance(),
+        ..Answer::default()
+    }
+}
+
 fn placed(header: Header, bytes: &mut Bytes<'_>) -> Position {
     Position {
         header,
@@ -194,6 +249,13 @@ fn looking(header: Header, bytes: &mut Bytes<'_>) -> Heading {
 static SENSORS: LazyLock<Sensors> = LazyLock::new(|| {
     let text = "[robot]\nname = \"a\"\nid = 1\n[relative_pose]\nmount = [0.3, -0.2, 2.0]\n";
     Sensors::of(&Config::parse(text, "fuzz.toml".as_ref()).unwrap())
+});
+
+/// One, which is number 3.
+static LANDMARKS: LazyLock<Landmarks> = LazyLock::new(|| {
+    let text = "[robot]\nname = \"a\"\nid = 1\n[sighting]\nheard = true\n\
+                [[landmark]]\nnumber = 3\nposition = [2.0, 1.0]\nsigma_m = 0.1\n";
+    Landmarks::of(&Config::parse(text, "fuzz.toml".as_ref()).unwrap().landmark)
 });
 
 fn told(header: Header, bytes: &mut Bytes<'_>) -> Neighbour {
@@ -301,6 +363,38 @@ fn samples() -> Vec<Vec<u8>> {
     .concat();
     let set = [head(4, 0), vec![1], numbers(&[1000, 2100, 400]), unit(3)].concat();
     let turned = [head(7, 0), numbers(&[100, 0])].concat();
+    let both = [
+        head(9, 0),
+        numbers(&[2048, 100, 30, 3000, 10, 5000]),
+        vec![68, 2],
+        numbers(&[10, 10, 0, 0, 0]),
+    ]
+    .concat();
+    let mark = [
+        head(9, 1),
+        numbers(&[1000, 100, 30, 3000, 10, 5000]),
+        vec![133, 3],
+        numbers(&[10, 10, 100, 0, 500]),
+    ]
+    .concat();
+    let told_part = [
+        head(10, 2),
+        vec![0, 0, 5],
+        numbers(&[1100, 2000]),
+        unit(2),
+        unit(2),
+    ]
+    .concat();
+    let answer = [
+        // Of the sighting `both`.
+        vec![11, 1, 10, 0, 1, 2],
+        vec![0, 9],
+        numbers(&[3000, 2000]),
+        unit(2),
+        unit(2),
+    ]
+    .concat();
+    let parts = [vec![4], both, mark, told_part, answer].concat();
     let tick = [
         vec![7],
         fix.clone(),
@@ -315,7 +409,8 @@ fn samples() -> Vec<Vec<u8>> {
     vec![
         tick.clone(),
         [vec![1], fix].concat(),
-        [tick.clone(), tick].concat(),
+        [tick.clone(), tick.clone()].concat(),
+        [parts, tick].concat(),
     ]
 }
 
@@ -339,7 +434,7 @@ mod tests {
     fn inputs_come_through_to_the_estimator() {
         assert_eq!(
             samples().iter().map(|it| valid(it)).collect::<Vec<_>>(),
-            [7, 1, 14]
+            [7, 1, 14, 11]
         );
         let inputs = TARGET.inputs(1, 1000);
         let come_through = inputs.filter(|input| valid(input) > 0).count();

@@ -35,6 +35,7 @@ pub(crate) enum Case {
     DaemonGroup,
     DaemonNeighbours,
     DaemonSightings,
+    DaemonParts,
     DaemonFramesTurning,
     DaemonNeighboursTurning,
     ColdFrames,
@@ -46,7 +47,7 @@ pub(crate) enum Case {
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 27] = [
+    pub(crate) const ALL: [Self; 28] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -66,6 +67,7 @@ impl Case {
         Self::DaemonGroup,
         Self::DaemonNeighbours,
         Self::DaemonSightings,
+        Self::DaemonParts,
         Self::DaemonFramesTurning,
         Self::DaemonNeighboursTurning,
         Self::ColdFrames,
@@ -97,6 +99,7 @@ impl Case {
             Self::DaemonGroup => "daemon-frames-for-a-group",
             Self::DaemonNeighbours => "daemon-4-neighbours-and-fix",
             Self::DaemonSightings => "daemon-and-4-sightings",
+            Self::DaemonParts => "daemon-and-4-sightings-in-part",
             Self::DaemonFramesTurning => "daemon-frames-gyro-heading",
             Self::DaemonNeighboursTurning => "daemon-4-neighbours-fix-gyro-heading",
             Self::ColdFrames => "cold-lines-frames",
@@ -146,6 +149,7 @@ impl Case {
                 | Self::DaemonGroup
                 | Self::DaemonNeighbours
                 | Self::DaemonSightings
+                | Self::DaemonParts
                 | Self::DaemonFramesTurning
                 | Self::DaemonNeighboursTurning
                 | Self::ColdFrames
@@ -167,6 +171,7 @@ impl Case {
             Self::Tick => Some((1.05, Self::TickUnjudged)),
             Self::TickOfFour => Some((1.07, Self::TickOfFourUnjudged)),
             Self::Sought => Some((16.0, Self::TickUnjudged)),
+            Self::DaemonParts => Some((1.3, Self::DaemonSightings)),
             _ => None,
         }
     }
@@ -247,6 +252,7 @@ impl Case {
             Self::DaemonGroup => whole_ticks(Hot::open_to(own_group())?, hot::frames, iterations),
             Self::DaemonNeighbours => whole_ticks(Hot::new()?, hot::neighbours, iterations),
             Self::DaemonSightings => whole_ticks(Hot::new()?, hot::sightings, iterations),
+            Self::DaemonParts => whole_ticks(Hot::in_part()?, hot::parts, iterations),
             Self::DaemonFramesTurning => turning_ticks(hot::turning_frames, iterations)?,
             Self::DaemonNeighboursTurning => turning_ticks(hot::turning_neighbours, iterations)?,
             Self::ColdFrames => cold_ticks(hot::frames, iterations)?,

@@ -1,0 +1,183 @@
+//! Sightings that say a part only, and what is told and answered of them: every reason for which one is refused.
+use coloc_shm_types::{Answer, Clock, Header, Limits, Present, Reject, Seen, Sighting};
+
+const NOW_NS: i64 = 1_000_000;
+const BOOT: u64 = 7;
+
+const LIMITS: Limits = Limits {
+    now: Present::only(Clock::Boottime, NOW_NS),
+    boot: BOOT,
+    history_ns: 10_000,
+    future_tolerance_ns: 100,
+    own: 1,
+    robots: &[1, 2, 3],
+};
+
+fn from(source: u16, stamp_ns: i64) -> Header {
+    Header {
+        stamp_ns,
+        boot: BOOT,
+        source,
+        ..Header::default()
+    }
+}
+
+fn sighting() -> Sighting {
+    Sighting {
+        header: from(0, NOW_NS),
+        observed: 2,
+        has: Sighting::RANGE | Sighting::BEARING,
+        who: Sighting::ROBOT,
+        range: 2.0,
+        bearing: -0.3,
+        white: [1e-4, 1e-5],
+        slow: [0.045, 6.0, 0.013, 10.0],
+        ..Sighting::default()
+    }
+}
+
+fn seen() -> Seen {
+    Seen {
+        header: from(2, NOW_NS),
+        position: [1.0, -2.0],
+        independent: [0.5, 0.0, 0.0, 0.5],
+        dependent: [0.5, 0.1, 0.1, 0.5],
+        ..Seen::default()
+    }
+}
+
+fn answer() -> Answer {
+    Answer {
+        header: from(2, NOW_NS),
+        position: [1.0, -2.0],
+        dependent: [0.5, 0.1, 0.1, 0.5],
+        ..Answer::default()
+    }
+}
+
+/// What makes a message one that is refused, and why.
+type Case<M> = (fn(&mut M), Reject);
+
+/// What comes of `sound` after a change.
+fn after<M: Copy>(
+    sound: M,
+    validate: fn(&M, &Limits<'_>) -> Result<(), Reject>,
+) -> impl Fn(fn(&mut M)) -> Result<(), Reject> {
+    assert_eq!(validate(&sound, &LIMITS), Ok(()));
+    move |change| {
+        let mut message = sound;
+        change(&mut message);
+        validate(&message, &LIMITS)
+    }
+}
+
+#[test]
+fn a_sighting_says_range_or_bearing_or_both() {
+    let check = after(sighting(), Sighting::validate);
+    assert_eq!(
+        check(|it| (it.has, it.bearing, it.white[1], it.slow[2]) = (1, 0.0, 0.0, 0.0)),
+        Ok(())
+    );
+    assert_eq!(
+        check(|it| (it.has, it.range, it.white[0], it.slow[0]) = (2, 0.0, 0.0, 0.0)),
+        Ok(())
+    );
+    assert_eq!(check(|it| (it.who, it.observed) = (2, 999)), Ok(()));
+    assert_eq!(check(|it| it.slow = [0.0; 4]), Ok(()));
+    let unsupported: [fn(&mut Sighting); 8] = [
+        |it| it.has = 0,
+        |it| it.has = 4,
+        |it| it.has = Sighting::RANGE,
+        |it| it.has = Sighting::BEARING,
+        |it| it.who = Sighting::UNKNOWN,
+        |it| it.who = 3,
+        |it| it.reserved[3] = 1,
+        |it| it.slow[1] = 0.0,
+    ];
+    for change in unsupported {
+        assert_eq!(check(change), Err(Reject::Unsupported));
+    }
+}
+
+#[test]
+fn a_sighting_is_refused_for_its_reason() {
+    let check = after(sighting(), Sighting::validate);
+    let all: [Case<Sighting>; 14] = [
+        (|it| it.range = f64::NAN, Reject::NotFinite),
+        (|it| it.bearing = f64::INFINITY, Reject::NotFinite),
+        (|it| it.white[1] = f64::NAN, Reject::NotFinite),
+        (|it| it.slow[3] = 1e61, Reject::NotFinite),
+        (|it| it.mount[2] = f64::NAN, Reject::NotFinite),
+        (|it| it.slow[0] = -0.1, Reject::NotPositiveSemidefinite),
+        (|it| it.slow[3] = -1.0, Reject::NotPositiveSemidefinite),
+        (|it| it.white[0] = 0.0, Reject::NoCovariance),
+        (|it| it.white[1] = -1e-9, Reject::NoCovariance),
+        (|it| it.observed = 1, Reject::UnknownRobot),
+        (|it| it.observed = 9, Reject::UnknownRobot),
+        (|it| it.header.stamp_ns += 101, Reject::FromFuture),
+        (|it| it.header.stamp_ns -= 10_001, Reject::TooOld),
+        (|it| it.range = 0.0, Reject::NoRange),
+    ];
+    for (change, reason) in all {
+        assert_eq!(check(change), Err(reason));
+    }
+}
+
+#[test]
+fn what_another_robot_tells_is_a_position_or_a_question() {
+    let check = after(seen(), Seen::validate);
+    assert_eq!(check(|it| it.flags = Seen::NO_ANSWER), Ok(()));
+    let question = |it: &mut Seen| {
+        (it.flags, it.position) = (Seen::NOTHING_TOLD, [0.0; 2]);
+        (it.independent, it.dependent) = ([0.0; 4], [0.0; 4]);
+    };
+    assert_eq!(check(question), Ok(()));
+    let all: [Case<Seen>; 9] = [
+        (|it| it.position[1] = f64::NAN, Reject::NotFinite),
+        (|it| it.independent[1] = 0.2, Reject::Asymmetric),
+        (
+            |it| it.independent = [1.0, 2.0, 2.0, 1.0],
+            Reject::NotPositiveSemidefinite,
+        ),
+        (
+            |it| it.dependent = [1.0, 2.0, 2.0, 1.0],
+            Reject::DependentNotPositiveSemidefinite,
+        ),
+        (
+            |it| (it.independent, it.dependent) = ([0.0; 4], [0.0; 4]),
+            Reject::NoCovariance,
+        ),
+        (|it| it.flags = Seen::NOTHING_TOLD, Reject::Unsupported),
+        (
+            |it| {
+                it.flags = Seen::NOTHING_TOLD | Seen::NO_ANSWER;
+                (it.position, it.independent, it.dependent) = ([0.0; 2], [0.0; 4], [0.0; 4]);
+            },
+            Reject::Unsupported,
+        ),
+        (|it| it.reserved[0] = 1, Reject::Unsupported),
+        (|it| it.header.source = 1, Reject::UnknownRobot),
+    ];
+    for (change, reason) in all {
+        assert_eq!(check(change), Err(reason));
+    }
+}
+
+#[test]
+fn an_answer_is_a_position() {
+    let check = after(answer(), Answer::validate);
+    let all: [Case<Answer>; 6] = [
+        (|it| it.position[0] = f64::INFINITY, Reject::NotFinite),
+        (
+            |it| it.dependent[0] = -1.0,
+            Reject::DependentNotPositiveSemidefinite,
+        ),
+        (|it| it.dependent = [0.0; 4], Reject::NoCovariance),
+        (|it| it.reserved[5] = 1, Reject::Unsupported),
+        (|it| it.header.source = 4, Reject::UnknownRobot),
+        (|it| it.header.stamp_ns += 200, Reject::FromFuture),
+    ];
+    for (change, reason) in all {
+        assert_eq!(check(change), Err(reason));
+    }
+}
