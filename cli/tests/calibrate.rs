@@ -54,7 +54,7 @@ fn record(course: &Course, folder: &Path) -> Robot {
     let config = Config::parse(CONFIG, Path::new("robot.toml")).unwrap();
     let (robot, drive) = drive(course, 1, 0);
     let mut fixes = drive.fixes().iter().zip(1..).peekable();
-    let mut records = vec![Record::begin(1, 0, &Start::Unknown)];
+    let mut records = vec![Record::begin(1, 0, &Start::Unknown, None)];
     for (tick, way) in drive.ways().iter().enumerate() {
         let mut measurements = vec![Measurement::Odometry(sample(way, &config))];
         while let Some((fix, sequence)) = fixes.next_if(|(fix, _)| fix.stamp_s <= way.end_s) {
