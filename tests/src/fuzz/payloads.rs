@@ -116,7 +116,7 @@ fn measurement(bytes: &mut Bytes<'_>, now_ns: i64) -> Option<Measurement> {
         2 => neighbour(&told(header, bytes), &limits).ok(),
         3 => moved(header, bytes, &limits),
         4 => said(&set(header, bytes), &limits).ok(),
-        7 => turn(&turned(header, bytes), &limits).ok(),
+        7 => turn(&turned(header, bytes), &limits, sensors).ok(),
         5 => {
             let _ = published(header, bytes).validate(&limits);
             None
