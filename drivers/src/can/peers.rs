@@ -85,7 +85,9 @@ impl Peers {
         let Self {
             directory, known, ..
         } = self;
-        known.iter_mut().for_each(|peer| peer.is_there = false);
+        for peer in known.iter_mut() {
+            peer.is_there = false;
+        }
         // A bus that is not there yet is waited for.
         let _ = directory.each_listener(&mut |address| {
             if let Some(peer) = known.iter_mut().find(|peer| peer.address == address) {
