@@ -355,9 +355,9 @@ travels! {
     Pose "v1",
     Heading "v1",
     Gyro "v1",
-    Estimate "v4",
+    Estimate "v5",
     Timing "v2",
-    Status "v3",
+    Status "v4",
     DriverStatus "v1" [said_ns],
 }
 
