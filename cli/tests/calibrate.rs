@@ -8,8 +8,8 @@ use coloc_calibrate::{Robot, State, Way};
 use coloc_daemon::config::Config;
 use coloc_daemon::record::{Record, Step, of_inputs};
 use coloc_estimator::{
-    Covariance2, Estimate, Measurement, Motion, OdometrySample, Origin, PositionFix, SlowError,
-    Span, Stamp, Start, TickInputs,
+    Covariance2, Estimate, GyroSample, Measurement, Motion, OdometrySample, Origin, PositionFix,
+    SlowError, Span, Stamp, Start, TickInputs,
 };
 use coloc_sim::calibrate::{Course, drive};
 
@@ -26,7 +26,13 @@ left = { message = "WheelLeft", signal = "Ticks", metres_per_tick = 1e-4 }
 right = { message = "WheelRight", signal = "Ticks", metres_per_tick = 1e-4 }
 [motion]
 creep_per_hour = [3.0, 3.0, 0.06]
+[position]
+delay_s = 0.1
 "#;
+
+/// As good as that of the robots that drive.
+const GYRO: &str =
+    "[gyro]\nsource = \"channel\"\nrate_hz = 10\nnoise_density = 1.7e-3\nscale = 1.25\n";
 
 fn stamp(seconds: f64) -> Stamp {
     #[allow(clippy::cast_possible_truncation)] // Minutes.
@@ -51,10 +57,15 @@ fn sample(way: &Way, config: &Config) -> OdometrySample {
 
 /// Writes a drive, and says who drove.
 fn record(course: &Course, folder: &Path) -> Robot {
-    let config = Config::parse(CONFIG, Path::new("robot.toml")).unwrap();
+    let text = if course.gyro {
+        format!("{CONFIG}{GYRO}")
+    } else {
+        CONFIG.to_owned()
+    };
+    let config = Config::parse(&text, Path::new("robot.toml")).unwrap();
     let (robot, drive) = drive(course, 1, 0);
     let mut fixes = drive.fixes().iter().zip(1..).peekable();
-    let mut records = vec![Record::begin(1, 0, &Start::Unknown)];
+    let mut records = vec![Record::begin(1, 0, &Start::Unknown, None)];
     for (tick, way) in drive.ways().iter().enumerate() {
         let mut measurements = vec![Measurement::Odometry(sample(way, &config))];
         while let Some((fix, sequence)) = fixes.next_if(|(fix, _)| fix.stamp_s <= way.end_s) {
@@ -74,6 +85,13 @@ fn record(course: &Course, folder: &Path) -> Robot {
                 },
             }));
         }
+        measurements.extend(way.gyro.map(|turned| {
+            Measurement::Gyro(GyroSample {
+                stamp: stamp(way.end_s),
+                rate_radps: turned / (way.end_s - way.start_s),
+                ..GyroSample::default()
+            })
+        }));
         let inputs = TickInputs {
             stamp: stamp(way.end_s),
             measurements: &measurements,
@@ -88,7 +106,7 @@ fn record(course: &Course, folder: &Path) -> Robot {
         .iter()
         .map(|it| serde_json::to_string(it).unwrap() + "\n");
     std::fs::write(folder.join("drive.jsonl"), lines.collect::<String>()).unwrap();
-    std::fs::write(folder.join("robot.toml"), CONFIG).unwrap();
+    std::fs::write(folder.join("robot.toml"), text).unwrap();
     robot
 }
 
@@ -157,6 +175,35 @@ fn what_is_written_is_the_robot_that_drove() {
         refusal.starts_with("coloc: cannot write found.toml: "),
         "{refusal}"
     );
+}
+
+/// The daemon has multiplied what the sensor reads by the scale that was configured, and taken the stamps for late already.
+#[test]
+fn gyro_and_receiver_are_written_on_top_of_what_was_configured() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = record(&Course::whole(), folder.path());
+    let output = calibrate(folder.path(), &["--write", "found.toml"]);
+    assert!(output.status.success(), "{output:?}");
+    let found = std::fs::read_to_string(folder.path().join("found.toml")).unwrap();
+    let rest = "[robot]\nname = \"robot1\"\nid = 1\n[odometry]\nbuses = [\"socketcan:can0\"]\nmax_speed_mps = 4.0\n";
+    let config = Config::parse(&format!("{rest}{found}"), Path::new("found.toml")).unwrap();
+    let (gyro, own) = (&config.gyro, truth.gyro.unwrap());
+    let near = |found: f64, truth: f64, within: f64| {
+        assert!((found - truth).abs() < within, "{found} is not {truth}");
+    };
+    near(gyro.scale, 1.25 * own.scale, 0.005);
+    near(gyro.bias_radps, own.bias_radps / 1.25, 1e-3);
+    near(gyro.noise_density, own.per_s.sqrt(), 0.2 * own.per_s.sqrt());
+    let (position, own) = (&config.position, truth.receivers[0]);
+    near(position.delay_s, 0.1 + own.delay_s, 0.03);
+    near(position.lever_m[0], own.lever_m[0], 0.05);
+    near(position.lever_m[1], own.lever_m[1], 0.05);
+    near(
+        position.slow_sigma_m,
+        own.slow_sigma_m,
+        0.5 * own.slow_sigma_m,
+    );
+    near(position.slow_time_s, own.slow_time_s, own.slow_time_s);
 }
 
 #[test]

@@ -22,9 +22,15 @@ impl Estimate {
     /// Knows no more than `start` says at `stamp`.
     #[must_use]
     pub fn new(config: &Config, stamp: Stamp, start: &Start) -> Self {
-        let storage = vec![Slot::default(); config.history.capacity].into_boxed_slice();
+        Self::with(settings(config), config.history.capacity, stamp, start)
+    }
+
+    /// The same, with settings of its own and so many places.
+    #[must_use]
+    pub fn with(settings: Settings, capacity: usize, stamp: Stamp, start: &Start) -> Self {
+        let storage = vec![Slot::default(); capacity].into_boxed_slice();
         Self {
-            estimator: Estimator::starting(settings(config), stamp, start, storage),
+            estimator: Estimator::starting(settings, stamp, start, storage),
         }
     }
 
@@ -104,6 +110,16 @@ pub fn settings(config: &Config) -> Settings {
         gyro: config.gyro.settings(),
         future_tolerance: span(config.history.future_tolerance_s),
     }
+}
+
+/// The same of a robot that knows its gyro's bias and the variance of that, where it has one \[rad/s, rad²/s²\].
+#[must_use]
+pub fn settings_knowing(config: &Config, gyro: Option<[f64; 2]>) -> Settings {
+    let mut settings = settings(config);
+    if let (Some(own), Some([bias, bias_variance])) = (&mut settings.gyro, gyro) {
+        (own.bias, own.bias_variance) = (bias, bias_variance);
+    }
+    settings
 }
 
 pub(crate) fn propagation(fusion: &config::Fusion) -> Propagation {

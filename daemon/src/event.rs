@@ -136,6 +136,8 @@ pub enum Event {
         belief: Belief,
         /// `[v_x, v_y, ω]`, if there is odometry \[m/s, m/s, rad/s\].
         velocity: Option<[f64; 3]>,
+        /// Bias of the gyro and its variance, if there is one \[rad/s, rad²/s²\].
+        gyro: Option<[f64; 2]>,
     },
     /// Events that found no room in the ring; telemetry's own, from the account.
     Lost {

@@ -153,6 +153,8 @@ impl Publish {
         let belief = &estimate.belief;
         let (parts, driven) = (&belief.parts, estimate.driven);
         let (fit, unfit, fit_limit) = with.standing.fitness();
+        let gyro = estimate.gyro.map(|it| [it.bias, it.bias_variance.sqrt()]);
+        let [gyro_bias_radps, gyro_bias_sigma_radps] = gyro.unwrap_or_default();
         shm::Estimate {
             header: self.sender.header(stamp_ns),
             boot_ns,
@@ -163,6 +165,8 @@ impl Publish {
             independent: parts.independent.to_row_major(),
             dependent: parts.dependent.to_row_major(),
             velocity_covariance: estimate.velocity_covariance.to_row_major(),
+            gyro_bias_radps,
+            gyro_bias_sigma_radps,
             health: bytes(with.health),
             state: with.standing.state as u8,
             fit,

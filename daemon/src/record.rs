@@ -15,7 +15,7 @@ mod read;
 mod write;
 
 use coloc_estimator::{
-    Estimate, GyroSample, HeadingFix, HeadingOf, Measurement, Motion, NeighbourPose,
+    Estimate, GyroSample, GyroSettings, HeadingFix, HeadingOf, Measurement, Motion, NeighbourPose,
     OdometrySample, PoseSaid, PositionFix, Sighting, SlowError, Start, TickInputs,
 };
 use serde::{Deserialize, Serialize};
@@ -45,6 +45,9 @@ pub enum Record {
         dependent: [f64; 9],
         /// `k_a` and `k_b`
         bend: [f64; 6],
+        /// Bias of the gyro and its variance, if there is one \[rad/s, rad²/s²\].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        gyro: Option<[f64; 2]>,
     },
     /// Lines are missing here.
     Lost {
@@ -374,7 +377,7 @@ pub fn of_inputs(tick: u64, step: Step, inputs: &TickInputs<'_>) -> impl Iterato
 impl Record {
     /// The first line.
     #[must_use]
-    pub fn begin(robot: u16, stamp_ns: i64, start: &Start) -> Self {
+    pub fn begin(robot: u16, stamp_ns: i64, start: &Start, gyro: Option<GyroSettings>) -> Self {
         let belief = start.belief();
         Self::Begin {
             robot,
@@ -388,6 +391,7 @@ impl Record {
             independent: belief.parts.independent.to_row_major(),
             dependent: belief.parts.dependent.to_row_major(),
             bend: belief.bend.to_array(),
+            gyro: gyro.map(|it| [it.bias, it.bias_variance]),
         }
     }
 }

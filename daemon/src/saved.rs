@@ -13,6 +13,9 @@
 //! * for the rest r = t − h with velocity zero and noise `outage_variance` · T/r.
 //!
 //! The velocity counts as measured when the belief was saved. Where there was none, h = 0.
+//!
+//! The bias of a gyro is saved too, but not what its error has in common with the heading's. So it is taken up with twice its standard
+//! deviation, and walks on as configured; where it is known no better than the configuration says, it is not used.
 
 mod clocks;
 mod saver;
@@ -45,6 +48,9 @@ pub struct Saved {
     /// `[v_x, v_y, ω]`, if there was odometry.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<[f64; 3]>,
+    /// Bias of the gyro and its standard deviation, if there is one \[rad/s\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gyro: Option<[f64; 2]>,
     /// `P_i`, row-major.
     pub independent: [f64; 9],
     /// `P_d`, row-major.
@@ -56,6 +62,17 @@ pub struct Saved {
     /// P, row-major: what older versions wrote in place of `P_d`; they knew no bend.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub total: Option<[f64; 9]>,
+}
+
+/// What a saved belief says of now.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resumed {
+    /// The belief to start with.
+    pub belief: Belief,
+    /// How old the saved one is \[s\].
+    pub age_s: f64,
+    /// Bias of the gyro and its variance \[rad/s, rad²/s²\]; `None`: as configured.
+    pub gyro: Option<[f64; 2]>,
 }
 
 /// Why a saved belief is not used. None of this is fatal: the robot starts from `[initial]`.
@@ -110,6 +127,7 @@ impl Saved {
             when,
             pose: [x, y, phi],
             velocity,
+            gyro: None,
             independent: belief.parts.independent.to_row_major(),
             dependent: Some(belief.parts.dependent.to_row_major()),
             bend: belief.bend.to_array(),
@@ -117,11 +135,11 @@ impl Saved {
         }
     }
 
-    /// The belief to start with at `now`, and how old the saved one is \[s\].
+    /// What to start with at `now`.
     ///
     /// # Errors
     /// Why there is none.
-    pub fn resume(config: &Config, now: &When) -> Result<(Belief, f64), Unusable> {
+    pub fn resume(config: &Config, now: &When) -> Result<Resumed, Unusable> {
         let (path, text) = read(config)?;
         let saved: Self = toml::from_str(&text).map_err(|error| Unusable::Malformed {
             path: path.clone(),
@@ -137,7 +155,11 @@ impl Saved {
         if !(0.0..=config.initial.resume_max_age_s).contains(&age_s) {
             return Err(Unusable::Age(age_s));
         }
-        Ok((carried_on(config, &belief, saved.velocity, age_s), age_s))
+        Ok(Resumed {
+            belief: carried_on(config, &belief, saved.velocity, age_s),
+            age_s,
+            gyro: saved.gyro.and_then(|it| known(config, it, age_s)),
+        })
     }
 
     fn belief(&self) -> Result<Belief, String> {
@@ -148,6 +170,9 @@ impl Saved {
         }
         if velocity.iter().any(|number| number.abs() > FASTEST) {
             return Err("no robot is as fast as its velocity".into());
+        }
+        if !all_finite(&self.gyro.unwrap_or_default()) {
+            return Err("the gyro's bias is not finite".into());
         }
         let bend = Bend::from_array(self.bend);
         Belief::new(Pose::new(x, y, phi), self.parts()?, bend)
@@ -191,6 +216,13 @@ fn read(config: &Config) -> Result<(PathBuf, String), Unusable> {
         }
         Err(problem) => Err(Unusable::Unreadable(problem)),
     }
+}
+
+/// A bias that was saved, and its variance now.
+fn known(config: &Config, [bias, sigma]: [f64; 2], age_s: f64) -> Option<[f64; 2]> {
+    let gyro = config.gyro.settings()?;
+    let variance = 4.0 * sigma * sigma + gyro.bias_walk * age_s;
+    (variance > 0.0 && variance < gyro.bias_variance).then_some([bias, variance])
 }
 
 /// The equation above.
@@ -298,7 +330,8 @@ mod tests {
         for velocity in [None, Some([0.0; 3]), Some([0.8, 0.0, -0.3])] {
             for age_s in [0.0, 0.05, 0.2, 0.7, 30.0] {
                 saved(velocity).write(&config).unwrap();
-                let (resumed, age) = Saved::resume(&config, &at(100.0 + age_s)).unwrap();
+                let resumed = Saved::resume(&config, &at(100.0 + age_s)).unwrap();
+                let (resumed, age) = (resumed.belief, resumed.age_s);
                 let expected = without_a_gap(&config, velocity, age_s);
                 let numbers = |belief: &Belief| {
                     let pose: [f64; 3] = belief.pose.to_vector().into();
@@ -322,9 +355,47 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let config = config(directory.path());
         saved(Some([1.0, 0.0, 0.0])).write(&config).unwrap();
-        let (belief, _) = Saved::resume(&config, &at(100.1)).unwrap();
+        let belief = Saved::resume(&config, &at(100.1)).unwrap().belief;
         let way_m = (belief.pose.x - 1.0).hypot(belief.pose.y + 2.0);
         assert!((way_m - 0.1).abs() < 1e-3, "{way_m} m in 0.1 s at 1 m/s");
+    }
+
+    /// Saved 100 s ago, of a robot with a gyro whose bias is known to 0.05 rad/s and walks by 1e-3 rad/s in a second.
+    fn resumed_bias(gyro: Option<[f64; 2]>, section: &str) -> Option<[f64; 2]> {
+        let directory = tempfile::tempdir().unwrap();
+        let config = Config::parse(
+            &format!(
+                "[robot]\nname = \"a\"\nid = 3\n[initial]\nresume = true\nresume_max_age_s = 1000.0\n{section}\n\
+                 [telemetry]\nstate_file = \"{}/belief\"\n",
+                directory.path().display()
+            ),
+            Path::new("a.toml"),
+        )
+        .unwrap();
+        let saved = Saved {
+            gyro,
+            ..saved(None)
+        };
+        saved.write(&config).unwrap();
+        Saved::resume(&config, &at(200.0)).unwrap().gyro
+    }
+
+    #[test]
+    fn the_bias_of_the_gyro_is_found_again_and_has_walked() {
+        let section = "[gyro]\nsource = \"channel\"\nbias_sigma = 0.05\nbias_walk = 1e-3";
+        let [bias, variance] = resumed_bias(Some([0.02, 1e-3]), section).unwrap();
+        assert_eq!(bias.to_bits(), 0.02_f64.to_bits());
+        assert!(
+            (variance - (4e-6 + 100.0 * 1e-6)).abs() < 1e-12,
+            "{variance}"
+        );
+        assert_eq!(resumed_bias(None, section), None, "none was saved");
+        assert_eq!(
+            resumed_bias(Some([0.02, 0.03]), section),
+            None,
+            "no better than configured"
+        );
+        assert_eq!(resumed_bias(Some([0.02, 1e-3]), ""), None, "no gyro");
     }
 
     fn refusal(change: impl FnOnce(&mut Saved), now_s: f64) -> String {
@@ -352,6 +423,7 @@ mod tests {
             |saved| saved.velocity = Some([f64::INFINITY; 3]),
             "not finite",
         );
+        refused(|saved| saved.gyro = Some([f64::NAN, 1.0]), "not finite");
         refused(|saved| saved.dependent = Some([-1.0; 9]), "covariances");
         refused(|saved| saved.independent[1] = 0.5, "covariances");
         refused(|saved| saved.dependent = None, "dependent and total");

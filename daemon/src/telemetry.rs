@@ -16,7 +16,6 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use coloc_estimator::Belief;
 use coloc_shm_types::{Lost, Space, Status, Timing};
 use tracing::error;
 
@@ -25,7 +24,7 @@ use crate::config::Config;
 use crate::event::{Event, Link};
 use crate::record::Recorder;
 use crate::retry::Retry;
-use crate::saved::{Saved, Saver};
+use crate::saved::{Saved, Saver, When};
 use listening::Listening;
 use outlet::Outlet;
 use place::Place;
@@ -210,18 +209,21 @@ impl Telemetry {
                 boot_ns,
                 belief,
                 velocity,
-            } => self.save(boot_ns, &belief, velocity),
+                gyro,
+            } => self.save(boot_ns, |when, robot| Saved {
+                gyro: gyro.map(|[bias, variance]| [bias, variance.sqrt()]),
+                ..Saved::new(robot, when, &belief, velocity)
+            }),
             other => self.lines.note(other),
         }
     }
 
-    fn save(&mut self, boot_ns: i64, belief: &Belief, velocity: Option<[f64; 3]>) {
+    fn save(&mut self, boot_ns: i64, saved: impl Fn(When, u16) -> Saved) {
         let robot = self.robot;
-        let saved = |saver: &Saver| Saved::new(robot, saver.when(boot_ns), belief, velocity);
         self.writers
             .saver
             .iter()
-            .for_each(|saver| saver.offer(saved(saver)));
+            .for_each(|saver| saver.offer(saved(saver.when(boot_ns), robot)));
     }
 
     fn publish(&mut self, mut ledger: Box<Ledger>) {

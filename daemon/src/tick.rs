@@ -12,7 +12,7 @@ use crate::account::Account;
 use crate::clock::{Drain, Moment, TimeSource, Timeline};
 use crate::collect::Collect;
 use crate::config::{ClockSource, Config};
-use crate::estimate::{Estimate, start};
+use crate::estimate::{Estimate, settings_knowing, start};
 use crate::event::{Event, Link};
 use crate::publish::{Circumstances, Publish};
 use crate::record::{self, Record, Step};
@@ -101,23 +101,25 @@ impl Robot {
             .initial
             .resume
             .then(|| Saved::resume(config, &When::now()));
-        let start = match &resumed {
-            Some(Ok((belief, _))) => Start::Known(*belief),
-            _ => start(config),
+        let (start, gyro) = match &resumed {
+            Some(Ok(resumed)) => (Start::Known(resumed.belief), resumed.gyro),
+            _ => (start(config), None),
         };
+        let settings = settings_knowing(config, gyro);
         let collect = Collect::open(config, space, Arc::clone(&link))?;
         let sender = sender(config)?;
         let publish = Publish::open(config, space, &sender)?;
         let mut account = Account::new(config, link, &sender);
         collect.deaf().for_each(|input| account.deaf(input));
         publish.unreachable().for_each(|it| account.unreachable(it));
-        account.record([Record::begin(config.robot.id, stamp.as_nanos(), &start)]);
+        let begin = Record::begin(config.robot.id, stamp.as_nanos(), &start, settings.gyro);
+        account.record([begin]);
         Ok(Self {
             time,
             timeline: Timeline::new(&now),
             clock: config.clock.source,
             collect,
-            estimate: Estimate::new(config, stamp, &start),
+            estimate: Estimate::with(settings, config.history.capacity, stamp, &start),
             publish,
             account,
             timings: sender.beside(),
@@ -128,7 +130,7 @@ impl Robot {
             gaps: Gaps::default(),
             acts: [Length::default(); ACTS.len()],
             understudy: Understudy::new(config, stamp, &start),
-            resumed: resumed.map(|outcome| outcome.map(|(_, age_s)| age_s)),
+            resumed: resumed.map(|outcome| outcome.map(|it| it.age_s)),
         })
     }
 

@@ -85,7 +85,8 @@ fn ticks_allocate_nothing() {
         .subscriber::<Neighbour>(&by_hand::name("b"))
         .unwrap();
     let settings = format!(
-        "{}[odometry.base]\ntrack_m = 0.3\n[gyro]\nsource = \"channel\"\n",
+        "{}[odometry.base]\ntrack_m = 0.3\n[gyro]\nsource = \"channel\"\n\
+         [canopen]\nbus = 0\nstart = true\nsync_period_s = 0.02\nnodes = [5]\n",
         world.wheels()
     );
     let mut robot = world.robot("a", 1, &settings);

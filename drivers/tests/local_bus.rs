@@ -9,6 +9,7 @@ use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use coloc_counting::{Calls, calls_during};
 use coloc_drivers::can::{
     Bus, BusSpec, BusState, ErrorClass, Filter, Frame, Id, Received, Sender, StandardId,
 };
@@ -90,6 +91,27 @@ fn everybody_gets_every_frame_with_the_kernels_stamp() -> Fallible {
             (bus.health().state, bus.health().counters.frames),
             (BusState::Up, 2)
         );
+    }
+    Ok(())
+}
+
+/// Its listeners come and go meanwhile, and are found.
+#[test]
+fn sending_allocates_nothing() -> Fallible {
+    let directory = tempfile::tempdir()?;
+    let mut buses = Vec::new();
+    let mut sender = Sender::open(&spec(directory.path()))?;
+    for number in 0..6_u8 {
+        buses.push(Bus::open(&spec(directory.path()), number, Filter::All)?);
+        if number == 3 {
+            buses.remove(0);
+        }
+        // Longer than a newcomer may go unnoticed.
+        std::thread::sleep(std::time::Duration::from_millis(60));
+        let (sent, calls) = calls_during(|| sender.send(&frame(0x100, &[number])));
+        sent?;
+        assert_eq!(calls, Calls::NONE, "{number}");
+        assert!(buses.iter_mut().all(|bus| receive(bus).len() == 1));
     }
     Ok(())
 }

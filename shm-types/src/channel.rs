@@ -392,9 +392,9 @@ travels! {
     Sighting "v1",
     Seen "v1",
     Answer "v1",
-    Estimate "v4",
+    Estimate "v5",
     Timing "v2",
-    Status "v3",
+    Status "v4",
     DriverStatus "v1" [said_ns],
 }
 

@@ -17,7 +17,7 @@ struct OldEstimate {
 
 #[derive(Copy, Clone, Debug, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Estimate.v5")]
+#[type_name("coloc.Estimate.v6")]
 struct NewEstimate {
     pose: [f64; 46],
 }
@@ -65,7 +65,7 @@ fn another_version_of_a_payload_is_refused_in_words() {
         ),
         (
             refused_beside::<NewEstimate>(),
-            "coloc.Estimate.v5",
+            "coloc.Estimate.v6",
             "a newer",
         ),
         (refused_beside::<Stranger>(), "geometry.Pose", "another"),
@@ -84,7 +84,7 @@ fn another_version_of_a_payload_is_refused_in_words() {
         );
         let said = refusal.to_string();
         let expected = format!(
-            "carries `{theirs}`, and this program speaks `coloc.Estimate.v4`: a program of {age} coloc uses"
+            "carries `{theirs}`, and this program speaks `coloc.Estimate.v5`: a program of {age} coloc uses"
         );
         assert!(
             said.contains(&expected) && said.contains("start them again"),

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use coloc_daemon::clock::{KernelTime, TimeSource};
-use coloc_daemon::config::{Config, Trigger};
+use coloc_daemon::config::{Config, GyroSource, Trigger};
 use coloc_daemon::event::Link;
 use coloc_daemon::run::turn;
 use coloc_daemon::telemetry::Telemetry;
@@ -65,6 +65,15 @@ impl Scene {
     pub fn in_part(trigger: Trigger) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let config = config_in_part(directory.path(), trigger);
+        Self::with(directory, config, Box::new(KernelTime))
+    }
+
+    /// The same, with a gyro on its channel.
+    #[must_use]
+    pub fn with_gyro(trigger: Trigger) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let mut config = config(directory.path(), trigger);
+        config.gyro.source = GyroSource::Channel;
         Self::with(directory, config, Box::new(KernelTime))
     }
 

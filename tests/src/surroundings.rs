@@ -183,6 +183,12 @@ impl Surroundings {
         self.send_messages(stamp_ns, [0.0; 3]);
     }
 
+    /// The same, and what a gyro says of the last 20 ms: some of it is older than what it has said before.
+    pub fn send_with_turns(&mut self) {
+        self.send();
+        self.send_turns(realtime_ns());
+    }
+
     /// Two frames, of wheels that have come this far, left and right \[m\].
     pub fn send_frames(&mut self, [left_m, right_m]: [f64; 2]) {
         for frame in self.frames.encode(left_m, right_m) {

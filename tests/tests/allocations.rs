@@ -16,7 +16,7 @@ use coloc_daemon::config::{Realtime, Scheduler};
 use coloc_daemon::realtime;
 use coloc_shm_types::{Input, Reader};
 use coloc_tests::scene::{Scene, WARM_UP};
-use coloc_tests::surroundings::{Heard, realtime_ns};
+use coloc_tests::surroundings::{Heard, Surroundings, realtime_ns};
 
 #[test]
 fn no_tick_on_the_timer_allocates() {
@@ -98,15 +98,27 @@ fn no_tick_allocates_for_what_is_seen_in_part() {
     assert!(heard.parts >= 8 * counted, "{heard:?}");
 }
 
+/// Its samples come in disorder.
+#[test]
+fn no_tick_with_a_gyro_allocates() {
+    let mut scene = Scene::with_gyro(Trigger::Timer);
+    without_allocation_given(&mut scene, 10_000, Surroundings::send_with_turns);
+}
+
 fn ticks_without_allocation(trigger: Trigger, ticks: u64) {
     without_allocation(&mut Scene::new(trigger), ticks);
 }
 
 fn without_allocation(scene: &mut Scene, ticks: u64) {
+    without_allocation_given(scene, ticks, Surroundings::send);
+}
+
+/// Each tick after what `send` has brought.
+fn without_allocation_given(scene: &mut Scene, ticks: u64, send: fn(&mut Surroundings)) {
     let (mut calls, mut heard, mut counted) = (Calls::NONE, Heard::default(), 0);
     scene.with_telemetry(|scene| {
         while counted < ticks {
-            scene.surroundings.send();
+            send(&mut scene.surroundings);
             let (ticked, during) = calls_during(|| scene.turn());
             let received = scene.surroundings.receive();
             if scene.is_warm() {
@@ -119,9 +131,12 @@ fn without_allocation(scene: &mut Scene, ticks: u64) {
 
     assert_eq!(calls, Calls::NONE, "over {counted} ticks");
     let status = scene.robot.account().status();
-    // A robot with a gyro is in the daemon's own test of allocations.
-    let elsewhere = [Input::Gyro, Input::Sighting, Input::Seen, Input::Answer];
-    for input in Input::ALL.into_iter().filter(|it| !elsewhere.contains(it)) {
+    let has_gyro = scene.config.gyro.settings().is_some();
+    let elsewhere = |it| matches!(it, Input::Sighting | Input::Seen | Input::Answer);
+    for input in Input::ALL
+        .into_iter()
+        .filter(|it| !elsewhere(*it) && (has_gyro || *it != Input::Gyro))
+    {
         // Of frames that a late tick brought close together the wheels make one sample.
         let at_least = if input == Input::Odometry {
             ticks / 2

@@ -8,6 +8,7 @@ mod args;
 mod read;
 mod section;
 mod told;
+mod turns;
 
 use std::fs::OpenOptions;
 use std::io::Write as _;

@@ -1,18 +1,20 @@
 //! From a recording and its configuration to a drive and the robot that is to be found.
 
-use coloc_calibrate::{Base, Coefficients, Drive, Fix, Receiver, Robot, State, Way, Wheels};
+use coloc_calibrate::{Base, Coefficients, Drive, Fix, Gyro, Receiver, Robot, State, Way, Wheels};
 use coloc_daemon::config::{self, Config};
 use coloc_daemon::record::Recording;
 use coloc_drivers::encoder::OdometryConfig;
 use coloc_estimator::{Measurement, OdometrySample, PositionFix, Stamp};
 
 use super::CalibrateError;
+use super::turns::Turns;
 
 /// A receiver that says nothing of a slow error is given one of this part of its σ, which lasts so long, to begin with.
 const SLOW_PART: f64 = 0.5;
 const SLOW_TIME_S: f64 = 60.0;
 
-/// A drive, and what was believed of the robot.
+/// A drive, and what was believed of the robot. Its gyro reads what the daemon has made of it, and its fixes have the stamps that
+/// the daemon gave them: both are as `[gyro]` and `[position]` say already.
 #[derive(Clone, Debug)]
 pub(super) struct Recorded {
     pub(super) drive: Drive,
@@ -22,6 +24,8 @@ pub(super) struct Recorded {
     pub(super) start: Robot,
     /// Numbers of the receivers on their channel.
     pub(super) sources: Vec<u16>,
+    /// Whether what their messages say of lever and slow error differs from the configuration.
+    pub(super) says_itself: Vec<bool>,
 }
 
 impl Recorded {
@@ -30,11 +34,12 @@ impl Recorded {
             return Err(CalibrateError::Sideways);
         }
         let all = recording.ticks.iter().flat_map(|tick| &tick.measurements);
-        let (mut samples, mut fixes) = (Vec::new(), Vec::new());
+        let (mut samples, mut fixes, mut turns) = (Vec::new(), Vec::new(), Vec::new());
         for measurement in all {
             match measurement {
                 Measurement::Odometry(sample) => samples.push(*sample),
                 Measurement::Fix(fix) => fixes.push(*fix),
+                Measurement::Gyro(sample) => turns.push(*sample),
                 _ => {}
             }
         }
@@ -45,7 +50,15 @@ impl Recorded {
         sources.dedup();
         let wheels = wheels(config);
         let begin = recording.stamp;
-        let ways = samples.iter().map(|it| way(it, &wheels, config, begin));
+        let gyro = config.gyro.settings().filter(|_| !turns.is_empty());
+        let turns = gyro.map_or_else(Turns::default, |it| Turns::new(turns, &it, begin));
+        let ways = samples.iter().map(|it| {
+            let way = way(it, &wheels, config, begin);
+            Way {
+                gyro: turns.over([way.start_s, way.end_s]),
+                ..way
+            }
+        });
         let said = fixes.iter().filter_map(|fix| {
             Some(Fix {
                 receiver: sources.iter().position(|it| *it == fix.origin.source)?,
@@ -54,12 +67,23 @@ impl Recorded {
             })
         });
         let receivers = sources.iter().map(|it| receiver(&fixes, *it, config));
-        let before = robot(config, wheels, receivers.collect());
+        let gyro = gyro.map(|it| Gyro {
+            scale: 1.0,
+            bias_radps: recording.gyro.map_or(it.bias, |[bias, _]| bias),
+            per_s: it.noise,
+        });
+        let before = Robot {
+            gyro,
+            ..robot(config, wheels, receivers.collect())
+        };
         let start = Robot {
             receivers: before.receivers.iter().map(with_slow_error).collect(),
             ..before.clone()
         };
+        let says_itself = sources.iter().zip(&before.receivers);
+        let says_itself = says_itself.map(|(source, own)| says_itself_of(config, *source, own));
         Ok(Self {
+            says_itself: says_itself.collect(),
             drive: Drive::new(ways.collect(), said.collect()),
             before,
             start,
@@ -68,7 +92,7 @@ impl Recorded {
     }
 }
 
-fn seconds(stamp: Stamp, begin: Stamp) -> f64 {
+pub(super) fn seconds(stamp: Stamp, begin: Stamp) -> f64 {
     (stamp - begin).as_seconds()
 }
 
@@ -146,8 +170,21 @@ fn receiver(fixes: &[PositionFix], source: u16, config: &Config) -> Receiver {
         sigma_m: mean(&own_variance).sqrt(),
         slow_sigma_m: mean(&|it| it.slow.variance).sqrt(),
         slow_time_s: mean(&|it| it.slow.memory.as_seconds()),
-        ..Receiver::default()
+        lever_m: [0, 1].map(|axis: usize| mean(&|it| it.lever[axis])),
+        delay_s: 0.0,
     }
+}
+
+/// To what a mean of equal numbers may be off.
+fn says_itself_of(config: &Config, source: u16, said: &Receiver) -> bool {
+    let all = &config.position;
+    let own = all.receiver.iter().find(|it| it.source == source);
+    let (lever_m, sigma_m) = own.map_or((all.lever_m, all.slow_sigma_m), |it| {
+        (it.lever_m, it.slow_sigma_m)
+    });
+    let differs = |a: f64, b: f64| (a - b).abs() > 1e-6;
+    let levers = lever_m.into_iter().zip(said.lever_m);
+    differs(sigma_m, said.slow_sigma_m) || levers.into_iter().any(|(a, b)| differs(a, b))
 }
 
 fn with_slow_error(receiver: &Receiver) -> Receiver {

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use coloc_calibrate::{Coefficients, Fit, Found, Parameter, Robot};
-use coloc_daemon::config::{Config, Variance};
+use coloc_daemon::config::{self, Config, Variance};
 use coloc_drivers::encoder::{
     AngleUnit, BaseConfig, BicycleConfig, Quantity, SteeringConfig, WheelConfig, WheelsConfig,
 };
@@ -19,6 +19,10 @@ struct Sections {
     motion: Option<Motion>,
     #[serde(skip_serializing_if = "Option::is_none")]
     fusion: Option<Fusion>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gyro: Option<config::Gyro>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position: Option<config::Position>,
 }
 
 #[derive(Serialize)]
@@ -73,6 +77,8 @@ pub(super) fn sections(
         fusion: of_fixes.then(|| Fusion {
             position_floor: floor(&fit.robot),
         }),
+        gyro: gyro(config, fit),
+        position: position(config, recorded, fit),
     };
     let mut text = toml::to_string(&sections)?;
     for line in remarks(config, recorded, fit) {
@@ -168,6 +174,78 @@ fn floor(robot: &Robot) -> [f64; 2] {
     [rounded(most); 2]
 }
 
+/// The recorded rate is that of the sensor times the scale that was configured.
+fn gyro(config: &Config, fit: &Fit) -> Option<config::Gyro> {
+    let found = fit.robot.gyro?;
+    let before = &config.gyro;
+    let is_shown = |of| fit.found.iter().any(|it| it.shown && it.parameter == of);
+    let mut after = before.clone();
+    if is_shown(Parameter::GyroScale) {
+        after.scale = rounded(before.scale * found.scale);
+    }
+    if is_shown(Parameter::GyroBias) {
+        after.bias_radps = rounded(found.bias_radps / before.scale);
+    }
+    if is_shown(Parameter::GyroNoise) {
+        after.noise_density = rounded(found.per_s.sqrt());
+    }
+    (after != *before).then_some(after)
+}
+
+/// Of one receiver in `[position]` itself, of several an entry each.
+fn position(config: &Config, recorded: &Recorded, fit: &Fit) -> Option<config::Position> {
+    let mut after = config.position.clone();
+    for (index, source) in recorded.sources.iter().enumerate() {
+        let found = receiver(config, fit, index, *source);
+        let own = after.receiver.iter_mut().find(|it| it.source == *source);
+        match own {
+            Some(own) => *own = found,
+            None if recorded.sources.len() > 1 => after.receiver.push(found),
+            None => {
+                after = config::Position {
+                    lever_m: found.lever_m,
+                    slow_sigma_m: found.slow_sigma_m,
+                    slow_time_s: found.slow_time_s,
+                    delay_s: found.delay_s,
+                    ..after
+                };
+            }
+        }
+    }
+    (after != config.position).then_some(after)
+}
+
+/// As it is configured, but for what the drive shows.
+fn receiver(config: &Config, fit: &Fit, index: usize, source: u16) -> config::Receiver {
+    let all = &config.position;
+    let own = all.receiver.iter().find(|it| it.source == source);
+    let mut after = own.cloned().unwrap_or(config::Receiver {
+        source,
+        lever_m: all.lever_m,
+        slow_sigma_m: all.slow_sigma_m,
+        slow_time_s: all.slow_time_s,
+        delay_s: all.delay_s,
+    });
+    let found = &fit.robot.receivers[index];
+    for it in fit.found.iter().filter(|it| it.shown) {
+        match it.parameter {
+            Parameter::SlowSigma(of) if of == index => {
+                (after.slow_sigma_m, after.slow_time_s) =
+                    (rounded(found.slow_sigma_m), rounded(found.slow_time_s));
+            }
+            Parameter::LeverForward(of) if of == index => {
+                after.lever_m[0] = rounded(found.lever_m[0]);
+            }
+            Parameter::LeverLeft(of) if of == index => after.lever_m[1] = rounded(found.lever_m[1]),
+            Parameter::Delay(of) if of == index => {
+                after.delay_s = rounded(after.delay_s + found.delay_s);
+            }
+            _ => {}
+        }
+    }
+    after
+}
+
 /// What has no setting of its own.
 fn remarks(config: &Config, recorded: &Recorded, fit: &Fit) -> Vec<String> {
     let mut lines = Vec::new();
@@ -189,47 +267,20 @@ fn remarks(config: &Config, recorded: &Recorded, fit: &Fit) -> Vec<String> {
             ));
         }
     }
-    let of_receivers = fit.found.iter().filter(|it| it.shown);
-    lines.extend(of_receivers.filter_map(|it| remark(it, &recorded.sources)));
+    let turn = fit.found.iter().filter(|it| it.shown);
+    lines.extend(
+        turn.filter(|it| it.parameter == Parameter::TurnScale)
+            .map(|it| format!("multiply the turning rate that is said by {:.5}", it.after)),
+    );
+    for (index, source) in recorded.sources.iter().enumerate() {
+        let of_it = |it: &&Found| it.shown && it.parameter.receiver() == Some(index);
+        if recorded.says_itself[index] && fit.found.iter().any(|it| of_it(&it)) {
+            lines.push(format!(
+                "receiver {source} says lever or slow error itself, and its word comes first: change it there"
+            ));
+        }
+    }
     lines
-}
-
-fn remark(found: &Found, sources: &[u16]) -> Option<String> {
-    let after = found.after;
-    Some(match found.parameter {
-        Parameter::SlowSigma(it) => {
-            format!(
-                "receiver {}: say slow_sigma_m = {after:.3} in its fixes",
-                sources[it]
-            )
-        }
-        Parameter::SlowTime(it) => {
-            format!(
-                "receiver {}: say slow_time_s = {after:.0} in its fixes",
-                sources[it]
-            )
-        }
-        Parameter::LeverForward(it) => {
-            format!(
-                "receiver {}: its antenna is {after:.3} m ahead of the body's origin",
-                sources[it]
-            )
-        }
-        Parameter::LeverLeft(it) => {
-            format!(
-                "receiver {}: its antenna is {after:.3} m to the left of it",
-                sources[it]
-            )
-        }
-        Parameter::Delay(it) => {
-            format!(
-                "receiver {}: stamp its fixes {after:.3} s earlier",
-                sources[it]
-            )
-        }
-        Parameter::TurnScale => format!("multiply the turning rate that is said by {after:.5}"),
-        _ => return None,
-    })
 }
 
 /// To six digits.

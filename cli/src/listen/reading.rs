@@ -36,6 +36,8 @@ pub(super) struct Reading {
     pub(super) unfit: String,
     pub(super) heading_health: &'static str,
     pub(super) gyro_health: &'static str,
+    pub(super) gyro_bias_radps: f64,
+    pub(super) sigma_gyro_bias_radps: f64,
 }
 
 impl Reading {
@@ -74,6 +76,8 @@ impl Reading {
             unfit: unfit(estimate),
             heading_health: health(Input::Heading),
             gyro_health: health(Input::Gyro),
+            gyro_bias_radps: estimate.gyro_bias_radps,
+            sigma_gyro_bias_radps: estimate.gyro_bias_sigma_radps,
         }
     }
 }
@@ -126,6 +130,8 @@ pub(super) fn example() -> Estimate {
         velocity_covariance: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9],
         state: 1,
         unfit: 2,
+        gyro_bias_radps: 0.0625,
+        gyro_bias_sigma_radps: 0.03125,
         fit_limit: 0.875,
         ..Estimate::default()
     };

@@ -55,6 +55,7 @@ fn tell(estimate: &Estimate, teller: &mut Teller) {
         boot_ns: estimate.stamp.as_nanos(),
         belief: estimate.belief,
         velocity: measured.then_some(estimate.velocity),
+        gyro: estimate.gyro.map(|it| [it.bias, it.bias_variance]),
     });
 }
 

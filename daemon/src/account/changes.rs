@@ -18,11 +18,13 @@ pub(super) struct Changes {
     gyro: Gyro,
 }
 
-/// What was told of the gyro.
+/// What is known and was told of the gyro.
 #[derive(Debug, Default)]
 struct Gyro {
     slipping_since: Option<Stamp>,
     is_known: bool,
+    bias_radps: f64,
+    sigma_radps: f64,
 }
 
 /// A bias that is known better than this is told, and one that is known worse than twice this is not known \[rad/s\].
@@ -95,6 +97,8 @@ impl Changes {
         }
         self.gyro = Gyro {
             slipping_since: state.slipping_since,
+            bias_radps: bias,
+            sigma_radps: sigma,
             is_known: sigma
                 < if self.gyro.is_known {
                     2.0 * KNOWN
@@ -135,6 +139,8 @@ impl Changes {
         status.state = self.standing.state as u8;
         (status.fit, status.unfit, status.fit_limit) = self.standing.fitness();
         status.bus = self.bus as u8;
+        status.gyro_bias_radps = self.gyro.bias_radps;
+        status.gyro_bias_sigma_radps = self.gyro.sigma_radps;
     }
 }
 

@@ -7,8 +7,7 @@ use crate::account::Account;
 use crate::config::Config;
 use crate::start::StartError;
 
-/// The nodes, and what speaks to them. Sending neither blocks nor, on an interface, allocates; a local bus looks for its listeners
-/// now and then, which does.
+/// The nodes, and what speaks to them. Sending neither blocks nor allocates.
 #[derive(Debug)]
 pub(super) struct Drives {
     canopen: Canopen,

@@ -125,7 +125,7 @@ impl Messages {
         self.poses
             .drain_seldom(moment, into, account, |it| said(it, &limits));
         if let Some(turns) = &mut self.turns {
-            turns.drain(moment, into, account, |it| turn(it, &limits));
+            turns.drain(moment, into, account, |it| turn(it, &limits, sensors));
         }
         if let Some(parts) = &mut self.parts {
             parts.receive(moment, (&limits, sensors), into, account);
@@ -206,7 +206,7 @@ pub fn fix(
     let beside = message.validate_beside_covariance(limits);
     let covariance = first(beside, covariance, || message.validate(limits))?;
     Ok(Measurement::Fix(PositionFix {
-        stamp: stamp(message),
+        stamp: stamp(message) - sensors.delay_of(message),
         origin: origin(message),
         position: message.position,
         covariance,
@@ -273,12 +273,12 @@ pub fn said(message: &PoseMessage, limits: &Limits<'_>) -> Result<Measurement, R
 ///
 /// # Errors
 /// Why it is none.
-pub fn turn(message: &Gyro, limits: &Limits<'_>) -> Result<Measurement, Reject> {
+pub fn turn(message: &Gyro, limits: &Limits<'_>, sensors: &Sensors) -> Result<Measurement, Reject> {
     message.validate(limits)?;
     Ok(Measurement::Gyro(GyroSample {
         stamp: stamp(message),
         origin: origin(message),
-        rate_radps: message.rate_radps,
+        rate_radps: sensors.turning(message.rate_radps),
         noise: message.noise,
     }))
 }

@@ -12,6 +12,7 @@ pub struct Sensors {
     relative_pose: config::RelativePose,
     heading: config::Heading,
     sighting: config::Sighting,
+    gyro_scale: f64,
 }
 
 impl Sensors {
@@ -23,6 +24,7 @@ impl Sensors {
             relative_pose: config.relative_pose.clone(),
             heading: config.heading.clone(),
             sighting: config.sighting.clone(),
+            gyro_scale: config.gyro.scale,
         }
     }
 
@@ -67,6 +69,17 @@ impl Sensors {
         }
         let own = self.receiver(message.header.source);
         own.map_or(self.position.lever_m, |it| it.lever_m)
+    }
+
+    /// How late the stamp of a fix is.
+    pub(super) fn delay_of(&self, message: &Position) -> Span {
+        let own = self.receiver(message.header.source);
+        Span::from_seconds(own.map_or(self.position.delay_s, |it| it.delay_s))
+    }
+
+    /// How fast the robot turns, beside the bias, where a gyro reads that \[rad/s\].
+    pub(super) fn turning(&self, read_radps: f64) -> f64 {
+        self.gyro_scale * read_radps
     }
 
     /// The slow error of a fix: likewise, σ and time each by itself.
@@ -194,6 +207,23 @@ mod tests {
         assert_eq!(of(0, [0.0, 5.0], [3.0, 0.0]), ["0", "5", "9", "100"]);
         assert_eq!(of(0, [0.0; 2], [0.0, 7.0]), ["1", "2", "4", "7"]);
         assert_eq!(of(3, [0.0; 2], [0.0; 2]), ["3", "4", "0", "60"]);
+    }
+
+    #[test]
+    fn a_fix_is_older_than_its_stamp_and_a_gyro_reads_too_little() {
+        let sensors = sensors(
+            "[position]\ndelay_s = 0.25\n[[position.receiver]]\nsource = 3\ndelay_s = -0.5\n\
+             [gyro]\nscale = 1.25\n",
+        );
+        let delay_ms = |source| {
+            let message = Position {
+                header: header(source),
+                ..Position::default()
+            };
+            sensors.delay_of(&message).as_nanos() / 1_000_000
+        };
+        assert_eq!([0, 3].map(delay_ms), [250, -500]);
+        assert!((sensors.turning(0.5) - 0.625).abs() < 1e-15);
     }
 
     #[test]

@@ -27,6 +27,8 @@ pub struct Way {
     moves: usize,
     /// How many a gyro has said, ever.
     turns: u64,
+    /// Radians for one that a gyro reads.
+    gyro_scale: f64,
     /// They wait no longer, or the history might begin after them.
     patience: Span,
     /// There was one since the last tick.
@@ -53,6 +55,7 @@ impl Way {
             samples: List::with_capacity(WAITING),
             moves: 0,
             turns: 0,
+            gyro_scale: config.gyro.scale,
             patience: Span::from_nanos(config::nanos(config.history.length_s) / 4),
             had_samples: false,
             newest_ns: [0; 2],
@@ -97,7 +100,7 @@ impl Way {
         let sample = GyroSample {
             stamp,
             origin: Origin::counted(self.turns),
-            rate_radps: reading.rate_radps,
+            rate_radps: self.gyro_scale * reading.rate_radps,
             noise: 0.0,
         };
         let _ = self.samples.push(sample.into()); // There is room, or it was not asked.

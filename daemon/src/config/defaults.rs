@@ -60,6 +60,7 @@ impl Default for Position {
             lever_m: [0.0; 2],
             slow_sigma_m: 0.0,
             slow_time_s: 60.0,
+            delay_s: 0.0,
             receiver: Vec::new(),
         }
     }

@@ -20,6 +20,12 @@ pub struct Gyro {
     /// Samples in a second. Where they come one and a half times as rarely, one was lost, and the wheels alone tell of the time \[Hz\].
     #[schemars(range(min = 1, max = 1000))]
     pub rate_hz: f64,
+    /// Radians for a radian that it reads, as `coloc calibrate` finds it.
+    #[schemars(range(min = 0.5, max = 2))]
+    pub scale: f64,
+    /// What it reads when nothing turns, as far as that is known before the start \[rad/s\].
+    #[schemars(range(min = -10, max = 10))]
+    pub bias_radps: f64,
     /// White noise, as data sheets have it ("rate noise density"); where a message does not say its own \[rad/s/√Hz\].
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
     pub noise_density: f64,
@@ -63,6 +69,8 @@ impl Default for Gyro {
             source: GyroSource::None,
             signal: None,
             rate_hz: 200.0,
+            scale: 1.0,
+            bias_radps: 0.0,
             noise_density: 1.7e-4,
             noise_per_turn: 1.7e-3,
             bias_sigma: 0.05,
@@ -79,7 +87,7 @@ impl Gyro {
         (self.source != GyroSource::None).then(|| GyroSettings {
             noise: square(self.noise_density),
             noise_per_turn: square(self.noise_per_turn),
-            bias: 0.0,
+            bias: self.scale * self.bias_radps,
             bias_variance: square(self.bias_sigma),
             bias_walk: square(self.bias_walk),
             period: Span::from_nanos(nanos(1.0 / self.rate_hz)),
@@ -110,7 +118,7 @@ mod tests {
         for (a, b) in numbers(&own).into_iter().zip(numbers(&ordinary)) {
             assert!((a - b).abs() < 1e-12 * b, "{a} is not {b}");
         }
-        assert_eq!(own.period, ordinary.period);
+        assert_eq!((own.period, own.bias.to_bits()), (ordinary.period, 0));
         assert_eq!(Gyro::default().settings(), None);
     }
 }

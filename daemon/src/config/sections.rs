@@ -301,6 +301,9 @@ pub struct Position {
     /// How long it lasts, where a message does not say its own \[s\].
     #[schemars(range(max = 86400), extend("exclusiveMinimum" = 0))]
     pub slow_time_s: f64,
+    /// How late its stamps are: a fix is of so long before its stamp. Below zero they are early \[s\].
+    #[schemars(range(min = -10, max = 10))]
+    pub delay_s: f64,
     /// Receivers that are not so, an entry each.
     #[schemars(example = [Receiver::example()])]
     pub receiver: Vec<Receiver>,

@@ -21,6 +21,10 @@ pub struct Receiver {
     #[serde(default = "a_minute")]
     #[schemars(range(max = 86400), extend("exclusiveMinimum" = 0))]
     pub slow_time_s: f64,
+    /// In place of `position.delay_s` \[s\].
+    #[serde(default)]
+    #[schemars(range(min = -10, max = 10))]
+    pub delay_s: f64,
 }
 
 /// `[relative_pose]`
@@ -159,7 +163,7 @@ impl Default for Heading {
 
 impl Receiver {
     pub(super) fn example() -> impl Serialize {
-        serde_json::json!({ "source": 1, "lever_m": [0.3, 0.0], "slow_sigma_m": 1.0, "slow_time_s": 60.0 })
+        serde_json::json!({ "source": 1, "lever_m": [0.3, 0.0], "slow_sigma_m": 1.0, "slow_time_s": 60.0, "delay_s": 0.1 })
     }
 }
 

@@ -20,6 +20,8 @@ pub struct Recording {
     pub stamp: Stamp,
     /// What it knew then.
     pub start: Start,
+    /// Bias of the gyro and its variance then, if there was one \[rad/s, rad²/s²\].
+    pub gyro: Option<[f64; 2]>,
     /// All whole ticks since.
     pub ticks: Vec<RecordedTick>,
     /// What is missing.
@@ -345,6 +347,7 @@ impl Lines {
             independent,
             dependent,
             bend,
+            gyro,
         }) = self.next()?
         else {
             return Err(Problem::NoBeginning);
@@ -360,6 +363,7 @@ impl Lines {
             robot,
             stamp: Stamp::from_nanos(stamp_ns),
             start,
+            gyro,
             ticks: Vec::new(),
             gaps: Gaps::default(),
         };
@@ -423,7 +427,7 @@ fn missing(ticks: &[RecordedTick]) -> u64 {
 mod tests {
     use std::time::Duration;
 
-    use coloc_estimator::{Estimate, OdometryNoise};
+    use coloc_estimator::{Estimate, GyroSettings, OdometryNoise};
 
     use super::super::{Recorder, of_inputs};
     use super::*;
@@ -527,6 +531,7 @@ mod tests {
             robot: 4,
             stamp,
             start: Start::Known(Belief::independent(third, cov(2.0))),
+            gyro: Some([1.0 / 3.0, 1e-300]),
             ticks: vec![tick, second],
             gaps: Gaps::default(),
         }
@@ -537,6 +542,11 @@ mod tests {
             recording.robot,
             recording.stamp.as_nanos(),
             &recording.start,
+            recording.gyro.map(|[bias, bias_variance]| GyroSettings {
+                bias,
+                bias_variance,
+                ..GyroSettings::ORDINARY
+            }),
         )];
         for tick in &recording.ticks {
             records.extend(of_inputs(tick.tick, tick.step, &tick.inputs()));

@@ -290,7 +290,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("later/a.jsonl");
         let mut file = RecordFile::new(&path);
-        let begin = Record::begin(1, 0, &coloc_estimator::Start::Unknown);
+        let begin = Record::begin(1, 0, &coloc_estimator::Start::Unknown, None);
         file.take(vec![begin, TICK, TICK]);
         std::fs::create_dir(directory.path().join("later")).unwrap();
         file.retry.worked();
@@ -304,7 +304,7 @@ mod tests {
         let path = directory.path().join("below/a.jsonl");
         let below = path.parent().unwrap();
         std::fs::create_dir(below).unwrap();
-        let begin = Record::begin(1, 0, &coloc_estimator::Start::Unknown);
+        let begin = Record::begin(1, 0, &coloc_estimator::Start::Unknown, None);
         let mut file = RecordFile::new(&path);
         file.take(vec![begin, TICK, TICK]);
         std::fs::remove_file(&path).unwrap();

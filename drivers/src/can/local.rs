@@ -8,15 +8,16 @@
 //! systemd) and makes the sender lose what comes on top, whatever the buffer sizes say. Because of the filter only wanted
 //! frames count: two a tick leave a daemon five ticks of slack. Cumulative encoder counters lose nothing even beyond.
 
-use std::ffi::{CStr, CString};
+use std::ffi::{CStr, CString, OsStr};
 use std::io::{self, Write};
+use std::mem::MaybeUninit;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use coloc_shm_types::private::{NotPrivate, PrivateDirectory, unguessable};
-use rustix::fs::{FileType, Mode, OFlags, Stat};
+use rustix::fs::{FileType, Mode, OFlags, RawDir, Stat};
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, bind, socket_with};
 
@@ -142,6 +143,64 @@ fn may_be_ours(name: &std::ffi::OsStr) -> bool {
     bytes
         .iter()
         .all(|byte| byte.is_ascii_hexdigit() || *byte == b'-')
+}
+
+/// A bus's directory, as its senders look into it again and again.
+#[derive(Debug)]
+pub(super) struct Directory {
+    path: CString,
+    /// Whose all of it is.
+    user: u32,
+}
+
+/// What the kernel tells of a directory at once \[bytes\].
+const ENTRIES: usize = 2048;
+
+impl Directory {
+    pub(super) fn new(path: &Path) -> io::Result<Self> {
+        Ok(Self {
+            path: CString::new(path.as_os_str().as_bytes())?,
+            user: own_user(),
+        })
+    }
+
+    /// The places of those who listen, as [`listeners`] finds them. No allocation, but where the directory has to be closed first.
+    pub(super) fn each_listener(&self, tell: &mut impl FnMut(SocketAddrUnix)) -> Result<(), Errno> {
+        let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::CLOEXEC;
+        let directory = rustix::fs::open(self.path.as_c_str(), flags, Mode::empty())?;
+        let found = rustix::fs::fstat(&directory)?;
+        if found.st_uid != self.user {
+            return Err(Errno::NOENT);
+        }
+        if found.st_mode & 0o077 != 0 {
+            listeners(Path::new(OsStr::from_bytes(self.path.to_bytes())))
+                .map_err(|_| Errno::NOENT)?;
+        }
+        let mut buffer = [MaybeUninit::uninit(); ENTRIES];
+        let mut entries = RawDir::new(&directory, &mut buffer);
+        while let Some(entry) = entries.next() {
+            let entry = entry?;
+            let name = entry.file_name();
+            let flags = rustix::fs::AtFlags::SYMLINK_NOFOLLOW;
+            let is_own = rustix::fs::statat(&directory, name, flags)
+                .is_ok_and(|it| it.st_uid == self.user && is_socket(&it));
+            if is_own && let Ok(address) = self.address_of(name) {
+                tell(address);
+            }
+        }
+        Ok(())
+    }
+
+    fn address_of(&self, name: &CStr) -> Result<SocketAddrUnix, Errno> {
+        let mut path = [0; LONGEST_PATH];
+        let mut rest = path.as_mut_slice();
+        let parts = [self.path.to_bytes(), b"/", name.to_bytes_with_nul()];
+        for part in parts {
+            rest.write_all(part).map_err(|_| Errno::NAMETOOLONG)?;
+        }
+        let path = CStr::from_bytes_until_nul(&path).map_err(|_| Errno::NAMETOOLONG)?;
+        SocketAddrUnix::new(path)
+    }
 }
 
 /// The sockets of those who listen; none if there is no directory, or not ours alone.

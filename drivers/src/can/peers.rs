@@ -1,18 +1,22 @@
 //! Everybody who listens on a local bus, for who sends there.
 
+use std::io;
 use std::os::fd::OwnedFd;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
 use rustix::net::{SendFlags, SocketAddrUnix, connect, sendto, sockopt};
 
-use super::local::{datagram_socket, listeners};
+use super::local::{Directory, datagram_socket, listeners};
 
-/// The listeners of a directory, found again and again.
+/// So many listeners one bus has at most: their places are reserved.
+const MOST: usize = 64;
+
+/// The listeners of a directory, found again and again. Nothing allocates after the start.
 #[derive(Debug)]
 pub(super) struct Peers {
-    directory: PathBuf,
+    directory: Directory,
     known: Vec<Peer>,
     scanned: Option<Instant>,
 }
@@ -30,9 +34,10 @@ pub(super) struct Sent {
 /// read must not take it from the others.
 #[derive(Debug)]
 struct Peer {
-    path: PathBuf,
     address: SocketAddrUnix,
     socket: OwnedFd,
+    /// Found by the scan that is going on.
+    is_there: bool,
 }
 
 /// How long a newcomer may go unnoticed.
@@ -56,12 +61,12 @@ pub(super) fn bury_the_dead(directory: &Path) {
 }
 
 impl Peers {
-    pub(super) fn new(directory: &Path) -> Self {
-        Self {
-            directory: directory.to_owned(),
-            known: Vec::new(),
+    pub(super) fn new(directory: &Path) -> io::Result<Self> {
+        Ok(Self {
+            directory: Directory::new(directory)?,
+            known: Vec::with_capacity(MOST),
             scanned: None,
-        }
+        })
     }
 
     /// To everybody, without waiting for anybody.
@@ -77,29 +82,38 @@ impl Peers {
 
     fn scan(&mut self) {
         self.scanned = Some(Instant::now());
+        let Self {
+            directory, known, ..
+        } = self;
+        for peer in known.iter_mut() {
+            peer.is_there = false;
+        }
         // A bus that is not there yet is waited for.
-        let paths = listeners(&self.directory).unwrap_or_default();
-        self.known.retain(|peer| paths.contains(&peer.path));
-        let is_new = |path: &PathBuf| self.known.iter().all(|peer| peer.path != *path);
-        let new: Vec<_> = paths.into_iter().filter(is_new).collect();
-        // Where there is no descriptor left the next scan tries again.
-        self.known
-            .extend(new.into_iter().filter_map(|path| Peer::new(path).ok()));
-        self.known.sort_by(|a, b| a.path.cmp(&b.path));
+        let _ = directory.each_listener(&mut |address| {
+            if let Some(peer) = known.iter_mut().find(|peer| peer.address == address) {
+                peer.is_there = true;
+                return;
+            }
+            // Where there is no descriptor left the next scan tries again.
+            let new = || Peer::new(address).ok();
+            known.extend((known.len() < MOST).then(new).flatten());
+        });
+        known.retain(|peer| peer.is_there);
+        known.sort_unstable_by(|a, b| a.address.cmp(&b.address));
     }
 }
 
 impl Peer {
-    fn new(path: PathBuf) -> Result<Self, Errno> {
-        let (address, socket) = (SocketAddrUnix::new(&path)?, datagram_socket()?);
+    fn new(address: SocketAddrUnix) -> Result<Self, Errno> {
+        let socket = datagram_socket()?;
         if sockopt::set_socket_send_buffer_size_force(&socket, SEND_BUFFER).is_err() {
             // As much as everybody may have.
             let _ = sockopt::set_socket_send_buffer_size(&socket, SEND_BUFFER);
         }
         Ok(Self {
-            path,
             address,
             socket,
+            is_there: true,
         })
     }
 
@@ -108,7 +122,8 @@ impl Peer {
         match sendto(&self.socket, bytes, SendFlags::DONTWAIT, &self.address) {
             Err(Errno::CONNREFUSED) => {
                 // Its process died. Somebody else may have buried it in the meantime.
-                sent.buried += u64::from(rustix::fs::unlink(&self.path).is_ok());
+                let path = self.address.path();
+                sent.buried += u64::from(path.is_some_and(|it| rustix::fs::unlink(&*it).is_ok()));
                 false
             }
             Err(Errno::AGAIN | Errno::NOBUFS) => {

@@ -55,7 +55,9 @@ impl Sender {
                     }
                     _ => {}
                 }
-                Target::Local(Peers::new(directory))
+                Target::Local(
+                    Peers::new(directory).map_err(|error| OpenError::system(spec, error))?,
+                )
             }
             BusSpec::Candump { .. } => return Err(OpenError::ReadOnly(spec.clone())),
         };

@@ -9,7 +9,9 @@ use super::kinematics::{NO_SPREAD, Twist, add_outer};
 /// `v_e = v − ω h`, so `v = v_e / (1 − tan δ h / L)`, forwards and backwards.
 ///
 /// Between two frames the angle is taken to run straight from one value to the other, and v to stay the same. The mean of tan δ is
-/// that of its beginning, middle and end by Simpson's rule. Where the turning rate changes by Δω within dt, the way is no arc: its
+/// that of its beginning, middle and end by Simpson's rule. Where the angle changes hardly faster or slower than in the interval
+/// before, it runs along a parabola: with b rad/s² its mean is `b dt²/12` less. More than [`GENTLE`] is a jerk between two frames, of
+/// which the frames before say nothing. Where the turning rate changes by Δω within dt, the way is no arc: its
 /// end lies `v Δω dt² / 12` to the right of the arc's, which the mean velocity to the left says.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) struct Bicycle {
@@ -18,6 +20,9 @@ pub(super) struct Bicycle {
     /// Variance of the angle in a frame \[rad²\].
     variance: f64,
 }
+
+/// As fast the rate of the angle changes while somebody steers gently \[rad/s²\].
+const GENTLE: f64 = 0.2;
 
 /// The largest part of the speed that may be lost or won by measuring beside the middle.
 const LARGEST_PART: f64 = 0.95;
@@ -39,9 +44,18 @@ impl Bicycle {
         })
     }
 
-    /// With the mean speed of the wheel over `dt_s`, and the angle at the beginning and the end \[m/s, rad, rad\].
-    pub(super) fn twist(&self, speed_mps: f64, [begin, end]: [f64; 2], dt_s: f64) -> Twist {
-        let middle = f64::midpoint(begin, end);
+    /// With the mean speed of the wheel over `dt_s`, the angle at the beginning and the end, and how much faster it changes than before
+    /// \[m/s, rad, rad, rad/s²\].
+    pub(super) fn twist(
+        &self,
+        speed_mps: f64,
+        [begin, end]: [f64; 2],
+        bend: f64,
+        dt_s: f64,
+    ) -> Twist {
+        let straight = f64::midpoint(begin, end);
+        let bend = if bend.abs() <= GENTLE { bend } else { 0.0 };
+        let middle = straight - bend * dt_s * dt_s / 8.0;
         let [first, second, third] = [begin, middle, end].map(f64::tan);
         let tan = (first + 4.0 * second + third) / 6.0;
         let forward = speed_mps / (1.0 - tan * self.lateral_m / self.wheel_base_m);
@@ -87,7 +101,7 @@ mod tests {
                     ..middle
                 };
                 let said = v - expected[2] * lateral_m;
-                let made = beside.twist(said, [angle; 2], 0.02).velocity;
+                let made = beside.twist(said, [angle; 2], 0.0, 0.02).velocity;
                 let near = |(a, b): (f64, f64)| (a - b).abs() < 1e-12;
                 assert!(
                     made.into_iter().zip(expected).all(near),
@@ -113,7 +127,7 @@ mod tests {
             );
             phi += turn;
         }
-        let [vx, vy, omega] = bicycle.twist(v, [begin, end], dt_s).velocity;
+        let [vx, vy, omega] = bicycle.twist(v, [begin, end], 0.0, dt_s).velocity;
         let half = omega * dt_s / 2.0;
         let chord = dt_s * half.sin() / half;
         let found = [
@@ -130,14 +144,33 @@ mod tests {
         }
     }
 
+    /// The mean of an angle that runs along a parabola; of a jerk, as if there were none.
+    #[test]
+    fn an_angle_that_is_turned_gently_runs_along_a_parabola() {
+        let bicycle = Bicycle::new(1.2, 0.0, 0.8, 0.0).unwrap();
+        let (dt_s, bend, steps) = (0.1, 0.15, 10_000);
+        let angle = |t: f64| 0.1 + 0.2 * t + 0.5 * bend * t * t;
+        let turned: f64 = (0..steps)
+            .map(|step| angle((f64::from(step) + 0.5) / f64::from(steps) * dt_s).tan())
+            .sum::<f64>()
+            / f64::from(steps)
+            / 1.2;
+        let ends = [angle(0.0), angle(dt_s)];
+        let [.., omega] = bicycle.twist(1.0, ends, bend, dt_s).velocity;
+        assert!((omega - turned).abs() < 1e-8, "{omega} {turned}");
+        let straight = bicycle.twist(1.0, ends, 0.0, dt_s);
+        assert!((straight.velocity[2] - turned).abs() > 1e-5);
+        assert_eq!(bicycle.twist(1.0, ends, 2.0 * GENTLE, dt_s), straight);
+    }
+
     /// By differences.
     #[test]
     fn noise_of_the_angle_is_noise_of_the_turning_rate_and_beside_the_middle_of_the_way() {
         let (sigma, angle, v) = (1e-6, 0.3, -2.0);
         let bicycle = Bicycle::new(1.2, 0.4, 0.8, sigma).unwrap();
-        let at = |angle| bicycle.twist(v, [angle; 2], 0.02).velocity;
+        let at = |angle| bicycle.twist(v, [angle; 2], 0.0, 0.02).velocity;
         let (less, more) = (at(angle - sigma), at(angle + sigma));
-        let spread = bicycle.twist(v, [angle; 2], 0.02).spread;
+        let spread = bicycle.twist(v, [angle; 2], 0.0, 0.02).spread;
         for (row, column) in [(0, 0), (0, 2), (2, 2)] {
             let step = |of: usize| (more[of] - less[of]) / 2.0;
             let expected = step(row) * step(column);

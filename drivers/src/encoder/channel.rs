@@ -49,9 +49,35 @@ pub(super) enum Measure {
         limit: f64,
         /// It says nothing about a time longer than this before it.
         longest_s: f64,
-        /// At the beginning of the interval \[rad\].
-        before: f64,
+        /// At the beginning of the interval.
+        before: Beginning,
     },
+}
+
+/// An angle where an interval begins, and how it came there.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub(super) struct Beginning {
+    angle_rad: f64,
+    /// When that was.
+    stamp_ns: Option<i64>,
+    /// How fast it changed in the interval before, and how long that was \[rad/s, s\].
+    came: Option<[f64; 2]>,
+}
+
+impl Beginning {
+    /// How fast the angle changes until it is `angle_rad` at `last_ns`, and how long that takes \[rad/s, s\].
+    fn goes(&self, angle_rad: f64, last_ns: Option<i64>) -> Option<[f64; 2]> {
+        let dt_s = seconds(last_ns?.saturating_sub(self.stamp_ns?));
+        (dt_s > 0.0).then(|| [(angle_rad - self.angle_rad) / dt_s, dt_s])
+    }
+
+    /// How much faster than in the interval before; 0 where that is not known \[rad/s²\].
+    fn bend(&self, angle_rad: f64, last_ns: Option<i64>) -> f64 {
+        let both = self.came.zip(self.goes(angle_rad, last_ns));
+        both.map_or(0.0, |([came, before_s], [goes, dt_s])| {
+            2.0 * (goes - came) / (before_s + dt_s)
+        })
+    }
 }
 
 /// What a channel says of an interval.
@@ -61,6 +87,8 @@ pub(super) struct Part {
     pub(super) value: f64,
     /// The angle at the beginning; of a speed, the same.
     pub(super) before: f64,
+    /// How much faster the angle changes than before \[rad/s²\].
+    pub(super) bend: f64,
 }
 
 /// What was said, checked but not applied yet.
@@ -200,7 +228,10 @@ impl Channel {
                 self.value = angle;
                 let gap = interval_ns.is_some_and(|ns| seconds(ns) > *longest_s);
                 if gap || interval_ns.is_none() {
-                    *before = angle;
+                    *before = Beginning {
+                        angle_rad: angle,
+                        ..Beginning::default()
+                    };
                 }
                 if gap {
                     return Continuity::Gap;
@@ -214,11 +245,15 @@ impl Channel {
     /// What it says of the `dt_s` seconds since the last sample.
     pub(super) fn part(&self, dt_s: f64) -> Part {
         let value = self.velocity(dt_s);
-        let before = match self.measure {
-            Measure::Angle { before, .. } => before,
-            Measure::Counter(_) | Measure::Rate { .. } => value,
+        let (before, bend) = match self.measure {
+            Measure::Angle { before, .. } => (before.angle_rad, before.bend(value, self.last_ns)),
+            Measure::Counter(_) | Measure::Rate { .. } => (value, 0.0),
         };
-        Part { value, before }
+        Part {
+            value,
+            before,
+            bend,
+        }
     }
 
     /// Velocity over the `dt_s` seconds since the last sample.
@@ -248,7 +283,13 @@ impl Channel {
                     0.0
                 };
             }
-            Measure::Angle { before, .. } => *before = self.value,
+            Measure::Angle { before, .. } => {
+                *before = Beginning {
+                    angle_rad: self.value,
+                    stamp_ns: self.last_ns,
+                    came: before.goes(self.value, self.last_ns),
+                };
+            }
             Measure::Rate { .. } => {}
         }
     }

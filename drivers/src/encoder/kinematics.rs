@@ -72,7 +72,12 @@ impl Kinematics {
             ]),
             Self::Bicycle(bicycle) => {
                 let [speed, steering, ..] = channels;
-                bicycle.twist(speed.value, [steering.before, steering.value], dt_s)
+                let Part {
+                    before,
+                    value,
+                    bend,
+                } = steering;
+                bicycle.twist(speed.value, [*before, *value], *bend, dt_s)
             }
             Self::LeastSquares(it) => it.twist(speeds, dt_s),
             Self::Body => exact([first, third, second]),
@@ -89,6 +94,7 @@ mod tests {
         let [first, second, third] = values.map(|value| Part {
             value,
             before: value,
+            bend: 0.0,
         });
         let channels = [first, second, third, Part::default()];
         kinematics.twist(&channels, 0.02).velocity

@@ -12,7 +12,7 @@ use crate::{BeliefState, Health, Input, Limits, Reject, Unfit, WhyUnfit, worst_s
 /// The covariance comes in two parts, so that none of them can lose its sign on the way; the whole is [`Self::total`].
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Estimate.v4")]
+#[type_name("coloc.Estimate.v5")]
 pub struct Estimate {
     /// The moment that the pose is of, by the configured clock; `source` is the robot's team number.
     pub header: Header,
@@ -35,6 +35,10 @@ pub struct Estimate {
     /// Covariance of `velocity`, its mean over the configured reference period, 3×3, full row-major (m²/s², m·rad/s²,
     /// rad²/s²). A robot that cannot move sideways has a variance of zero there.
     pub velocity_covariance: [f64; 9],
+    /// What the gyro reads when nothing turns, as far as it is known; 0 where there is no gyro (rad/s).
+    pub gyro_bias_radps: f64,
+    /// Its standard deviation; 0 where there is no gyro (rad/s).
+    pub gyro_bias_sigma_radps: f64,
     /// [`Health`] by [`Input`], one byte each; read it with [`Self::health_of`]. Those without a name are zero.
     pub health: [u8; Input::PLACES],
     /// [`BeliefState`]; read it with [`Self::state`].
@@ -49,9 +53,10 @@ pub struct Estimate {
     pub fit_limit: f32,
 }
 
-layout!(Estimate, 368;
+layout!(Estimate, 384;
     header: 0, boot_ns: 40, tick: 48, pose: 56, odometry: 80, velocity: 104, independent: 128, dependent: 200,
-    velocity_covariance: 272, health: 344, state: 360, fit: 361, unfit: 362, reserved: 363, fit_limit: 364,
+    velocity_covariance: 272, gyro_bias_radps: 344, gyro_bias_sigma_radps: 352, health: 360, state: 376, fit: 377, unfit: 378,
+    reserved: 379, fit_limit: 380,
 );
 
 impl Estimate {
@@ -63,6 +68,7 @@ impl Estimate {
         Limits::check_finite(&self.pose)?;
         Limits::check_finite(&self.odometry)?;
         Limits::check_finite(&self.velocity)?;
+        Limits::check_finite(&[self.gyro_bias_radps, self.gyro_bias_sigma_radps])?;
         let [independent, dependent, velocity] =
             [self.independent, self.dependent, self.velocity_covariance]
                 .map(Matrix::<3>::from_row_major);

@@ -10,7 +10,7 @@ use crate::{BeliefState, BusState, Health, Input, Limits, Reject, Unfit};
 /// Counters only grow while `header.session` stays the same; a rate is the difference of two messages.
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Status.v3")]
+#[type_name("coloc.Status.v4")]
 pub struct Status {
     /// When it was counted, by the configured clock; `source` is the robot's team number.
     pub header: Header,
@@ -33,6 +33,10 @@ pub struct Status {
     /// A row for each sensor and each robot that was heard; see [`Self::sources`]. Of more than 32, one that is heard takes the
     /// row of one that is silent; while all of them are heard, those that came last have none.
     pub sources: [SourceHealth; Self::SOURCES],
+    /// What the gyro reads when nothing turns, as far as it is known; 0 where there is no gyro (rad/s).
+    pub gyro_bias_radps: f64,
+    /// Its standard deviation; 0 where there is no gyro (rad/s).
+    pub gyro_bias_sigma_radps: f64,
     /// [`Health`] by [`Input`], one byte each; read it with [`Self::health_of`].
     pub health: [u8; Input::PLACES],
     /// [`BusState`] of the worst bus; read it with [`Self::bus_state`].
@@ -47,9 +51,10 @@ pub struct Status {
     pub fit_limit: f32,
 }
 
-layout!(Status, 6656;
+layout!(Status, 6672;
     header: 0, tick: 40, deadline_misses: 48, worst_lateness_ns: 56, latency: 64, accepted: 104, rejected: 232,
-    can: 4328, losses: 4520, sources: 4584, health: 6632, bus: 6648, state: 6649, fit: 6650, unfit: 6651, fit_limit: 6652,
+    can: 4328, losses: 4520, sources: 4584, gyro_bias_radps: 6632, gyro_bias_sigma_radps: 6640, health: 6648, bus: 6664, state: 6665,
+    fit: 6666, unfit: 6667, fit_limit: 6668,
 );
 
 impl Status {

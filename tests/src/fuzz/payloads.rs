@@ -117,7 +117,7 @@ fn measurement(bytes: &mut Bytes<'_>, now_ns: i64) -> Option<Measurement> {
         2 => neighbour(&told(header, bytes), &limits).ok(),
         3 => moved(header, bytes, &limits),
         4 => said(&set(header, bytes), &limits).ok(),
-        7 => turn(&turned(header, bytes), &limits).ok(),
+        7 => turn(&turned(header, bytes), &limits, sensors).ok(),
         9 => parts::sighting(&in_part(header, bytes), &limits, sensors, &LANDMARKS).ok(),
         10 => parts::seen(&seen_at(header, bytes), &limits).ok(),
         11 => parts::answer(&answered(header, bytes), &limits).ok(),

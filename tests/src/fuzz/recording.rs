@@ -27,6 +27,7 @@ fn run(bytes: &[u8]) {
 fn samples() -> Vec<Vec<u8>> {
     let unit = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
     let begin = Record::Begin {
+        gyro: Some([0.02, 1e-6]),
         robot: 1,
         stamp_ns: 0,
         known: Known::Pose,

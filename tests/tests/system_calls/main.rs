@@ -50,6 +50,14 @@ fn a_tick_on_the_timer() {
 }
 
 #[test]
+fn a_tick_with_a_gyro() {
+    hold_in(
+        || Scene::with_gyro(Trigger::Timer),
+        |_| Surroundings::send_with_turns,
+    );
+}
+
+#[test]
 fn a_tick_on_two_frames_at_once() {
     hold(Trigger::Encoder, |_| {
         |surroundings: &mut Surroundings| {
@@ -178,12 +186,19 @@ fn take_a_ring(reader: &Reader) {
     while reader.receive().unwrap().is_some() {}
 }
 
-/// Ticks, each after what `prepare` made has brought it its inputs, while nobody waits.
 fn hold<A>(trigger: Trigger, prepare: impl FnOnce(&Scene) -> A + Send)
 where
     A: FnMut(&mut Surroundings),
 {
-    let Some(ticks) = ticks(trigger, prepare) else {
+    hold_in(|| Scene::new(trigger), prepare);
+}
+
+/// Ticks, each after what `prepare` made has brought it its inputs, while nobody waits.
+fn hold_in<A>(scene: impl FnOnce() -> Scene + Send, prepare: impl FnOnce(&Scene) -> A + Send)
+where
+    A: FnMut(&mut Surroundings),
+{
+    let Some(ticks) = ticks_of(scene, prepare) else {
         return;
     };
     for Tick { calls, locks } in &ticks {

@@ -17,7 +17,8 @@ pub(super) fn write(config: &Config, page: &mut Page) {
     page.line(
         "",
         format!(
-            "its bias is at the start within ± {}°/s (σ), and known to ± {}°/s after ten seconds of standing",
+            "its bias is at the start {} ± {}°/s (σ), and known to ± {}°/s after ten seconds of standing",
+            degrees(gyro.bias_radps),
             degrees(gyro.bias_sigma),
             degrees(gyro.noise_density / 10.0_f64.sqrt()),
         ),

@@ -3,7 +3,7 @@
 use crate::config_error::ConfigError;
 
 use super::super::bicycle::Bicycle;
-use super::super::channel::Measure;
+use super::super::channel::{Beginning, Measure};
 use super::super::config::{AngleUnit, BicycleConfig, SteeringConfig};
 use super::super::kinematics::Kinematics;
 use super::super::unit::Meaning;
@@ -66,7 +66,7 @@ fn steering<'a>(
             scale,
             limit: steering.max_rad,
             longest_s,
-            before: 0.0,
+            before: Beginning::default(),
         },
         meaning: meaning(steering, scale),
         period,
