@@ -108,34 +108,35 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
     }
 
     fn take_in(&mut self, inputs: &TickInputs<'_>) {
+        let has_floors = self.settings.floors != Floors::default();
         // What drives first: should the storage run full, what is folded early has been driven by it.
         for drives in [true, false] {
             inputs
                 .measurements
                 .iter()
                 .filter(|measurement| measurement.drives() == drives)
-                .for_each(|measurement| self.admit(measurement));
+                .for_each(|measurement| self.admit(measurement, has_floors));
         }
     }
 
-    fn admit(&mut self, measurement: &Measurement) {
-        if let Err(verdict) = self.try_admit(measurement) {
+    fn admit(&mut self, measurement: &Measurement, has_floors: bool) {
+        if let Err(verdict) = self.try_admit(measurement, has_floors) {
             self.outbox
                 .report(measurement.source(), measurement.stamp(), verdict);
         }
     }
 
-    fn try_admit(&mut self, measurement: &Measurement) -> Result<(), Verdict> {
+    fn try_admit(&mut self, measurement: &Measurement, has_floors: bool) -> Result<(), Verdict> {
         let key = measurement.key();
         self.check_time(key.stamp)?;
         measurement.check()?;
         if let Measurement::Gyro(sample) = measurement {
             return self.history.turn(sample, &self.settings);
         }
-        if self.settings.floors == Floors::default() {
-            self.take(key, measurement)
-        } else {
+        if has_floors {
             self.take(key, &measurement.with_floor(&self.settings.floors))
+        } else {
+            self.take(key, measurement)
         }
     }
 
