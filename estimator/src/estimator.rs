@@ -108,6 +108,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
     }
 
     fn take_in(&mut self, inputs: &TickInputs<'_>) {
+        let has_floors = self.settings.floors != Floors::default();
         // What drives first: should the storage run full, what is folded early has been driven by it. Answers last: what they answer
         // has to be there.
         let mut answers = 0;
@@ -119,7 +120,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
                 if matches!(measurement, Measurement::Answer(_)) {
                     answers += 1;
                 } else {
-                    self.admit(measurement);
+                    self.admit(measurement, has_floors);
                 }
             }
         }
@@ -127,28 +128,28 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
             let answers = inputs.measurements.iter();
             answers
                 .filter(|it| matches!(it, Measurement::Answer(_)))
-                .for_each(|it| self.admit(it));
+                .for_each(|it| self.admit(it, has_floors));
         }
     }
 
-    fn admit(&mut self, measurement: &Measurement) {
-        if let Err(verdict) = self.try_admit(measurement) {
+    fn admit(&mut self, measurement: &Measurement, has_floors: bool) {
+        if let Err(verdict) = self.try_admit(measurement, has_floors) {
             self.outbox
                 .report(measurement.source(), measurement.stamp(), verdict);
         }
     }
 
-    fn try_admit(&mut self, measurement: &Measurement) -> Result<(), Verdict> {
+    fn try_admit(&mut self, measurement: &Measurement, has_floors: bool) -> Result<(), Verdict> {
         let key = measurement.key();
         self.check_time(key.stamp)?;
         measurement.check()?;
         if let Measurement::Gyro(sample) = measurement {
             return self.history.turn(sample, &self.settings);
         }
-        if self.settings.floors == Floors::default() {
-            self.take_with(key, measurement)
-        } else {
+        if has_floors {
             self.take_with(key, &measurement.with_floor(&self.settings.floors))
+        } else {
+            self.take_with(key, measurement)
         }
     }
 

@@ -3,18 +3,18 @@
 /// Bisection alone would need 30 evaluations for an accuracy of 1e-9; this bounds the worst case.
 const EVALUATIONS: usize = 60;
 
-/// Where [`from_zero`] looks for a change of sign before it goes to the end: derivatives at the very end are rounding noise for
-/// rank-deficient parts.
-const BEFORE_THE_END: f64 = 1e-4;
+/// Where to look for a change of sign before the very end, where derivatives are rounding noise for rank-deficient parts.
+pub(crate) const BEFORE_THE_END: f64 = 1e-4;
 
 /// A point and the function's value there.
 type Point = (f64, f64);
 
-/// The root in (0, ½], to `accuracy`, of a function that is positive at ½, where its value is `middle`; 0 if it is positive everywhere.
+/// The root in (0, ½], to `accuracy`, of a function that is positive at ½, where its value is `middle`; 0 if it is positive everywhere, which
+/// is to say at the last of `lowest`, where a change of sign is looked for one after the other.
 #[inline]
-pub(crate) fn from_zero(f: impl Fn(f64) -> f64, middle: f64, accuracy: f64) -> f64 {
+pub(crate) fn from_zero(f: impl Fn(f64) -> f64, middle: f64, lowest: &[f64], accuracy: f64) -> f64 {
     let mut high = (0.5, middle);
-    for x in [BEFORE_THE_END, accuracy] {
+    for &x in lowest {
         let low = (x, f(x));
         if low.1 < 0.0 {
             return bracketed(f, low, high, accuracy);

@@ -13,7 +13,7 @@
 //! looks at the half of the interval that begins at zero.
 
 use crate::factor::Factor;
-use crate::root::from_zero;
+use crate::root::{BEFORE_THE_END, from_zero};
 use crate::settings::Criterion;
 use crate::split::Split;
 use crate::symmetric::Symmetric3;
@@ -66,11 +66,17 @@ pub(crate) fn optimal(own: &Split, received: &Split, criterion: Criterion) -> We
 
 /// The optimal weight of `near`, which is at most ½, where the excess is `middle`.
 fn smaller_weight(near: &Split, far: &Split, criterion: Criterion, middle: f64) -> f64 {
-    from_zero(
-        |weight| excess(near, far, criterion, weight),
-        middle,
-        ACCURACY,
-    )
+    let excess = |weight| excess(near, far, criterion, weight);
+    from_zero(excess, middle, lowest(near), ACCURACY)
+}
+
+/// Where the search for the weight of `near` begins: a regular part needs no look before the end.
+fn lowest(near: &Split) -> &'static [f64] {
+    if near.is_regular() {
+        &[ACCURACY]
+    } else {
+        &[BEFORE_THE_END, ACCURACY]
+    }
 }
 
 /// `√(h/g) − 1` at the given weight of `near`.

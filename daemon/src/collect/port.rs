@@ -89,14 +89,17 @@ impl<M: Message> Port<M> {
         account: &mut Account,
         check: impl Fn(&M) -> Result<Measurement, Reject>,
     ) {
-        while let Some((message, heard)) = self.next(moment, account, &check) {
-            let source = message.header().source;
+        let mut keep = |measurement: Measurement| {
+            let stamp = measurement.stamp();
+            // There is room: the list holds what all the ports take in.
+            let _ = into.push(measurement);
+            stamp
+        };
+        let mut take =
+            |message: &M, heard: Result<_, _>| (message.header().source, heard.map(&mut keep));
+        while let Some((source, heard)) = self.hear(moment, account, &check, &mut take) {
             match heard {
-                Ok(measurement) => {
-                    account.valid(self.input, source, measurement.stamp());
-                    // There is room: the list holds what all the ports take in.
-                    let _ = into.push(measurement);
-                }
+                Ok(stamp) => account.valid(self.input, source, stamp),
                 Err(reason) => self.refuse(source, reason, account),
             }
         }
@@ -129,20 +132,34 @@ impl<M: Message> Port<M> {
         account: &mut Account,
         check: impl Fn(&M) -> Result<T, Reject>,
     ) -> Option<(M, Result<T, Reject>)> {
+        self.hear(moment, account, check, |message, heard| (*message, heard))
+    }
+
+    /// The same, as `take` has the two: where they lie, so that only what is kept is copied.
+    #[inline]
+    fn hear<T, U>(
+        &mut self,
+        moment: &Moment,
+        account: &mut Account,
+        check: impl Fn(&M) -> Result<T, Reject>,
+        mut take: impl FnMut(&M, Result<T, Reject>) -> U,
+    ) -> Option<U> {
         let subscriber = self.subscriber.as_ref().filter(|_| self.left > 0)?;
+        let (sessions, now_ns) = (&mut self.sessions, moment.stamp.as_nanos());
+        let received = subscriber.receive_with(|mut message| {
+            to_inner(&mut message, moment);
+            let heard = check(&message).and_then(|made| {
+                sessions.accept(message.header(), now_ns)?;
+                Ok(made)
+            });
+            take(&message, heard)
+        });
         // One publisher's messages cannot be read; the others' come at the next tick.
-        let received = subscriber.receive();
         let received = received.inspect_err(|_| account.unreadable(self.input));
-        let mut message = received.ok()??;
+        let taken = received.ok()??;
         // Refused ones count: a flood of them must not make the tick longer than a flood of good ones.
         self.left -= 1;
-        to_inner(&mut message, moment);
-        let heard = check(&message).and_then(|made| {
-            let now_ns = moment.stamp.as_nanos();
-            self.sessions.accept(message.header(), now_ns)?;
-            Ok(made)
-        });
-        Some((message, heard))
+        Some(taken)
     }
 
     /// A message that changes nothing.

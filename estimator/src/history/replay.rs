@@ -18,26 +18,35 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     /// goes to `outbox` the first time it is applied.
     pub(crate) fn replay(&mut self, until: Stamp, terms: &Terms<'_>, outbox: &mut Outbox) {
         let is_due = |entry: &Entry| entry.stamp() <= until;
+        if !self.entries.get(self.evaluated).is_some_and(is_due) {
+            return;
+        }
+        let mut at = self.checkpoint_before(self.evaluated);
         while self.entries.get(self.evaluated).is_some_and(is_due) {
-            self.apply_next(terms, outbox);
+            self.apply_next(&mut at, terms, outbox);
         }
     }
 
-    /// Applies the first entry that is not up to date.
+    /// Applies the first entry that is not up to date to the checkpoint before it, which becomes that after it.
     #[inline]
-    pub(super) fn apply_next(&mut self, terms: &Terms<'_>, outbox: &mut Outbox) {
+    fn apply_next(&mut self, at: &mut Checkpoint, terms: &Terms<'_>, outbox: &mut Outbox) {
         let Some(entry) = self.entries.get(self.evaluated) else {
             return;
         };
-        let mut after = self.checkpoint_before(self.evaluated);
-        self.predict(&mut after, entry.stamp(), terms.settings);
+        self.predict(at, entry.stamp(), terms.settings);
         let world = (!entry.announced).then_some(&mut *outbox);
-        let gauge = entry.measurement.apply(&mut after.filter, terms, world);
-        after.samples += usize::from(entry.measurement.as_odometry().is_some());
+        let gauge = entry.measurement.apply(&mut at.filter, terms, world);
+        at.samples += usize::from(entry.measurement.as_odometry().is_some());
         if let Some(entry) = self.entries.get_mut(self.evaluated) {
-            entry.settle(&after, gauge);
+            entry.settle(at, gauge);
         }
         self.evaluated += 1;
+    }
+
+    /// The same to the base, where not even the oldest entry is up to date.
+    pub(super) fn apply_oldest(&mut self, terms: &Terms<'_>, outbox: &mut Outbox) {
+        let mut at = self.base;
+        self.apply_next(&mut at, terms, outbox);
     }
 
     /// The belief at `stamp` as the up-to-date entries give it; the base's belief for a stamp before it.

@@ -22,7 +22,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
     pub(super) fn settle_oldest(&mut self, court: &mut Court<'_>) {
         if self.evaluated == 0 {
             let terms = Terms::new(court.settings, court.found.suspended(), court.found.is_ok());
-            self.apply_next(&terms, court.outbox);
+            self.apply_oldest(&terms, court.outbox);
         }
         let Some(entry) = self.entries.get(0) else {
             return;

@@ -18,12 +18,15 @@
 
 use super::columns::Columns;
 use super::symmetric::{Symmetric2, apply};
-use crate::root::from_zero;
+use crate::root::{BEFORE_THE_END, from_zero};
 use crate::symmetric::Symmetric3;
 use crate::weight::Weights;
 
 /// Of the weight: near an end the gain is in proportion to what is left of it.
 const ACCURACY: f64 = 1e-12;
+
+/// Where its search begins.
+const LOWEST: [f64; 2] = [BEFORE_THE_END, ACCURACY];
 
 /// Below this weight a difference has lost too many digits.
 const CANCELLING: f64 = 1e-2;
@@ -108,7 +111,7 @@ impl Problem {
                     received: 1.0 - own,
                 })
             };
-            let small = from_zero(excess, middle, ACCURACY);
+            let small = from_zero(excess, middle, &LOWEST, ACCURACY);
             return Weights {
                 own: small,
                 received: 1.0 - small,
@@ -120,7 +123,7 @@ impl Problem {
                 received,
             }))
         };
-        let small = from_zero(excess, inverted(middle), ACCURACY);
+        let small = from_zero(excess, inverted(middle), &LOWEST, ACCURACY);
         Weights {
             own: 1.0 - small,
             received: small,

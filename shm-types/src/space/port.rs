@@ -213,10 +213,19 @@ impl<M: Message> Subscriber<M> {
     /// # Errors
     /// If a publisher's messages could not be read; those of the others come with the next calls.
     pub fn receive(&self) -> Result<Option<M>, ReceiveError> {
-        let message = self.look()?;
+        self.receive_with(|message| message)
+    }
+
+    /// [`Self::receive`], and what `take` makes of the message, which is not copied once more.
+    ///
+    /// # Errors
+    /// As [`Self::receive`].
+    #[inline]
+    pub fn receive_with<T>(&self, mut take: impl FnMut(M) -> T) -> Result<Option<T>, ReceiveError> {
+        let taken = self.look(&mut take)?;
         match self.bell.get() {
-            Some(bell) if message.is_none() && bell.arm() => self.look(),
-            _ => Ok(message),
+            Some(bell) if taken.is_none() && bell.arm() => self.look(&mut take),
+            _ => Ok(taken),
         }
     }
 
@@ -267,12 +276,10 @@ impl<M: Message> Subscriber<M> {
         Ok(self.bell.get_or_init(|| Box::new(bell)))
     }
 
-    fn look(&self) -> Result<Option<M>, ReceiveError> {
-        Ok(self
-            .port
-            .receive()
-            .map_err(ReceiveError)?
-            .map(|sample| *sample))
+    #[inline]
+    fn look<T>(&self, take: &mut impl FnMut(M) -> T) -> Result<Option<T>, ReceiveError> {
+        let sample = self.port.receive().map_err(ReceiveError)?;
+        Ok(sample.map(|sample| take(*sample)))
     }
 
     /// Connects to publishers that have joined: allocates, so call it before arming.
