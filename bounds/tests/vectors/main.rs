@@ -1,0 +1,7 @@
+//! The bounds against an independent implementation with rational arithmetic.
+
+#![allow(clippy::unwrap_used)] // A test's panic is its verdict.
+
+mod case;
+mod intervals;
+mod rows;
