@@ -10,8 +10,6 @@
 //! * [`Polytope`]: all inequalities, in a frame that is fixed by a [`Gauge`]; [`Region`]: a polytope that is not empty, and its shadows.
 //! * [`Program`] and [`Simplex`]: the linear programs, with a value that rounding cannot make too small.
 //! * [`Sandwich`]: the inner and the outer polygon.
-//! * [`Team`]: regions that go on from epoch to epoch while robots move.
-//! * [`diagnosis`]: what does not fit, and how far an estimate is outside.
 //!
 //! Positions are the only unknowns. Headings come in as intervals. The same inputs give the same bits on any machine: sines are `libm`'s.
 #![forbid(unsafe_code)]
@@ -20,6 +18,17 @@
 pub mod heading;
 mod interval;
 mod measurement;
+pub mod polygon;
+mod polytope;
+mod program;
+mod sandwich;
+pub mod simplex;
 
 pub use interval::{AngleInterval, RangeInterval, wrap};
 pub use measurement::{HalfPlane, Measurement, Place, Refused, Seen, over_approximation};
+pub use polytope::{
+    Arena, BadFrame, Gauge, Objective, Polytope, Projection, Region, Row, Source, Support,
+};
+pub use program::Program;
+pub use sandwich::{Limits, Sandwich, Shape, Side, Tolerance};
+pub use simplex::Simplex;

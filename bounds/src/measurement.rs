@@ -84,6 +84,8 @@ pub enum Refused {
     Itself,
     /// Fewer than three directions, or very many.
     Directions,
+    /// It excludes what was known, so one of the two is wrong.
+    Excluded,
 }
 
 /// `normal · d ≤ rhs`

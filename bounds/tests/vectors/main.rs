@@ -4,4 +4,6 @@
 
 mod case;
 mod intervals;
+mod polytopes;
 mod rows;
+mod sandwich;
