@@ -10,11 +10,14 @@
 //! * [`Polytope`]: all inequalities, in a frame that is fixed by a [`Gauge`]; [`Region`]: a polytope that is not empty, and its shadows.
 //! * [`Program`] and [`Simplex`]: the linear programs, with a value that rounding cannot make too small.
 //! * [`Sandwich`]: the inner and the outer polygon.
+//! * [`Team`]: regions that go on from epoch to epoch while robots move.
+//! * [`diagnosis`]: what does not fit, and how far an estimate is outside.
 //!
 //! Positions are the only unknowns. Headings come in as intervals. The same inputs give the same bits on any machine: sines are `libm`'s.
 #![forbid(unsafe_code)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // Where tests compare floats exactly, they mean it.
 
+pub mod diagnosis;
 pub mod heading;
 mod interval;
 mod measurement;
@@ -23,6 +26,7 @@ mod polytope;
 mod program;
 mod sandwich;
 pub mod simplex;
+pub mod team;
 
 pub use interval::{AngleInterval, RangeInterval, wrap};
 pub use measurement::{HalfPlane, Measurement, Place, Refused, Seen, over_approximation};
@@ -32,3 +36,4 @@ pub use polytope::{
 pub use program::Program;
 pub use sandwich::{Limits, Sandwich, Shape, Side, Tolerance};
 pub use simplex::Simplex;
+pub use team::Team;
