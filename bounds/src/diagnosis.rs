@@ -85,11 +85,24 @@ pub fn removable(polytope: &Polytope, conflict: &Conflict) -> Result<Vec<Source>
     Ok(found)
 }
 
-/// How far `estimate` is from where the robot can be, in the larger of x and y; zero inside \[m\].
+/// How far an estimate is from where the robot can be, in the larger of x and y \[m\].
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Distance {
+    /// Zero inside.
+    pub metres: f64,
+    /// It is no less than this, whatever was rounded. Over zero it is proven that the estimate is outside.
+    pub at_least: f64,
+}
+
+/// How far `estimate` is from where the robot can be.
 ///
 /// # Errors
 /// If the polytope is empty or the program fails.
-pub fn membership(polytope: &Polytope, robot: usize, estimate: [f64; 2]) -> Result<f64, NoVertex> {
+pub fn membership(
+    polytope: &Polytope,
+    robot: usize,
+    estimate: [f64; 2],
+) -> Result<Distance, NoVertex> {
     let mut program = polytope.program(|_| true);
     let arena = polytope.arena();
     let off = (0..2).map(|axis| (estimate[axis] - arena.centre[axis]).abs());
@@ -109,7 +122,10 @@ pub fn membership(polytope: &Polytope, robot: usize, estimate: [f64; 2]) -> Resu
     let best = simplex
         .maximize([(distance, -1.0)])
         .map_err(|Failed| NoVertex::Failed)?;
-    Ok((-best.value).max(0.0))
+    Ok(Distance {
+        metres: (-best.value).max(0.0),
+        at_least: (-best.safe_upper).max(0.0),
+    })
 }
 
 /// The row that `positions` of all robots break most, by how much, and where it comes from; `None` if there is no row.

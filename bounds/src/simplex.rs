@@ -39,7 +39,7 @@ pub struct Failed;
 /// Why there is no first vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NoVertex {
-    /// Nothing satisfies all rows.
+    /// Nothing satisfies all rows, and that is proven whatever was rounded.
     Infeasible(Conflict),
     /// It could not be found out.
     Failed,
@@ -86,6 +86,7 @@ pub struct Simplex {
     step: Vec<f64>,
     entering: Vec<f64>,
     residual: Vec<f64>,
+    columns: Vec<safe::Column>,
     matrix: Vec<f64>,
     /// Where `−τ ≤ 0` stays for ever once there is a vertex.
     held: Option<usize>,
@@ -188,6 +189,7 @@ impl Simplex {
             step: vec![0.0; size],
             entering: vec![0.0; size],
             residual: vec![0.0; size],
+            columns: vec![safe::Column::default(); columns],
             matrix: vec![0.0; size * size],
             held: None,
             steps_since_refactor: 0,
@@ -226,7 +228,7 @@ impl Simplex {
         if !self.is_working[tau] {
             let relaxation = self.z[self.size - 1];
             if relaxation > FEASIBLE {
-                return Err(NoVertex::Infeasible(self.conflict(relaxation)));
+                return Err(self.no_vertex(relaxation));
             }
             self.take_up_tau();
         }
@@ -262,6 +264,15 @@ impl Simplex {
         }
         for &row in &self.working {
             self.is_working[row] = true;
+        }
+    }
+
+    /// A conflict only where it is proven: an alarm is no matter of rounding.
+    fn no_vertex(&mut self, relaxation: f64) -> NoVertex {
+        if safe::proves_empty(self) {
+            NoVertex::Infeasible(self.conflict(relaxation))
+        } else {
+            NoVertex::Failed
         }
     }
 
@@ -522,13 +533,14 @@ impl Simplex {
             .min_by(|&a, &b| ratio(a).total_cmp(&ratio(b)))
     }
 
-    fn optimum(&self) -> Optimum {
+    fn optimum(&mut self) -> Optimum {
+        let safe_upper = safe::upper(self);
         let rows = self.program.rows();
         let tau = self.tau_row();
         let mut working = self.working.iter().zip(&self.multipliers);
         Optimum {
             value: self.objective.iter().zip(&self.z).map(|(c, z)| c * z).sum(),
-            safe_upper: safe::upper(self),
+            safe_upper,
             at_bound: working.any(|(&row, &y)| row >= rows && row != tau && y > 1e-9),
         }
     }

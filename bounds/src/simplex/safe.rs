@@ -11,31 +11,63 @@ const OF_PRODUCT: f64 = 1e-12;
 /// Rounding of a residual, at least, of its terms' sum.
 const OF_RESIDUAL: f64 = 1e-15;
 
+/// Sums of one unknown.
+#[derive(Copy, Clone, Debug, Default)]
+pub(super) struct Column {
+    /// `c − Aᵀy`
+    residual: f64,
+    /// `|c| + |A|ᵀy`
+    size: f64,
+    terms: f64,
+}
+
 /// The bound by the vertex's own multipliers.
-pub(super) fn upper(simplex: &Simplex) -> f64 {
-    let columns = simplex.size - 1;
-    let tau = simplex.tau_row();
+pub(super) fn upper(simplex: &mut Simplex) -> f64 {
+    for (column, &factor) in simplex.columns.iter_mut().zip(&simplex.objective) {
+        *column = Column {
+            residual: factor,
+            size: factor.abs(),
+            terms: 3.0,
+        };
+    }
+    bound(simplex)
+}
+
+/// Whether the multipliers prove that nothing satisfies all rows: then zero itself would be below zero.
+pub(super) fn proves_empty(simplex: &mut Simplex) -> bool {
+    simplex.columns.fill(Column {
+        terms: 3.0,
+        ..Column::default()
+    });
+    bound(simplex) < 0.0
+}
+
+/// With the objective that stands in the columns.
+fn bound(simplex: &mut Simplex) -> f64 {
+    let tau_row = simplex.tau_row();
+    let tau = simplex.columns.len();
     let (mut product, mut products) = (0.0, 0.0);
-    let mut residual = simplex.objective.clone();
-    let mut size: Vec<f64> = residual.iter().map(|it| it.abs()).collect();
-    let mut count = vec![3.0; columns];
     for (&row, &multiplier) in simplex.working.iter().zip(&simplex.multipliers) {
-        if row == tau || multiplier <= 0.0 {
+        if row == tau_row || multiplier <= 0.0 {
             continue;
         }
         let term = simplex.rhs[row] * multiplier;
         product += term;
         products += term.abs();
-        for &(column, factor) in simplex.terms(row).iter().filter(|it| it.0 < columns) {
-            residual[column] -= factor * multiplier;
-            size[column] += (factor * multiplier).abs();
-            count[column] += 1.0;
+        let terms = simplex.starts[row]..simplex.starts[row + 1];
+        for &(column, factor) in simplex.terms[terms].iter().filter(|it| it.0 < tau) {
+            let sums = &mut simplex.columns[column];
+            sums.residual -= factor * multiplier;
+            sums.size += (factor * multiplier).abs();
+            sums.terms += 1.0;
         }
     }
-    let mut rest = 0.0;
-    for column in 0..columns {
-        let rounding = OF_RESIDUAL.max(count[column] * f64::EPSILON) * size[column];
-        rest += (residual[column].abs() + rounding) * simplex.program.largest(column);
-    }
+    let columns = simplex.columns.iter().enumerate();
+    let rest: f64 = columns
+        .map(|(column, sums)| {
+            let rounding = OF_RESIDUAL.max(sums.terms * f64::EPSILON) * sums.size;
+            (sums.residual.abs() + rounding) * simplex.program.largest(column)
+        })
+        .sum();
     (product + OF_PRODUCT * products + rest * (1.0 + OF_PRODUCT)).next_up()
 }

@@ -3,12 +3,13 @@
 #![allow(clippy::unwrap_used)] // A test's panic is its verdict.
 
 mod exact;
+#[path = "../support/network.rs"]
 mod network;
 
 use coloc_bounds::simplex::{NoVertex, Optimum};
-use coloc_bounds::{Polytope, Projection, Simplex};
+use coloc_bounds::{Polytope, Program, Projection, Simplex};
 use exact::Exact;
-use network::network;
+use network::{any_sort, network, spoilt, with};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use rand::{RngExt, SeedableRng};
@@ -60,11 +61,17 @@ impl Tally {
     }
 }
 
+/// Two to eight robots.
+fn any_network(random: &mut ChaCha8Rng) -> network::Network {
+    let (robots, sort) = (random.random_range(2..=8), any_sort(random));
+    network(random, robots, sort)
+}
+
 fn run(seeds: std::ops::Range<u64>) {
     let mut tally = Tally::default();
     for seed in seeds {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let polytope: Polytope = network(&mut random);
+        let polytope = any_network(&mut random).polytope;
         let mut simplex = match Simplex::start(polytope.program(|_| true)) {
             Ok(simplex) => simplex,
             Err(NoVertex::Infeasible(conflict)) => {
@@ -108,4 +115,60 @@ fn the_safe_value_is_never_below_the_maximum() {
 #[ignore = "ten thousand networks"]
 fn the_safe_value_is_never_below_the_maximum_in_ten_thousand() {
     run(2_000..12_000);
+}
+
+/// The program that finds by how much all rows have to be relaxed.
+fn relaxed(polytope: &Polytope) -> (Program, usize) {
+    let mut program = polytope.unknowns();
+    let relaxation = program.column(0.0, 1e6);
+    for row in polytope.rows() {
+        let terms = row.terms().iter().copied();
+        program.row(terms.chain([(relaxation, -1.0)]), row.rhs);
+    }
+    (program, relaxation)
+}
+
+/// How much is needed, exactly.
+fn exact_relaxation(name: &str, polytope: &Polytope) -> BigRational {
+    let (program, relaxation) = relaxed(polytope);
+    let mut simplex = Simplex::start(program).unwrap();
+    let objective = [(relaxation, -1.0)];
+    simplex.maximize(objective).unwrap();
+    let mut exact = Exact::new(simplex.program(), &objective, &simplex.working_rows());
+    exact.improve(name);
+    -exact.value()
+}
+
+/// One measurement is off by 0.5 to 10 times its bound: sometimes that shows, sometimes not.
+#[test]
+fn what_is_called_infeasible_is() {
+    let (mut infeasible, mut feasible) = (0, 0);
+    for seed in 0..600_u64 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let network = any_network(&mut random);
+        let mut measurements = network.measurements.clone();
+        let one = random.random_range(0..measurements.len());
+        let bounds = 0.5 * random.random_range(0.0..3.0_f64).exp();
+        measurements[one] = spoilt(&measurements[one], bounds);
+        let robots = network.truth.len();
+        let gauge = network::gauge(network.sort, &network.truth);
+        let empty = Polytope::new(robots, &gauge, network.polytope.arena(), 0.0).unwrap();
+        let polytope = with(&empty, &measurements);
+        let exact = exact_relaxation(&format!("network {seed}"), &polytope);
+        match polytope.region() {
+            Ok(_) => {
+                assert!(exact <= rational(1.01e-7), "{seed}: {}", nearest(&exact));
+                feasible += 1;
+            }
+            Err(NoVertex::Infeasible(conflict)) => {
+                assert!(exact > rational(0.0), "{seed}: it is feasible");
+                let off = (conflict.relaxation - nearest(&exact)).abs();
+                assert!(off < 1e-9, "{seed}: relaxation off by {off:e}");
+                infeasible += 1;
+            }
+            Err(NoVertex::Failed) => panic!("{seed}: failed"),
+        }
+    }
+    println!("{infeasible} infeasible, {feasible} feasible, all of them exactly so");
+    assert!(infeasible > 100 && feasible > 100);
 }

@@ -68,7 +68,10 @@ impl Deviations {
         for &(robot, exact) in &case.membership {
             let found = membership(polytope, robot - 1, case.mu[robot - 1]).unwrap();
             self.distances
-                .take(format!("{id}, robot {robot}"), (found - exact).abs());
+                .take(format!("{id}, robot {robot}"), (found.metres - exact).abs());
+            assert!(found.at_least <= exact, "{id}, robot {robot}");
+            let proven = found.at_least > 0.0;
+            assert_eq!(proven, exact > 1e-7, "{id}, robot {robot}");
         }
         let (found, source) = joint_residual(polytope, &case.mu).unwrap();
         self.residuals
