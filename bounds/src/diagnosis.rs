@@ -76,13 +76,26 @@ fn largest_rhs(polytope: &Polytope) -> f64 {
 pub fn removable(polytope: &Polytope, conflict: &Conflict) -> Result<Vec<Source>, Failed> {
     let mut found = Vec::new();
     for source in polytope.sources(conflict) {
-        match Simplex::start(polytope.program(|it| it != source)) {
-            Ok(_) => found.push(source),
-            Err(NoVertex::Infeasible(_)) => {}
-            Err(NoVertex::Failed) => return Err(Failed),
+        if fits_without(polytope, |it| it == source)? {
+            found.push(source);
         }
     }
     Ok(found)
+}
+
+/// Whether all fits that is not `left_out`.
+///
+/// # Errors
+/// If the program fails.
+pub fn fits_without(
+    polytope: &Polytope,
+    left_out: impl Fn(Source) -> bool,
+) -> Result<bool, Failed> {
+    match polytope.region_of(|source| !left_out(source)) {
+        Ok(_) => Ok(true),
+        Err(NoVertex::Infeasible(_)) => Ok(false),
+        Err(NoVertex::Failed) => Err(Failed),
+    }
 }
 
 /// How far an estimate is from where the robot can be, in the larger of x and y \[m\].

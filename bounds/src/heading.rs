@@ -32,7 +32,7 @@ impl Link {
         }
     }
 
-    fn reversed(&self) -> Self {
+    pub(crate) fn reversed(&self) -> Self {
         Self {
             from: self.to,
             to: self.from,

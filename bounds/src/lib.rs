@@ -11,6 +11,7 @@
 //! * [`Program`] and [`Simplex`]: the linear programs, with a value that rounding cannot make too small.
 //! * [`Sandwich`]: the inner and the outer polygon.
 //! * [`Team`]: regions that go on from epoch to epoch while robots move.
+//! * [`slot`]: what the measurements of a slot bring, and who is suspected if they exclude one another.
 //! * [`diagnosis`]: what does not fit, and how far an estimate is outside.
 //!
 //! Positions are the only unknowns. Headings come in as intervals. The same inputs give the same bits on any machine: sines are `libm`'s.
@@ -26,6 +27,7 @@ mod polytope;
 mod program;
 mod sandwich;
 pub mod simplex;
+pub mod slot;
 pub mod team;
 
 pub use interval::{AngleInterval, RangeInterval, wrap};

@@ -270,7 +270,15 @@ impl Polytope {
     /// # Errors
     /// If that is nothing, or could not be found out.
     pub fn region(&self) -> Result<Region<'_>, NoVertex> {
-        let simplex = Simplex::start(self.program(|_| true))?;
+        self.region_of(|_| true)
+    }
+
+    /// What the inequalities leave whose source `keep` keeps. The rows of a conflict are numbered among those that are kept.
+    ///
+    /// # Errors
+    /// If that is nothing, or could not be found out.
+    pub fn region_of(&self, keep: impl Fn(Source) -> bool) -> Result<Region<'_>, NoVertex> {
+        let simplex = Simplex::start(self.program(keep))?;
         Ok(Region {
             polytope: self,
             simplex,

@@ -4,7 +4,7 @@
 //! each direction. Then these half-planes and the new measurements are one polytope, and its shadows are what is kept. Every true
 //! position satisfies every row at every step, whatever came late or not at all: less is said then, nothing wrong.
 
-use crate::heading::{bearing_of_box, direction};
+use crate::heading::{Link, bearing_of_box, direction};
 use crate::interval::AngleInterval;
 use crate::measurement::{
     HalfPlane, Measurement, Place, Refused, Seen, spaced, support_of_box, unit,
@@ -197,6 +197,31 @@ impl Team {
         }
     }
 
+    /// Headings by each other, along all links in both directions, for as long as that makes any narrower.
+    ///
+    /// # Errors
+    /// The links that exclude what is known, or name robots that are not there; those change nothing.
+    pub fn headings_from_links(&mut self, links: &[Link]) -> Result<(), Vec<usize>> {
+        let mut excluded = Vec::new();
+        for _ in 0..self.headings.len() {
+            for (index, link) in links.iter().enumerate() {
+                for link in [*link, link.reversed()] {
+                    if self.follow(&link).is_none() {
+                        excluded.push(index);
+                    }
+                }
+            }
+        }
+        told(excluded)
+    }
+
+    fn follow(&mut self, link: &Link) -> Option<()> {
+        let there = self.headings.get(link.from)?.plus(&link.turn);
+        let kept = self.headings.get_mut(link.to)?;
+        *kept = kept.intersect(&there)?;
+        Some(())
+    }
+
     /// Headings by where a sighting's robot is and where it is seen: two sweeps over all.
     ///
     /// # Errors
@@ -219,13 +244,7 @@ impl Team {
                 }
             }
         }
-        excluded.sort_unstable();
-        excluded.dedup();
-        if excluded.is_empty() {
-            Ok(())
-        } else {
-            Err(excluded)
-        }
+        told(excluded)
     }
 
     /// The direction of `x_i − x_j`.
@@ -305,6 +324,17 @@ impl Team {
     }
 }
 
+/// Each once.
+fn told(mut excluded: Vec<usize>) -> Result<(), Vec<usize>> {
+    excluded.sort_unstable();
+    excluded.dedup();
+    if excluded.is_empty() {
+        Ok(())
+    } else {
+        Err(excluded)
+    }
+}
+
 /// The old half-planes are rows of the polytope, so no shadow goes further; by rounding alone it seems to.
 fn keep_narrower(kept: &mut Supports, region: &mut Region, projection: Projection) {
     if let Some(new) = region.template(projection, kept.0.len()) {
@@ -369,6 +399,25 @@ mod tests {
     fn a_pair_that_may_be_at_one_place_says_none() {
         assert_eq!(square_at(0.2, 0.2).direction(), None);
         assert_eq!(Supports::unknown(DIRECTIONS).direction(), None);
+    }
+
+    #[test]
+    fn links_hand_headings_on() {
+        let mut team = Team::new(4, DIRECTIONS);
+        team.headings[3] = AngleInterval::new(1.0, 0.1);
+        let link = |from, to, turn| Link {
+            from,
+            to,
+            turn: AngleInterval::new(turn, 0.02),
+        };
+        let links = [link(0, 1, 0.5), link(1, 2, 0.5), link(2, 3, 0.5)];
+        assert_eq!(team.headings_from_links(&links), Ok(()));
+        let first = team.headings[0];
+        assert!((first.centre + 0.5).abs() < 1e-12 && (first.half - 0.16).abs() < 1e-12);
+        let before = team.clone();
+        let wrong = [link(0, 1, 2.0), link(0, 9, 0.0)];
+        assert_eq!(team.headings_from_links(&wrong), Err(vec![0, 1]));
+        assert_eq!(team, before);
     }
 
     #[test]

@@ -8,6 +8,7 @@ mod motion;
 #[path = "../support/network.rs"]
 mod network;
 mod search;
+mod slot;
 mod truth;
 
 use coloc_bounds::Support;
