@@ -355,11 +355,11 @@ impl Sandwich {
         }
     }
 
-    /// Inner area of outer: 1 is exact, and so is a set without an area.
+    /// Inner area of outer, from 0 to 1: 1 is exact, and so is a set without an area. Where a set is as thin as rounding, so is what this says.
     #[must_use]
     pub fn ratio(&self) -> f64 {
         match self.shape {
-            Shape::Polygon => self.inner_area() / self.outer_area(),
+            Shape::Polygon => (self.inner_area() / self.outer_area()).clamp(0.0, 1.0),
             Shape::Segment(_) | Shape::Point(_) => 1.0,
             Shape::Unbounded => 0.0,
         }

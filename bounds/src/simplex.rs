@@ -17,7 +17,13 @@ pub const FEASIBLE: f64 = 1e-7;
 /// A multiplier over this is zero.
 const PRICE: f64 = -1e-10;
 
-/// A row that an edge meets at less than this is parallel to it.
+/// Rounding of multipliers, of the largest of them.
+const OF_LARGEST: f64 = 1e-14;
+
+/// An edge or multipliers so long come from rows that are nearly parallel, and are worth a step of refinement.
+const LONG: f64 = 1e4;
+
+/// A row that an edge meets at less than this, of the edge's longest entry, is parallel to it.
 const PIVOT: f64 = 1e-9;
 
 /// A row that is broken by more than this at the end is mended.
@@ -29,8 +35,17 @@ const NOWHERE: f64 = 1e-12;
 /// So many steps that go nowhere are taken for a circle.
 const CIRCLE: usize = 40;
 
-/// The inverse is made anew after so many steps.
-const REFACTOR: usize = 100;
+/// The inverse is made anew after so many steps, or after each, where that was not enough.
+const REFACTOR: [usize; 2] = [100, 1];
+
+/// Of the longest entry of an edge: a row that it meets at less than this spoils the inverse.
+const SMALL_PIVOT: f64 = 1e-5;
+
+/// Rows that are met so little later are met at once, and the one that is met most squarely is taken \[m\].
+const AT_ONCE: f64 = 1e-11;
+
+/// What a solution may miss its own equations by.
+const ACCURATE: f64 = 1e-9;
 
 /// Neither solved nor known to be infeasible: too many steps, or a matrix that has no inverse.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -91,6 +106,7 @@ pub struct Simplex {
     /// Where `−τ ≤ 0` stays for ever once there is a vertex.
     held: Option<usize>,
     steps_since_refactor: usize,
+    refactor_after: usize,
 }
 
 impl Simplex {
@@ -116,13 +132,15 @@ impl Simplex {
         for (column, factor) in terms {
             self.objective[column] += factor;
         }
-        if self.climb(None).is_err() {
+        if self.settle(None).is_err() {
             let objective = self.objective.clone();
             self.restart().map_err(|_| Failed)?;
             self.objective = objective;
-            self.climb(None)?;
+            self.refactor_after = REFACTOR[1];
+            let again = self.settle(None);
+            self.refactor_after = REFACTOR[0];
+            again?;
         }
-        self.mend();
         Ok(self.optimum())
     }
 
@@ -193,6 +211,7 @@ impl Simplex {
             matrix: vec![0.0; size * size],
             held: None,
             steps_since_refactor: 0,
+            refactor_after: REFACTOR[0],
         }
     }
 
@@ -213,17 +232,28 @@ impl Simplex {
         self.rhs[row] - self.dot(row, &self.z)
     }
 
-    /// The first phase: from the lower corner of the box to a vertex at which τ is zero.
+    /// The first phase, in two tries.
     fn restart(&mut self) -> Result<(), NoVertex> {
+        let mut tried = Err(NoVertex::Failed);
+        for refactor_after in REFACTOR {
+            self.refactor_after = refactor_after;
+            tried = self.find_vertex();
+            if tried != Err(NoVertex::Failed) {
+                break;
+            }
+        }
+        self.refactor_after = REFACTOR[0];
+        tried
+    }
+
+    /// From the lower corner of the box to a vertex at which τ is zero.
+    fn find_vertex(&mut self) -> Result<(), NoVertex> {
         self.begin_at_corner();
         self.objective.fill(0.0);
         self.objective[self.size - 1] = -1.0;
         let tau = self.tau_row();
         if !self.is_working[tau] {
-            self.climb(Some(tau)).map_err(|Failed| NoVertex::Failed)?;
-        }
-        if !self.is_working[tau] {
-            self.mend();
+            self.settle(Some(tau)).map_err(|Failed| NoVertex::Failed)?;
         }
         if !self.is_working[tau] {
             let relaxation = self.z[self.size - 1];
@@ -233,7 +263,7 @@ impl Simplex {
             self.take_up_tau();
         }
         self.held = self.working.iter().position(|&row| row == tau);
-        Ok(())
+        self.refactor().map_err(|Failed| NoVertex::Failed)
     }
 
     fn begin_at_corner(&mut self) {
@@ -297,12 +327,39 @@ impl Simplex {
         self.pivot(leaving, self.tau_row(), length);
     }
 
+    /// Climbs until the top is one within rounding, or row `until` is met.
+    fn settle(&mut self, until: Option<usize>) -> Result<(), Failed> {
+        for _ in 0..4 {
+            self.climb(until)?;
+            if until.is_some_and(|row| self.is_working[row]) {
+                return Ok(());
+            }
+            self.mend();
+            if self.is_settled() {
+                return Ok(());
+            }
+            self.refactor()?;
+        }
+        Err(Failed)
+    }
+
+    /// Whether vertex and multipliers satisfy their equations, and no multiplier is below zero.
+    fn is_settled(&mut self) -> bool {
+        self.find_residual();
+        let tolerance = ACCURATE.max(OF_LARGEST * longest(&self.multipliers));
+        let residual = self.residual.iter().all(|it| it.abs() <= tolerance);
+        let slack = |row: usize| self.slack(row).abs() <= ACCURATE * (1.0 + self.rhs[row].abs());
+        let signs =
+            (0..self.size).all(|q| Some(q) == self.held || self.multipliers[q] >= -tolerance);
+        residual && signs && self.working.iter().all(|&row| slack(row))
+    }
+
     /// Steps until no edge leads upwards, or until row `until` is met.
     fn climb(&mut self, until: Option<usize>) -> Result<(), Failed> {
         let most = 200 + 20 * (self.size + self.rhs.len());
         let mut nowhere = 0;
         for _ in 0..most {
-            if self.steps_since_refactor >= REFACTOR {
+            if self.steps_since_refactor >= self.refactor_after {
                 self.refactor()?;
             }
             self.find_multipliers();
@@ -334,12 +391,16 @@ impl Simplex {
                 }
             }
         }
+        if longest(&self.multipliers) > LONG {
+            self.refine_multipliers();
+        }
     }
 
     /// The place in the vertex whose row is best left.
     fn leaving(&self, bland: bool) -> Option<usize> {
+        let zero = PRICE.min(-OF_LARGEST * longest(&self.multipliers));
         let candidates =
-            (0..self.size).filter(|&q| Some(q) != self.held && self.multipliers[q] < PRICE);
+            (0..self.size).filter(|&q| Some(q) != self.held && self.multipliers[q] < zero);
         if bland {
             candidates.min_by_key(|&q| self.working[q])
         } else {
@@ -352,21 +413,39 @@ impl Simplex {
         for (i, entry) in self.step.iter_mut().enumerate() {
             *entry = -self.inverse[i * self.size + q];
         }
+        if longest(&self.step) > LONG {
+            self.refine_step(q);
+        }
+    }
+
+    /// One step of iterative refinement: `δ += A_W⁻¹ (−e_q − A_W δ)`.
+    fn refine_step(&mut self, q: usize) {
+        for place in 0..self.size {
+            let aim = if place == q { -1.0 } else { 0.0 };
+            self.residual[place] = aim - self.dot(self.working[place], &self.step);
+        }
+        for i in 0..self.size {
+            let line = &self.inverse[i * self.size..(i + 1) * self.size];
+            let more: f64 = line.iter().zip(&self.residual).map(|(a, b)| a * b).sum();
+            self.step[i] += more;
+        }
     }
 
     /// The row that the edge meets first, and how far that is.
     fn met(&self, bland: bool) -> Option<(usize, f64)> {
+        let rows = || (0..self.rhs.len()).filter(|&row| !self.is_working[row]);
+        let ahead = rows().map(|row| (row, self.dot(row, &self.step)));
+        let parallel = PIVOT * longest(&self.step).max(1.0);
+        let mut first = f64::INFINITY;
+        for (row, towards) in ahead.clone().filter(|it| it.1 > parallel) {
+            let tolerance = if bland { 0.0 } else { AT_ONCE };
+            first = first.min((self.slack(row).max(0.0) + tolerance) / towards);
+        }
         let mut best: Option<(usize, f64, f64)> = None;
-        for row in (0..self.rhs.len()).filter(|&row| !self.is_working[row]) {
-            let towards = self.dot(row, &self.step);
-            if towards <= PIVOT {
-                continue;
-            }
+        for (row, towards) in ahead.filter(|it| it.1 > parallel) {
             let length = self.slack(row).max(0.0) / towards;
-            let better = best.is_none_or(|(_, shortest, steepest)| {
-                length < shortest || (length <= shortest && !bland && towards > steepest)
-            });
-            if better {
+            let better = best.is_none_or(|(_, _, steepest)| !bland && towards > steepest);
+            if length <= first && better {
                 best = Some((row, length, towards));
             }
         }
@@ -394,7 +473,8 @@ impl Simplex {
         self.is_working[self.working[q]] = false;
         self.is_working[row] = true;
         self.working[q] = row;
-        self.steps_since_refactor += 1;
+        let is_small = divisor.abs() < SMALL_PIVOT * longest(&self.step).max(1.0);
+        self.steps_since_refactor += if is_small { REFACTOR[0] } else { 1 };
     }
 
     /// `w = a A_W⁻¹`: the row as a sum of the vertex's rows.
@@ -481,8 +561,8 @@ impl Simplex {
         }
     }
 
-    /// One step of iterative refinement: `y += A_W⁻ᵀ (c − A_Wᵀ y)`.
-    fn refine_multipliers(&mut self) {
+    /// `c − A_Wᵀ y`
+    fn find_residual(&mut self) {
         self.residual.copy_from_slice(&self.objective);
         for q in 0..self.size {
             let row = self.working[q];
@@ -491,6 +571,11 @@ impl Simplex {
                 self.residual[column] -= factor * self.multipliers[q];
             }
         }
+    }
+
+    /// One step of iterative refinement: `y += A_W⁻ᵀ (c − A_Wᵀ y)`.
+    fn refine_multipliers(&mut self) {
+        self.find_residual();
         for i in 0..self.size {
             let line = &self.inverse[i * self.size..(i + 1) * self.size];
             for (multiplier, entry) in self.multipliers.iter_mut().zip(line) {
@@ -544,6 +629,10 @@ impl Simplex {
             at_bound: working.any(|(&row, &y)| row >= rows && row != tau && y > 1e-9),
         }
     }
+}
+
+fn longest(vector: &[f64]) -> f64 {
+    vector.iter().fold(0.0, |longest, it| longest.max(it.abs()))
 }
 
 #[cfg(test)]

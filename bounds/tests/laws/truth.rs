@@ -1,6 +1,12 @@
 //! The truth is inside, always.
 
-use coloc_bounds::{Arena, Limits, Projection, Sandwich, Shape, Tolerance};
+use core::f64::consts::FRAC_PI_2;
+
+use coloc_bounds::simplex::FEASIBLE;
+use coloc_bounds::{
+    AngleInterval, Arena, Limits, Measurement, Place, Polytope, Projection, RangeInterval,
+    Sandwich, Seen, Shape, Simplex, Source, Tolerance,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -48,11 +54,11 @@ fn one_more_measurement_lets_no_shadow_grow() {
             half: 1e3,
         };
         let frame = gauge(Sort::Relative, &network.truth);
-        let empty = coloc_bounds::Polytope::new(5, &frame, arena, 0.0).unwrap();
+        let empty = Polytope::new(5, &frame, arena, 0.0).unwrap();
         let fewer = with(&empty, some);
         let all = with(&empty, &network.measurements);
         for robot in 1..5 {
-            let template = |of: &coloc_bounds::Polytope| {
+            let template = |of: &Polytope| {
                 of.region()
                     .unwrap()
                     .template(Projection::Robot(robot), 16)
@@ -113,4 +119,140 @@ fn greedy_searches_beat_uniform_ones() {
         uniform / count
     );
     assert!(greedy / count >= 0.9 && uniform / count < 0.9);
+}
+
+/// A sighting of a sort that is hard to compute with: exact, nearly exact, wider than a half circle, of no length, without an end.
+fn hard(random: &mut ChaCha8Rng, from: Place, to: Place, [x, y]: [f64; 2]) -> Measurement {
+    let half = [0.0, 1e-9, 1e-4, 0.1, 1.5, FRAC_PI_2, 1.6, 3.0][random.random_range(0..8)];
+    let mut off = |bound: f64| random.random_range(-1.0..1.0) * 0.99 * bound;
+    let bearing = AngleInterval::new(y.atan2(x) + off(half), half);
+    let distance = x.hypot(y);
+    let (low, high) = (off(0.5).abs(), off(0.5).abs());
+    let range = match random.random_range(0..4) {
+        0 => RangeInterval {
+            least: distance,
+            most: distance,
+        },
+        1 => RangeInterval {
+            least: 0.0,
+            most: f64::INFINITY,
+        },
+        2 => RangeInterval {
+            least: (distance - low).max(0.0),
+            most: distance + high,
+        },
+        _ => RangeInterval {
+            least: 0.0,
+            most: distance + 1e3,
+        },
+    };
+    let seen = match random.random_range(0..4) {
+        0 => Seen::Bearing(bearing),
+        1 => Seen::RangeMax {
+            most: distance + high,
+            directions: 8,
+        },
+        _ => Seen::RangeBearing(bearing, range),
+    };
+    Measurement::Between { from, to, seen }
+}
+
+/// Every fourth measurement is there twice.
+fn hard_network(random: &mut ChaCha8Rng, truth: &[[f64; 2]]) -> Polytope {
+    let half = [1e2, 1e3, 1e4][random.random_range(0..3)];
+    let arena = Arena {
+        centre: [0.0; 2],
+        half,
+    };
+    let mut polytope = Polytope::new(truth.len(), &[], arena, 1e-9).unwrap();
+    for index in 0..random.random_range(1..30) {
+        let [i, j] = [0, 1].map(|_| random.random_range(0..truth.len()));
+        let landmark = [
+            random.random_range(-5.0..5.0),
+            random.random_range(-5.0..5.0),
+        ];
+        let (from, at) = if i == j {
+            (Place::At(landmark), landmark)
+        } else {
+            (Place::Robot(i), truth[i])
+        };
+        let d = [truth[j][0] - at[0], truth[j][1] - at[1]];
+        let measurement = hard(random, from, Place::Robot(j), d);
+        for _ in 0..=usize::from(index % 4 == 0) {
+            polytope
+                .add(&measurement, Source::Measurement(index))
+                .unwrap();
+        }
+    }
+    polytope
+}
+
+/// The vertices that programs end at satisfy every row, but for what counts as rounding.
+fn check_vertices(seed: u64, polytope: &Polytope, robots: usize) {
+    let mut simplex = Simplex::start(polytope.program(|_| true)).unwrap();
+    for robot in 0..robots {
+        let objective = polytope.objective(Projection::Robot(robot), FIRST);
+        simplex.maximize(objective.terms().iter().copied()).unwrap();
+        let z = simplex.vertex();
+        for row in polytope.rows() {
+            let left: f64 = row.terms().iter().map(|it| it.1 * z[it.0]).sum();
+            let broken = (left - row.rhs) / (1.0 + row.rhs.abs());
+            assert!(
+                broken < FEASIBLE,
+                "{seed}, robot {robot}: broken by {broken:e}"
+            );
+        }
+    }
+}
+
+fn run_hard(seeds: std::ops::Range<u64>) {
+    let (mut bounded, mut unbounded) = (0, 0);
+    for seed in seeds {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let robots = random.random_range(1..8);
+        let truth: Vec<_> = (0..robots)
+            .map(|_| [0, 1].map(|_| random.random_range(-5.0..5.0)))
+            .collect();
+        let polytope = hard_network(&mut random, &truth);
+        let mut region = polytope
+            .region()
+            .unwrap_or_else(|it| panic!("{seed}: {it:?}"));
+        check_vertices(seed, &polytope, robots);
+        let tolerance = Tolerance::of_programs(&polytope.arena());
+        for (robot, at) in truth.iter().enumerate() {
+            let mut search = |direction| region.support(Projection::Robot(robot), direction);
+            let limits = Limits::default();
+            let found = Sandwich::approximate(&mut search, FIRST, tolerance, limits).unwrap();
+            assert!(
+                found.may_hold(*at),
+                "{seed}, robot {robot}: {:?}",
+                found.shape()
+            );
+            let finite = found.inner().iter().flatten().all(|it| it.is_finite());
+            assert!(finite, "{seed}, robot {robot}");
+            assert!(
+                (0.0..=1.0).contains(&found.ratio()),
+                "{seed}: {}",
+                found.ratio()
+            );
+            let is_open = found.shape() == Shape::Unbounded;
+            (bounded, unbounded) = (
+                bounded + usize::from(!is_open),
+                unbounded + usize::from(is_open),
+            );
+        }
+    }
+    println!("{bounded} bounded, {unbounded} unbounded");
+    assert!(bounded > 100 && unbounded > 100);
+}
+
+#[test]
+fn measurements_that_are_hard_to_compute_with_hold_the_truth() {
+    run_hard(0..2_000);
+}
+
+#[test]
+#[ignore = "a hundred thousand networks"]
+fn a_hundred_thousand_hard_networks_hold_the_truth() {
+    run_hard(2_000..102_000);
 }
