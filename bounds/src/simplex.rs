@@ -23,9 +23,6 @@ const OF_LARGEST: f64 = 1e-14;
 /// An edge or multipliers so long come from rows that are nearly parallel, and are worth a step of refinement.
 const LONG: f64 = 1e4;
 
-/// A row that an edge meets at less than this, of the edge's longest entry, is parallel to it.
-const PIVOT: f64 = 1e-9;
-
 /// A row that is broken by more than this at the end is mended.
 const BROKEN: f64 = 1e-12;
 
@@ -35,8 +32,33 @@ const NOWHERE: f64 = 1e-12;
 /// So many steps that go nowhere are taken for a circle.
 const CIRCLE: usize = 40;
 
-/// The inverse is made anew after so many steps, or after each, where that was not enough.
-const REFACTOR: [usize; 2] = [100, 1];
+/// How careful a try is, from the first to the last.
+#[derive(Copy, Clone, Debug)]
+struct Care {
+    /// The inverse is made anew after so many steps.
+    refactor_after: usize,
+    /// A row that an edge meets at less than this, of the edge's longest entry, is parallel to it.
+    parallel: f64,
+}
+
+const CARE: [Care; 4] = [
+    Care {
+        refactor_after: 100,
+        parallel: 1e-9,
+    },
+    Care {
+        refactor_after: 1,
+        parallel: 1e-9,
+    },
+    Care {
+        refactor_after: 1,
+        parallel: 1e-7,
+    },
+    Care {
+        refactor_after: 1,
+        parallel: 1e-5,
+    },
+];
 
 /// Of the longest entry of an edge: a row that it meets at less than this spoils the inverse.
 const SMALL_PIVOT: f64 = 1e-5;
@@ -106,14 +128,14 @@ pub struct Simplex {
     /// Where `−τ ≤ 0` stays for ever once there is a vertex.
     held: Option<usize>,
     steps_since_refactor: usize,
-    refactor_after: usize,
+    care: Care,
 }
 
 impl Simplex {
     /// A vertex of `program`.
     ///
     /// # Errors
-    /// If it has none, or if that could not be found out in two tries.
+    /// If it has none, or if that could not be found out.
     pub fn start(program: Program) -> Result<Self, NoVertex> {
         let mut simplex = Self::new(program);
         simplex.restart()?;
@@ -123,7 +145,7 @@ impl Simplex {
     /// Maximizes the sum of `terms`. Names unknowns that there are.
     ///
     /// # Errors
-    /// If it fails twice, the second time from a first vertex.
+    /// If it fails, also from a first vertex.
     pub fn maximize(
         &mut self,
         terms: impl IntoIterator<Item = (usize, f64)>,
@@ -133,15 +155,26 @@ impl Simplex {
             self.objective[column] += factor;
         }
         if self.settle(None).is_err() {
-            let objective = self.objective.clone();
-            self.restart().map_err(|_| Failed)?;
-            self.objective = objective;
-            self.refactor_after = REFACTOR[1];
-            let again = self.settle(None);
-            self.refactor_after = REFACTOR[0];
-            again?;
+            self.maximize_anew()?;
         }
         Ok(self.optimum())
+    }
+
+    /// From a first vertex, with more and more care.
+    fn maximize_anew(&mut self) -> Result<(), Failed> {
+        let objective = self.objective.clone();
+        let mut tried = Err(Failed);
+        for care in CARE {
+            self.care = care;
+            tried = self.find_vertex().map_err(|_| Failed);
+            self.objective.copy_from_slice(&objective);
+            tried = tried.and_then(|()| self.settle(None));
+            if tried.is_ok() {
+                break;
+            }
+        }
+        self.care = CARE[0];
+        tried
     }
 
     /// Where the last maximum was found.
@@ -211,7 +244,7 @@ impl Simplex {
             matrix: vec![0.0; size * size],
             held: None,
             steps_since_refactor: 0,
-            refactor_after: REFACTOR[0],
+            care: CARE[0],
         }
     }
 
@@ -232,17 +265,17 @@ impl Simplex {
         self.rhs[row] - self.dot(row, &self.z)
     }
 
-    /// The first phase, in two tries.
+    /// The first phase, with more and more care.
     fn restart(&mut self) -> Result<(), NoVertex> {
         let mut tried = Err(NoVertex::Failed);
-        for refactor_after in REFACTOR {
-            self.refactor_after = refactor_after;
+        for care in CARE {
+            self.care = care;
             tried = self.find_vertex();
             if tried != Err(NoVertex::Failed) {
                 break;
             }
         }
-        self.refactor_after = REFACTOR[0];
+        self.care = CARE[0];
         tried
     }
 
@@ -343,7 +376,7 @@ impl Simplex {
         Err(Failed)
     }
 
-    /// Whether vertex and multipliers satisfy their equations, and no multiplier is below zero.
+    /// Whether vertex and multipliers satisfy their equations, no multiplier is below zero and no row is broken.
     fn is_settled(&mut self) -> bool {
         self.find_residual();
         let tolerance = ACCURATE.max(OF_LARGEST * longest(&self.multipliers));
@@ -351,7 +384,8 @@ impl Simplex {
         let slack = |row: usize| self.slack(row).abs() <= ACCURATE * (1.0 + self.rhs[row].abs());
         let signs =
             (0..self.size).all(|q| Some(q) == self.held || self.multipliers[q] >= -tolerance);
-        residual && signs && self.working.iter().all(|&row| slack(row))
+        let kept = (0..self.rhs.len()).all(|row| self.slack(row) >= -FEASIBLE);
+        residual && signs && kept && self.working.iter().all(|&row| slack(row))
     }
 
     /// Steps until no edge leads upwards, or until row `until` is met.
@@ -359,7 +393,7 @@ impl Simplex {
         let most = 200 + 20 * (self.size + self.rhs.len());
         let mut nowhere = 0;
         for _ in 0..most {
-            if self.steps_since_refactor >= self.refactor_after {
+            if self.steps_since_refactor >= self.care.refactor_after {
                 self.refactor()?;
             }
             self.find_multipliers();
@@ -435,7 +469,7 @@ impl Simplex {
     fn met(&self, bland: bool) -> Option<(usize, f64)> {
         let rows = || (0..self.rhs.len()).filter(|&row| !self.is_working[row]);
         let ahead = rows().map(|row| (row, self.dot(row, &self.step)));
-        let parallel = PIVOT * longest(&self.step).max(1.0);
+        let parallel = self.care.parallel * longest(&self.step).max(1.0);
         let mut first = f64::INFINITY;
         for (row, towards) in ahead.clone().filter(|it| it.1 > parallel) {
             let tolerance = if bland { 0.0 } else { AT_ONCE };
@@ -474,7 +508,7 @@ impl Simplex {
         self.is_working[row] = true;
         self.working[q] = row;
         let is_small = divisor.abs() < SMALL_PIVOT * longest(&self.step).max(1.0);
-        self.steps_since_refactor += if is_small { REFACTOR[0] } else { 1 };
+        self.steps_since_refactor += if is_small { CARE[0].refactor_after } else { 1 };
     }
 
     /// `w = a A_W⁻¹`: the row as a sum of the vertex's rows.
