@@ -218,7 +218,7 @@ impl Deviations {
             let vertices = expected.vertices.len();
             if self.slack_m <= 0.0 {
                 assert!(
-                    searches <= 3 * vertices,
+                    searches <= 2 * vertices,
                     "{name}: {searches} searches, {vertices} vertices"
                 );
                 self.areas
