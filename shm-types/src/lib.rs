@@ -52,7 +52,7 @@ pub use input::Input;
 pub use matrix::all_finite;
 pub use payload::{
     CanCounters, DriverStatus, Estimate, Gyro, Header, Heading, Latency, Losses, Neighbour,
-    Odometry, OdometryKind, Pose, Position, RelativePose, SourceHealth, Status, Timing,
+    Odometry, OdometryKind, Pose, Position, RelativePose, Scan, SourceHealth, Status, Timing,
 };
 pub use reject::Reject;
 pub use rhythm::Rhythm;
