@@ -123,6 +123,10 @@ pub struct Config {
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
     pub gnss: SomebodyElses,
+    /// Read by `coloc-laser`.
+    #[serde(default, skip_serializing)]
+    #[schemars(skip)]
+    pub laser: SomebodyElses,
 }
 
 /// A configuration that is allowed, and what is unlikely about it.
@@ -161,6 +165,7 @@ impl Config {
             realtime: Realtime::default(),
             telemetry: Telemetry::default(),
             gnss: SomebodyElses::default(),
+            laser: SomebodyElses::default(),
         }
     }
 

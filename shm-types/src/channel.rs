@@ -6,7 +6,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
     Answer, DriverStatus, Estimate, Gyro, Header, Heading, Neighbour, Odometry, Pose, Position,
-    RelativePose, Seen, Sighting, Status, Timing,
+    RelativePose, Scan, Seen, Sighting, Status, Timing,
 };
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
@@ -40,6 +40,8 @@ pub enum Channel {
     Status,
     /// How the sensors' drivers are doing.
     DriverStatus,
+    /// What laser scanners see.
+    Scan,
 }
 
 /// What is said on a channel, and how its service is dimensioned.
@@ -160,7 +162,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 14] = [
+    pub const TABLE: [Told; 15] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
@@ -300,6 +302,19 @@ impl Channel {
             buffer: 4,
             ..DRIVERS
         },
+        Told {
+            channel: Self::Scan,
+            name: "scan",
+            what: "what a laser scanner sees, for `coloc-laser`",
+            to: Audience::Anyone,
+            age: Age::Millis(1000),
+            size: size_of::<Scan>(),
+            // A message is large, and its memory is reserved for every subscriber that there may be.
+            publishers: 8,
+            subscribers: 8,
+            buffer: 4,
+            ..DRIVERS
+        },
     ];
 
     /// All of them.
@@ -396,6 +411,7 @@ travels! {
     Timing "v2",
     Status "v4",
     DriverStatus "v1" [said_ns],
+    Scan "v1",
 }
 
 #[cfg(test)]
@@ -439,6 +455,7 @@ mod tests {
         assert_named::<Timing>();
         assert_named::<Status>();
         assert_named::<DriverStatus>();
+        assert_named::<Scan>();
     }
 
     #[test]

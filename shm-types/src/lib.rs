@@ -52,8 +52,8 @@ pub use input::Input;
 pub use matrix::all_finite;
 pub use payload::{
     Answer, CanCounters, DriverStatus, Estimate, Gyro, Header, Heading, Latency, Losses, Neighbour,
-    Odometry, OdometryKind, Pose, Position, RelativePose, Seen, Sighting, SourceHealth, Status,
-    Timing,
+    Odometry, OdometryKind, Pose, Position, RelativePose, Scan, Seen, Sighting, SourceHealth,
+    Status, Timing,
 };
 pub use reject::Reject;
 pub use rhythm::Rhythm;

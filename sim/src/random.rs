@@ -40,6 +40,8 @@ pub enum Purpose {
     Gyro = 15,
     /// Which of its samples are lost and which come twice.
     GyroLoss = 16,
+    /// Robots in a room, and what a laser scanner makes of them.
+    Laser = 17,
 }
 
 /// All randomness of a run: a pure function of (seed, run, purpose, robots, step).

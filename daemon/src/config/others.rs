@@ -21,11 +21,18 @@ pub(super) struct Other {
 }
 
 /// All of them.
-pub(super) const OTHERS: [Other; 1] = [Other {
-    name: "gnss",
-    program: "coloc-gnss check",
-    is_in: |config| config.gnss.is_there,
-}];
+pub(super) const OTHERS: [Other; 2] = [
+    Other {
+        name: "gnss",
+        program: "coloc-gnss check",
+        is_in: |config| config.gnss.is_there,
+    },
+    Other {
+        name: "laser",
+        program: "coloc-laser check",
+        is_in: |config| config.laser.is_there,
+    },
+];
 
 /// Such a section, of which nothing is kept but whether it is there.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize)]

@@ -13,6 +13,7 @@ mod mutate;
 mod payloads;
 mod receiver;
 mod recording;
+mod scans;
 mod scratch;
 
 use std::path::{Path, PathBuf};
@@ -34,7 +35,7 @@ pub struct Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 8] = [
+pub const TARGETS: [Target; 9] = [
     candump::TARGET,
     dbc::TARGET,
     configuration::TARGET,
@@ -43,6 +44,7 @@ pub const TARGETS: [Target; 8] = [
     recording::TARGET,
     belief::TARGET,
     receiver::TARGET,
+    scans::TARGET,
 ];
 
 impl Target {
