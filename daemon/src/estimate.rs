@@ -12,10 +12,10 @@ use coloc_estimator::{
 
 use crate::config::{self, Config, InitialHeading, nanos};
 
-/// The estimator with its storage, which is reserved once.
+/// The estimator with its storage, which is reserved once. Boxed, as it is too large to be moved over stacks.
 #[derive(Debug)]
 pub struct Estimate {
-    estimator: Estimator<Box<[Slot]>>,
+    estimator: Box<Estimator<Box<[Slot]>>>,
 }
 
 impl Estimate {
@@ -27,10 +27,11 @@ impl Estimate {
 
     /// The same, with settings of its own and so many places.
     #[must_use]
+    #[inline(never)]
     pub fn with(settings: Settings, capacity: usize, stamp: Stamp, start: &Start) -> Self {
         let storage = vec![Slot::default(); capacity].into_boxed_slice();
         Self {
-            estimator: Estimator::starting(settings, stamp, start, storage),
+            estimator: Box::new(Estimator::starting(settings, stamp, start, storage)),
         }
     }
 
