@@ -43,7 +43,7 @@ fn still(at: [f64; 2]) -> coloc_bounds::team::Motion {
     }
 }
 
-/// Milliseconds of an epoch, the mean of some.
+/// Milliseconds of an epoch, the least of some: what else the machine does is in the others.
 fn epoch_ms(robots: usize, pairs: &[(usize, usize)]) -> f64 {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let network = network(&mut random, robots, Sort::Fixed);
@@ -53,8 +53,9 @@ fn epoch_ms(robots: usize, pairs: &[(usize, usize)]) -> f64 {
         half: 1e4,
     };
     let moved = vec![Supports::disc(DIRECTIONS, 0.1); robots];
-    let (epochs, start) = (10_u32, Instant::now());
-    for _ in 0..epochs {
+    let mut least = f64::INFINITY;
+    for _ in 0..10 {
+        let start = Instant::now();
         team.predict(&moved);
         let mut polytope = team.polytope(arena, 1e-9).unwrap();
         for (index, measurement) in network.measurements.iter().enumerate() {
@@ -63,8 +64,9 @@ fn epoch_ms(robots: usize, pairs: &[(usize, usize)]) -> f64 {
                 .unwrap();
         }
         team.keep(&mut polytope.region().unwrap());
+        least = least.min(start.elapsed().as_secs_f64() * 1e3);
     }
-    start.elapsed().as_secs_f64() * 1e3 / f64::from(epochs)
+    least
 }
 
 #[test]
