@@ -1,0 +1,18 @@
+//! Leaders and children: robots with good positions carry the rest of the team, beyond sight and beyond radio.
+//!
+//! The equations are those of T. R. Wanasinghe's thesis (Memorial University of Newfoundland, 2017), chapters 3 and 4, corrected where
+//! they are wrong. A leader knows where it is by other means. What it sees of a child is a pose of the child in the common frame: a
+//! datum ([`datum`]). A child that has one hands it on to the children that it sees, each time one sighting longer. The child's own
+//! belief is never a part of it, so that nothing is told twice.
+//!
+//! ```text
+//! first hop    (y*, R*) = (x_l, P_l) ⊕ z      R_ind = the same with P_l = 0
+//! each more    (y*, R*) := (y*, R*) ⊕ z       R_ind likewise
+//! ```
+//!
+//! What a child does with a datum is said in [`fusion`] and [`cross`].
+
+pub mod cross;
+pub mod datum;
+pub mod fusion;
+pub mod kalman;
