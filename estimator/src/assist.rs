@@ -16,3 +16,5 @@ pub mod cross;
 pub mod datum;
 pub mod fusion;
 pub mod kalman;
+pub mod team;
+pub mod tree;

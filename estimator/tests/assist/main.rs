@@ -7,4 +7,5 @@ mod case;
 mod composition;
 #[path = "../support/mod.rs"]
 mod support;
+mod trees;
 mod updates;
