@@ -20,6 +20,11 @@ pub(crate) fn covariance(rows: &Rows) -> Covariance3 {
     Covariance3::new(matrix(rows)).unwrap()
 }
 
+/// `[xx, xy, xφ, yy, yφ, φφ]`
+pub(crate) fn rows([xx, xy, xp, yy, yp, pp]: [f64; 6]) -> Rows {
+    [[xx, xy, xp], [xy, yy, yp], [xp, yp, pp]]
+}
+
 /// y*, R* and `R_ind` as a datum has them.
 pub(crate) fn datum(y_star: [f64; 3], R_star: &Rows, R_ind: &Rows) -> GlobalPose {
     GlobalPose {

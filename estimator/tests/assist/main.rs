@@ -5,7 +5,12 @@
 
 mod case;
 mod composition;
+mod delayed;
+mod distributed;
+mod network;
+mod replay;
 #[path = "../support/mod.rs"]
 mod support;
+mod sync;
 mod trees;
 mod updates;

@@ -43,8 +43,8 @@ enum Kind {
         expected: Updated,
     },
     Child {
-        input: Child,
-        expected: Fused,
+        input: Box<Child>,
+        expected: Box<Fused>,
     },
     Cross {
         input: Box<Cross>,
