@@ -14,11 +14,13 @@
 
 pub mod cross;
 pub mod datum;
+pub mod events;
 pub mod fusion;
 pub mod kalman;
 pub mod path;
 pub mod refusal;
 pub mod search;
+pub mod slot;
 pub mod team;
 pub mod tree;
 pub mod wait;

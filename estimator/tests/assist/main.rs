@@ -8,6 +8,8 @@ mod composition;
 mod delayed;
 mod distributed;
 mod network;
+mod properties;
+mod refusals;
 mod replay;
 #[path = "../support/mod.rs"]
 mod support;
