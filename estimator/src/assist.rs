@@ -10,7 +10,15 @@
 //! each more    (y*, R*) := (y*, R*) ⊕ z       R_ind likewise
 //! ```
 //!
-//! What a child does with a datum is said in [`fusion`] and [`cross`].
+//! | file | what it does |
+//! |---|---|
+//! | [`datum`] | composes what a leader says of a child |
+//! | [`kalman`], [`fusion`], [`cross`] | what a child makes of it, in three ways |
+//! | [`tree`] | which pose goes where, if leaders know all readings |
+//! | [`search`], [`path`] | the same without a centre, at one child and one event |
+//! | [`events`], [`slot`], [`refusal`] | all events that are open at a child, and what it does not listen to |
+//! | [`wait`] | when the thesis's child fuses what has come |
+//! | [`team`] | robots as bits |
 
 pub mod cross;
 pub mod datum;

@@ -11,6 +11,7 @@ mod network;
 mod properties;
 mod refusals;
 mod replay;
+mod sequence;
 #[path = "../support/mod.rs"]
 mod support;
 mod sync;
