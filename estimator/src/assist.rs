@@ -14,6 +14,7 @@
 //! |---|---|
 //! | [`datum`] | composes what a leader says of a child |
 //! | [`kalman`], [`fusion`], [`cross`] | what a child makes of it, in three ways |
+//! | [`transition`] | what becomes of a leader's error, and what a child keeps of it |
 //! | [`tree`] | which pose goes where, if leaders know all readings |
 //! | [`search`], [`path`] | the same without a centre, at one child and one event |
 //! | [`events`], [`slot`], [`refusal`] | all events that are open at a child, and what it does not listen to |
@@ -30,5 +31,6 @@ pub mod refusal;
 pub mod search;
 pub mod slot;
 pub mod team;
+pub mod transition;
 pub mod tree;
 pub mod wait;

@@ -9,6 +9,7 @@ use super::refusal::Refusal;
 use super::search::{Answer, MOST_READINGS, Patience, Search, Settled};
 use super::slot::{Slot, Slots};
 use super::team::{MOST_LEADERS, Place, Rank, Team};
+use super::transition::Past;
 use crate::convert::GlobalPose;
 use crate::list::FixedList;
 use crate::settings::Propagation;
@@ -21,9 +22,6 @@ pub const OPEN_EVENTS: usize = 8;
 #[allow(clippy::cast_possible_wrap)] // Eight.
 const SPAN: i64 = OPEN_EVENTS as i64;
 
-/// So many events back a leader says what became of its error.
-pub const TRANSITIONS: usize = 4;
-
 /// No robot is farther away \[m\].
 const FARTHEST: f64 = 1e12;
 
@@ -32,8 +30,8 @@ const FARTHEST: f64 = 1e12;
 pub struct Word {
     /// Where it was, and how well it knew.
     pub leader: Leader,
-    /// Φ from the last event to this one, from the last but one, and so on.
-    pub transitions: [[[f64; 3]; 3]; TRANSITIONS],
+    /// What became of its error.
+    pub past: Past,
 }
 
 /// DATA, on its way from one robot to the next.
@@ -218,10 +216,8 @@ impl Data {
     /// Whether all numbers are some. Covariances are by their type.
     fn is_near(&self) -> bool {
         let poses = [self.said.pose, self.word.leader.pose];
-        let coordinates = poses.iter().flat_map(|it| [it.x, it.y, it.phi]);
-        let transitions = self.word.transitions.as_flattened().as_flattened();
-        let mut all = coordinates.chain(transitions.iter().copied());
-        all.all(|number| number.abs() <= FARTHEST)
+        let mut coordinates = poses.iter().flat_map(|it| [it.x, it.y, it.phi]);
+        coordinates.all(|number| number.abs() <= FARTHEST) && self.word.past.is_near(FARTHEST)
     }
 }
 
