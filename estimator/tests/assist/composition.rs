@@ -1,7 +1,7 @@
 //! A pose and what is seen from it, once and in chains, in both orders.
 
-use coloc_estimator::assist::datum::{extend, first, joined};
-use coloc_estimator::{Belief, GlobalPose, Propagation};
+use coloc_estimator::assist::datum::{Reading, carried, extend, first, joined};
+use coloc_estimator::{Belief, Covariance3, GlobalPose, Propagation};
 use serde::Deserialize;
 
 use crate::case::{Rows, Seen, Tolerance, covariance, pose, sigma};
@@ -148,4 +148,47 @@ fn composition() {
         }
     }
     tolerance.report("composition.json");
+}
+
+/// A relay's own way is noise, and none of it news.
+#[test]
+fn a_way_adds_nothing_that_is_independent() {
+    let covariance = |scale: f64| {
+        covariance(&[
+            [0.04 * scale, 0.01 * scale, 0.0],
+            [0.01 * scale, 0.09 * scale, 0.002 * scale],
+            [0.0, 0.002 * scale, 0.01 * scale],
+        ])
+    };
+    let leader = Belief::independent(pose([1.0, 2.0, 0.7]), covariance(0.1));
+    let seen = Reading {
+        relative: pose([2.0, -0.5, 1.1]),
+        covariance: covariance(0.2),
+    };
+    let way = Reading {
+        relative: pose([0.3, 0.01, -0.2]),
+        covariance: covariance(0.05),
+    };
+    let exact = Reading {
+        covariance: Covariance3::ZERO,
+        ..way
+    };
+    for propagation in [Propagation::Paper, Propagation::Honest] {
+        let said = first(&leader, &seen, propagation);
+        let found = carried(&said, &way, propagation);
+        let (whole, alone) = (
+            extend(&said, &way, propagation),
+            extend(&said, &exact, propagation),
+        );
+        assert_eq!(found.pose, alone.pose);
+        assert_eq!(found.parts.independent, alone.parts.independent);
+        let difference = found.total().matrix() - whole.total().matrix();
+        // An uncertain heading spreads the noise of the way a little more.
+        assert!(
+            difference.abs().max() < 2e-5,
+            "{propagation:?}: {difference}"
+        );
+        let added = found.total().matrix() - alone.total().matrix();
+        assert!(added.trace() > 0.005, "{added}");
+    }
 }

@@ -1,10 +1,10 @@
 //! What nobody of the team would send: it is refused under its reason, and nothing changes.
 
-use coloc_estimator::assist::datum::Reading;
+use coloc_estimator::assist::datum::{Reading, carried, extend};
 use coloc_estimator::assist::events::{Data, Events, Now, OPEN_EVENTS, Terms, Word};
 use coloc_estimator::assist::path::Path;
 use coloc_estimator::assist::refusal::Refusal;
-use coloc_estimator::assist::search::{Answer, Patience, Settled};
+use coloc_estimator::assist::search::{Answer, Patience, Settled, Use};
 use coloc_estimator::assist::slot::{Slot, Slots};
 use coloc_estimator::assist::team::{Place, Team};
 use coloc_estimator::{Covariance3, GlobalPose, Parts, Pose, Propagation, RobotId, Span, Stamp};
@@ -296,4 +296,43 @@ fn before_it_started() {
     assert_eq!(answer, Ok(Answer::Closed));
     assert!(!Answer::Closed.acknowledges());
     assert_eq!(state(&events), before);
+}
+
+/// A sighting with another stamp: the datum is carried there first, if the way is known; else the sighting stays free.
+#[test]
+fn a_sighting_with_another_stamp() {
+    let mut events = Events::new(place(3), Slot(90));
+    let first = data(&[100, 2, 3]);
+    let later = first.stamp + Span::from_millis(40);
+    assert!(events.see(&terms(), NOW, (place(4), later, reading()), BEGAN));
+    let answer = events.hear(&terms(), NOW, place(2), &first, BEGAN);
+    assert_eq!(answer, Ok(Answer::Accepted));
+    let mut unknown = events.clone();
+    unknown.work(
+        &terms(),
+        NOW,
+        |_, _| None,
+        |_| panic!("the way is not known"),
+    );
+    assert_eq!(
+        unknown.search(Slot(100)).unwrap().sights()[0].used,
+        Use::Free
+    );
+    let way = |from, to| {
+        assert_eq!((from, to), (first.stamp, later));
+        Some(Reading {
+            relative: Pose::new(0.5, 0.0, 0.0),
+            covariance: Covariance3::ZERO,
+        })
+    };
+    let mut sent = Vec::new();
+    events.work(&terms(), NOW, way, |it| sent.push(*it));
+    let moved = carried(
+        &first.said,
+        &way(first.stamp, later).unwrap(),
+        Propagation::Paper,
+    );
+    let expected = extend(&moved, &reading(), Propagation::Paper);
+    assert_eq!((sent.len(), sent[0].stamp), (1, later));
+    assert_eq!((sent[0].said, sent[0].word), (expected, first.word));
 }
