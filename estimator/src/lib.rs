@@ -20,6 +20,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // Where tests compare floats exactly, they mean it.
 
 pub mod angle;
+pub mod assist;
 pub mod belief;
 mod clip;
 mod compose;

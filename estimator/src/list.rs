@@ -27,12 +27,29 @@ impl<T: Copy, const N: usize> FixedList<T, N> {
         true
     }
 
+    /// Puts `item` before that at `index`; false if the list is full or ends before it.
+    #[must_use]
+    pub(crate) fn insert(&mut self, index: usize, item: T) -> bool {
+        if index > self.len || !self.push(item) {
+            return false;
+        }
+        self.as_mut_slice()
+            .get_mut(index..)
+            .unwrap_or(&mut [])
+            .rotate_right(1);
+        true
+    }
+
     pub(crate) fn clear(&mut self) {
         self.len = 0;
     }
 
     pub(crate) fn as_slice(&self) -> &[T] {
         self.items.get(..self.len).unwrap_or(&[])
+    }
+
+    pub(crate) fn as_mut_slice(&mut self) -> &mut [T] {
+        self.items.get_mut(..self.len).unwrap_or(&mut [])
     }
 }
 

@@ -22,6 +22,7 @@ pub mod found;
 pub mod gyro;
 pub mod honest;
 pub mod laser;
+pub mod leaders;
 pub mod memory;
 pub mod method;
 pub mod metrics;

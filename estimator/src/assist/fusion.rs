@@ -1,0 +1,86 @@
+//! What a child makes of the poses of one event.
+//!
+//! They are fused one by one, in the order of the leaders' numbers, whatever the order in which they came.
+//!
+//! * [`Rule::Kalman`] is the thesis: each pose is news. It is not: what one leader says at two events has that leader's error in
+//!   common, and children come to be overconfident.
+//! * [`Rule::Split`] takes the leader's error as dependent: split covariance intersection holds whatever it is correlated with.
+//!
+//! [`super::cross`] tracks the correlation instead.
+
+use super::kalman;
+use crate::belief::Belief;
+use crate::convert::GlobalPose;
+use crate::fusion::{Fusion, fuse};
+use crate::kind::RobotId;
+use crate::settings::FusionSettings;
+
+/// How poses are fused.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Rule {
+    /// A plain Kalman update with all of R*.
+    Kalman {
+        /// Accept if d² is at most this (χ² with three degrees of freedom).
+        gate: f64,
+    },
+    /// Algorithm 3 with `R_d = R* − R_ind`.
+    Split {
+        /// Of Algorithm 3; damping is a factor of its own here, whatever the pace.
+        settings: FusionSettings,
+        /// After an event with any pose, accepted or not, all is dependent. Needed where children also tell what they believe.
+        reset: bool,
+    },
+}
+
+impl Rule {
+    /// `own` after one pose.
+    #[must_use]
+    pub fn fuse_one(&self, own: &Belief, said: &GlobalPose) -> Fusion {
+        match self {
+            Self::Kalman { gate } => {
+                let update = kalman::update(own, &said.pose, &said.total(), *gate);
+                Fusion {
+                    belief: update.belief,
+                    accepted: update.accepted,
+                    alpha: 0.0,
+                    d2: update.d2,
+                }
+            }
+            Self::Split { settings, .. } => fuse(own, said, settings),
+        }
+    }
+
+    /// `own` after all poses of one event, at most one of a leader; `account` hears of each in the order of the fusions.
+    #[must_use]
+    pub fn fuse_all(
+        &self,
+        own: &Belief,
+        poses: &[(RobotId, GlobalPose)],
+        mut account: impl FnMut(RobotId, &Fusion),
+    ) -> Belief {
+        let mut belief = *own;
+        let mut last = None;
+        while let Some((leader, said)) = next_after(poses, last) {
+            let fusion = self.fuse_one(&belief, said);
+            account(*leader, &fusion);
+            belief = fusion.belief;
+            last = Some(*leader);
+        }
+        let resets = matches!(self, Self::Split { reset: true, .. });
+        if resets && !poses.is_empty() {
+            belief.make_dependent();
+        }
+        belief
+    }
+}
+
+/// The pose of the smallest leader beyond `last`.
+fn next_after(
+    poses: &[(RobotId, GlobalPose)],
+    last: Option<RobotId>,
+) -> Option<&(RobotId, GlobalPose)> {
+    let later = poses
+        .iter()
+        .filter(|(leader, _)| last.is_none_or(|last| *leader > last));
+    later.min_by_key(|(leader, _)| *leader)
+}
