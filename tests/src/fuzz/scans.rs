@@ -110,8 +110,7 @@ fn heard(log: &[u8], size: usize) -> Said {
         driver.take(piece, at).unwrap();
     }
     driver.end(at).unwrap();
-    let said = driver.into_outlet();
-    said
+    driver.into_outlet()
 }
 
 fn check(said: &Said) {
