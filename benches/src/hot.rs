@@ -47,6 +47,12 @@ pub fn sightings(surroundings: &mut Surroundings, stamp_ns: i64) {
     surroundings.send_messages(stamp_ns, [0.0; 3]);
 }
 
+/// Two frames, four sightings in part, the answers to those before, and a fix.
+pub fn sightings_in_part(surroundings: &mut Surroundings, stamp_ns: i64) {
+    surroundings.send_frames([0.0; 2]);
+    surroundings.send_sightings_in_part(stamp_ns);
+}
+
 /// As many of both, seen by range and bearing alone, and the answers to the sightings of the tick before.
 pub fn parts(surroundings: &mut Surroundings, stamp_ns: i64) {
     surroundings.send_frames([0.0; 2]);

@@ -11,11 +11,7 @@ fn the_short_form_holds_its_bars() {
         eprintln!("SKIPPED: no recordings; set COLOC_DATA to the folder that holds carmen_laser");
         return;
     };
-    let form = Form {
-        every: 6,
-        ..Form::short(1, Some(data))
-    };
-    let finding = find(&form);
+    let finding = find(&Form::short(1, Some(data)));
     assert!(finding.text.lines().count() > 8, "{}", finding.text);
     assert!(
         finding.missed.is_empty(),

@@ -265,9 +265,8 @@ impl Surroundings {
         });
     }
 
-    /// Four sightings by range and bearing, what four neighbours say that have seen the robot so, the answers to the sightings before,
-    /// and a fix; true, if the robot stands at the origin.
-    pub fn send_parts(&mut self, stamp_ns: i64) {
+    /// Four sightings by range and bearing, the answers to those before, and a fix; true, if the robot stands at the origin.
+    pub fn send_sightings_in_part(&mut self, stamp_ns: i64) {
         let own = header(stamp_ns, self.sent);
         self.receiver.send(fix(own, [0.0; 3])).unwrap();
         let first = 4 * self.sent;
@@ -276,9 +275,18 @@ impl Surroundings {
                 let message = in_part(header(stamp_ns, sequence), observed);
                 parts.camera.send(message).unwrap();
             }
-            parts.say(own, first);
+            parts.answer(own, first);
         }
         self.sent += 1;
+    }
+
+    /// The same, and what four neighbours say that have seen the robot so.
+    pub fn send_parts(&mut self, stamp_ns: i64) {
+        let own = header(stamp_ns, self.sent);
+        if let Some(parts) = &self.parts {
+            parts.see(own);
+        }
+        self.send_sightings_in_part(stamp_ns);
     }
 
     /// From now on whoever listens is woken by what the robot publishes, and has to be.
@@ -301,7 +309,7 @@ impl Surroundings {
 }
 
 impl Parts {
-    fn say(&mut self, own: Header, first: u64) {
+    fn see(&self, own: Header) {
         for (port, &sender) in self.seen.iter().zip(&NEIGHBOURS) {
             let header = Header {
                 source: sender,
@@ -309,6 +317,9 @@ impl Parts {
             };
             port.send(seen(header)).unwrap();
         }
+    }
+
+    fn answer(&mut self, own: Header, first: u64) {
         let asked = self.asked.replace((own.stamp_ns, first));
         let Some((stamp_ns, before)) = asked else {
             return;

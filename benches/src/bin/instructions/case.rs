@@ -35,6 +35,7 @@ pub(crate) enum Case {
     DaemonGroup,
     DaemonNeighbours,
     DaemonSightings,
+    DaemonSightingsInPart,
     DaemonParts,
     DaemonFramesTurning,
     DaemonNeighboursTurning,
@@ -47,7 +48,7 @@ pub(crate) enum Case {
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 28] = [
+    pub(crate) const ALL: [Self; 29] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -67,6 +68,7 @@ impl Case {
         Self::DaemonGroup,
         Self::DaemonNeighbours,
         Self::DaemonSightings,
+        Self::DaemonSightingsInPart,
         Self::DaemonParts,
         Self::DaemonFramesTurning,
         Self::DaemonNeighboursTurning,
@@ -99,7 +101,8 @@ impl Case {
             Self::DaemonGroup => "daemon-frames-for-a-group",
             Self::DaemonNeighbours => "daemon-4-neighbours-and-fix",
             Self::DaemonSightings => "daemon-and-4-sightings",
-            Self::DaemonParts => "daemon-and-4-sightings-in-part",
+            Self::DaemonSightingsInPart => "daemon-4-sightings-in-part-and-answers",
+            Self::DaemonParts => "daemon-4-sightings-in-part-both-ways",
             Self::DaemonFramesTurning => "daemon-frames-gyro-heading",
             Self::DaemonNeighboursTurning => "daemon-4-neighbours-fix-gyro-heading",
             Self::ColdFrames => "cold-lines-frames",
@@ -149,6 +152,7 @@ impl Case {
                 | Self::DaemonGroup
                 | Self::DaemonNeighbours
                 | Self::DaemonSightings
+                | Self::DaemonSightingsInPart
                 | Self::DaemonParts
                 | Self::DaemonFramesTurning
                 | Self::DaemonNeighboursTurning
@@ -171,15 +175,20 @@ impl Case {
             Self::Tick => Some((1.05, Self::TickUnjudged)),
             Self::TickOfFour => Some((1.07, Self::TickOfFourUnjudged)),
             Self::Sought => Some((16.0, Self::TickUnjudged)),
-            Self::DaemonParts => Some((1.3, Self::DaemonSightings)),
+            Self::DaemonSightingsInPart => Some((1.3, Self::DaemonSightings)),
             _ => None,
         }
     }
 
     /// Growth beyond this part fails `--check`. Where the linker puts functions moves some across lines and sets: that alone changes
-    /// how many are fetched by up to an eighth.
+    /// how many are fetched by up to an eighth. How much is rehearsed is a matter of time, so that a busy machine rehearses less: such
+    /// counts are for people.
     pub(crate) fn tolerance(self) -> f64 {
-        if self.is_cold() { 0.25 } else { 0.05 }
+        match self {
+            Self::ColdRehearsed | Self::ColdNeighboursRehearsed => f64::INFINITY,
+            _ if self.is_cold() => 0.25,
+            _ => 0.05,
+        }
     }
 
     pub(crate) fn named(name: &str) -> Option<Self> {
@@ -252,6 +261,9 @@ impl Case {
             Self::DaemonGroup => whole_ticks(Hot::open_to(own_group())?, hot::frames, iterations),
             Self::DaemonNeighbours => whole_ticks(Hot::new()?, hot::neighbours, iterations),
             Self::DaemonSightings => whole_ticks(Hot::new()?, hot::sightings, iterations),
+            Self::DaemonSightingsInPart => {
+                whole_ticks(Hot::in_part()?, hot::sightings_in_part, iterations)
+            }
             Self::DaemonParts => whole_ticks(Hot::in_part()?, hot::parts, iterations),
             Self::DaemonFramesTurning => turning_ticks(hot::turning_frames, iterations)?,
             Self::DaemonNeighboursTurning => turning_ticks(hot::turning_neighbours, iterations)?,

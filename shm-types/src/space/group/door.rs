@@ -51,8 +51,8 @@ pub(super) fn connected(path: &Path) -> Result<OwnedFd> {
 
 /// Whether nobody is behind it any more. Nobody behind it notices.
 pub(crate) fn is_dead(path: &Path) -> bool {
-    let is_missing = matches!(rustix::fs::lstat(path), Err(Errno::NOENT));
-    is_missing || bells::is_dead(path)
+    // In this order: it may be removed meanwhile.
+    bells::is_dead(path) || matches!(rustix::fs::lstat(path), Err(Errno::NOENT))
 }
 
 fn socket() -> Result<OwnedFd> {
