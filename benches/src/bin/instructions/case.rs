@@ -262,7 +262,7 @@ impl Case {
             Self::DaemonNeighbours => whole_ticks(Hot::new()?, hot::neighbours, iterations),
             Self::DaemonSightings => whole_ticks(Hot::new()?, hot::sightings, iterations),
             Self::DaemonSightingsInPart => {
-                whole_ticks(Hot::in_part()?, hot::sightings_in_part, iterations)
+                whole_ticks(Hot::in_part()?, hot::sightings_in_part, iterations);
             }
             Self::DaemonParts => whole_ticks(Hot::in_part()?, hot::parts, iterations),
             Self::DaemonFramesTurning => turning_ticks(hot::turning_frames, iterations)?,
