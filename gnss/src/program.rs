@@ -9,12 +9,13 @@ use std::time::Duration;
 use clap::{Parser, Subcommand};
 use coloc_daemon::config::Config;
 use coloc_sensors::input::Step;
+use coloc_sensors::page::{self, Names};
 use coloc_sensors::run::{self, Outlet as Life};
 use coloc_sensors::status::Reporter;
 use coloc_sensors::teller::Teller;
 use coloc_sensors::{EndError, Input, InputSpec, Moment, Stop, end};
+use coloc_shm_types::places;
 use coloc_shm_types::private::{OwnFile, PrivateDirectory};
-use coloc_shm_types::{DriverStatus, places};
 use serde_json::json;
 
 use crate::datum::Origin;
@@ -88,7 +89,7 @@ where
 }
 
 fn run(path: &Path) -> Result<(), EndError> {
-    let stop = Stop::on_signals().map_err(system("signals cannot be handled"))?;
+    let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
     let (config, section) = Config::load_with::<Gnss>(path)?;
     let name = &config.robot.name;
     let space = config.open_space(NAME)?;
@@ -151,15 +152,7 @@ fn datum_file(config: &Config, section: &Gnss, path: &Path) -> Result<OwnFile, E
 fn check(path: &Path, strict: bool) -> Result<(), EndError> {
     let (config, section) = Config::load_with::<Gnss>(path)?;
     let warnings = unlikely(&config, &section);
-    let mut page = understood(&config, &section);
-    for warning in &warnings {
-        page.extend(["warning      ", warning, "\n"]);
-    }
-    print(&page)?;
-    if strict && !warnings.is_empty() {
-        return Err(EndError::Unlikely(warnings.len()));
-    }
-    Ok(())
+    page::check(understood(&config, &section), &warnings, strict)
 }
 
 /// A configuration in words, a line a subject.
@@ -199,15 +192,11 @@ fn understood(config: &Config, section: &Gnss) -> String {
     ];
     let floors = floors.map(|floor| format!("believed     {floor}"));
     let lines: Vec<_> = begin.into_iter().chain(floors).collect();
-    lines.join(
-        "
-",
-    ) + "
-"
+    lines.join("\n") + "\n"
 }
 
 fn fixes(input: &str) -> Result<(), EndError> {
-    let stop = Stop::on_signals().map_err(system("signals cannot be handled"))?;
+    let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
     let is_path = !input.contains(':') && input != "stdin";
     let text = if is_path {
         format!("file:{input}?speed=full")
@@ -230,7 +219,7 @@ fn fixes(input: &str) -> Result<(), EndError> {
         };
         match flushed {
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
-            Err(error) => return Err(system("standard output cannot be written")(error)),
+            Err(error) => return Err(EndError::of("standard output cannot be written")(error)),
             Ok(()) if is_over => break,
             Ok(()) => {}
         }
@@ -248,7 +237,7 @@ fn hear(
 ) -> Result<bool, EndError> {
     let step = input.step(stop, run::IDLE);
     let mut note = |event| events.push(event);
-    match step.map_err(system("it cannot be waited"))? {
+    match step.map_err(EndError::of("it cannot be waited"))? {
         Step::Bytes => receiver.take(input.bytes(), Moment::now(), &mut note),
         Step::Unreadable(why) => return Err(EndError::Input(why)),
         Step::Lost(why) => say(&why),
@@ -301,46 +290,12 @@ fn shown(event: Event) -> Option<serde_json::Value> {
 
 fn status(path: &Path) -> Result<(), EndError> {
     let (config, section) = Config::load_with::<Gnss>(path)?;
-    let name = &config.robot.name;
-    let space = config.open_space(NAME)?;
-    let statuses = space.subscriber::<DriverStatus>(name)?;
-    for _ in 0..3 {
-        let waited = statuses.wait(Duration::from_secs(1));
-        let heard = waited.map_err(|problem| EndError::Input(problem.to_string()))?;
-        if let Some(status) =
-            heard.filter(|it| it.header.source == section.source && it.name() == DRIVER)
-        {
-            return print(&format!("{}\n", described(&status)));
-        }
-    }
-    Err(EndError::Input(format!(
-        "no {NAME} of {name} speaks: does it run?"
-    )))
-}
-
-fn described(status: &DriverStatus) -> serde_json::Value {
-    let refused = Refusal::ALL.iter().zip(status.refused);
-    let refused: serde_json::Map<_, _> = refused
-        .filter(|(_, count)| *count > 0)
-        .map(|(refusal, count)| (refusal.name().to_owned(), count.into()))
-        .collect();
-    let figures = FIGURES.iter().zip(status.figures);
-    let figures: serde_json::Map<_, _> = figures
-        .filter(|(_, figure)| figure.is_finite())
-        .map(|(name, figure)| ((*name).to_owned(), figure.into()))
-        .collect();
-    json!({
-        "health": status.health().name(), "open": status.open == 1, "opened": status.opened, "bytes": status.bytes,
-        "whole": status.whole, "broken": status.broken, "said": status.said, "refused": refused, "figures": figures,
-    })
-}
-
-fn print(text: &str) -> Result<(), EndError> {
-    let mut out = io::stdout();
-    let printed = out.write_all(text.as_bytes()).and_then(|()| out.flush());
-    printed.map_err(system("standard output cannot be written"))
-}
-
-fn system(what: &'static str) -> impl FnOnce(io::Error) -> EndError {
-    move |error| EndError::System { what, error }
+    let names = Names {
+        program: NAME,
+        driver: DRIVER,
+        source: section.source,
+        refusals: &Refusal::ALL.map(Refusal::name),
+        figures: &FIGURES,
+    };
+    page::status(&config.open_space(NAME)?, &config.robot.name, &names)
 }

@@ -23,7 +23,7 @@ pub trait Outlet {
     /// A robot whose heading was seen; what is missing in its header is the sender's.
     fn pose(&mut self, stamp_ns: i64, sighting: RelativePose) -> bool;
 
-    /// A robot of which range and bearing were seen; none where there is no channel for that.
+    /// A robot of which range and bearing were seen; none where that is not published.
     fn range_bearing(&mut self, stamp_ns: i64, robot: u16, seen: &RangeBearing) -> Option<bool>;
 }
 

@@ -1,7 +1,6 @@
 //! The program `coloc-laser`.
 
 use std::ffi::OsString;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -9,13 +8,13 @@ use std::time::{Duration, Instant};
 use clap::{Parser, Subcommand};
 use coloc_daemon::config::Config;
 use coloc_scan::Look;
+use coloc_sensors::page::{self, Names};
 use coloc_sensors::run::{self, Outlet as Life};
 use coloc_sensors::status::{Line, Reporter};
 use coloc_sensors::stop::Woken;
 use coloc_sensors::teller::Teller;
 use coloc_sensors::{Driver, EndError, Input, InputSpec, Moment, Stop, end};
-use coloc_shm_types::{DriverStatus, RobotName, Scan, Space, Subscriber, boot};
-use serde_json::json;
+use coloc_shm_types::{RobotName, Scan, Subscriber, boot};
 
 use crate::beliefs::{Beliefs, mount};
 use crate::driver::{FIGURES, LaserDriver, unlikely};
@@ -98,7 +97,7 @@ where
 }
 
 fn run(path: &Path) -> Result<(), EndError> {
-    let stop = Stop::on_signals().map_err(system("signals cannot be handled"))?;
+    let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
     let (config, section) = Config::load_with::<Laser>(path)?;
     let name = &config.robot.name;
     let space = config.open_space(NAME)?;
@@ -163,7 +162,7 @@ fn listen(
         let bell = scans.bell()?;
         let woken = stop
             .wait(Some(bell), run::IDLE)
-            .map_err(system("it cannot be waited"))?;
+            .map_err(EndError::of("it cannot be waited"))?;
         if woken == Woken::Stop {
             teller.finish();
             return Ok(());
@@ -196,7 +195,7 @@ fn hear(driver: &mut LaserDriver<Channels>, scans: &Subscriber<Scan>) -> Result<
 }
 
 fn play(path: &Path, log: PathBuf, full_speed: bool) -> Result<(), EndError> {
-    let stop = Stop::on_signals().map_err(system("signals cannot be handled"))?;
+    let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
     let (config, section) = Config::load_with::<Laser>(path)?;
     let space = config.open_space(NAME)?;
     let name = &config.robot.name;
@@ -222,15 +221,7 @@ fn play(path: &Path, log: PathBuf, full_speed: bool) -> Result<(), EndError> {
 fn check(path: &Path, strict: bool) -> Result<(), EndError> {
     let (config, section) = Config::load_with::<Laser>(path)?;
     let warnings = unlikely(&config, &section);
-    let mut page = understood(&config, &section);
-    for warning in &warnings {
-        page.extend(["warning      ", warning, "\n"]);
-    }
-    print(&page)?;
-    if strict && !warnings.is_empty() {
-        return Err(EndError::Unlikely(warnings.len()));
-    }
-    Ok(())
+    page::check(understood(&config, &section), &warnings, strict)
 }
 
 /// A configuration in words, a line a subject.
@@ -278,46 +269,12 @@ fn shown(look: &Look) -> String {
 
 fn status(path: &Path) -> Result<(), EndError> {
     let (config, section) = Config::load_with::<Laser>(path)?;
-    let name = &config.robot.name;
-    let space: Space = config.open_space(NAME)?;
-    let statuses = space.subscriber::<DriverStatus>(name)?;
-    for _ in 0..3 {
-        let waited = statuses.wait(Duration::from_secs(1));
-        let heard = waited.map_err(|problem| EndError::Input(problem.to_string()))?;
-        if let Some(status) =
-            heard.filter(|it| it.header.source == section.source && it.name() == DRIVER)
-        {
-            return print(&format!("{}\n", described(&status)));
-        }
-    }
-    Err(EndError::Input(format!(
-        "no {NAME} of {name} speaks: does it run?"
-    )))
-}
-
-fn described(status: &DriverStatus) -> serde_json::Value {
-    let refused = Refusal::ALL.iter().zip(status.refused);
-    let refused: serde_json::Map<_, _> = refused
-        .filter(|(_, count)| *count > 0)
-        .map(|(refusal, count)| (refusal.name().to_owned(), count.into()))
-        .collect();
-    let figures = FIGURES.iter().zip(status.figures);
-    let figures: serde_json::Map<_, _> = figures
-        .filter(|(_, figure)| figure.is_finite())
-        .map(|(name, figure)| ((*name).to_owned(), figure.into()))
-        .collect();
-    json!({
-        "health": status.health().name(), "open": status.open == 1, "bytes": status.bytes, "whole": status.whole,
-        "broken": status.broken, "said": status.said, "refused": refused, "figures": figures,
-    })
-}
-
-fn print(text: &str) -> Result<(), EndError> {
-    let mut out = io::stdout();
-    let printed = out.write_all(text.as_bytes()).and_then(|()| out.flush());
-    printed.map_err(system("standard output cannot be written"))
-}
-
-fn system(what: &'static str) -> impl FnOnce(io::Error) -> EndError {
-    move |error| EndError::System { what, error }
+    let names = Names {
+        program: NAME,
+        driver: DRIVER,
+        source: section.source,
+        refusals: &Refusal::ALL.map(Refusal::name),
+        figures: &FIGURES,
+    };
+    page::status(&config.open_space(NAME)?, &config.robot.name, &names)
 }

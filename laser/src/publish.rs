@@ -74,7 +74,7 @@ impl Outlet for Channels {
             .is_ok()
     }
 
-    /// There is no channel for it yet; once there is, this is where it goes.
+    /// It is not on the channel `sighting` yet; this is where it will go.
     fn range_bearing(&mut self, _: i64, _: u16, _: &RangeBearing) -> Option<bool> {
         None
     }

@@ -16,7 +16,7 @@ pub enum Refusal {
     Ambiguous = 4,
     /// It may be nobody of the team.
     Nobody = 5,
-    /// Range and bearing, for which there is no channel.
+    /// Range and bearing, which are not published yet.
     NoHeading = 6,
     /// There was no room for it.
     Room = 7,

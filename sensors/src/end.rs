@@ -47,6 +47,11 @@ pub enum EndError {
 }
 
 impl EndError {
+    /// What the operating system said to what was tried.
+    pub fn of(what: &'static str) -> impl FnOnce(io::Error) -> Self {
+        move |error| Self::System { what, error }
+    }
+
     /// What it is for whoever started it.
     #[must_use]
     pub fn status(&self) -> Status {

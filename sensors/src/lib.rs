@@ -3,7 +3,8 @@
 //! * **Where bytes come from** ([`input`]): a serial device that is pulled out and comes back, a TCP server or gpsd, a file or standard
 //!   input, plain or gzip. What is lost is opened again, with a pause that grows ([`backoff`]).
 //! * **A program that behaves** ([`run`]): it reads its section of `robot.toml`, ends at once when it is asked to ([`stop`]), with a status
-//!   that says why ([`end`]), says at most one line a second ([`teller`]), and publishes how it is doing ([`status`]).
+//!   that says why ([`end`]), says at most one line a second ([`teller`]), and publishes how it is doing ([`status`]); asked, it
+//!   prints that, and what its configuration means ([`page`]).
 //! * **Nothing that comes in ends it.** A driver is given bytes, whole or not, and counts what it cannot use.
 
 pub mod backoff;
@@ -12,6 +13,7 @@ pub mod health;
 pub mod input;
 pub mod moment;
 pub mod pace;
+pub mod page;
 pub mod run;
 pub mod status;
 pub mod stop;
