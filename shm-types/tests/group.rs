@@ -90,9 +90,24 @@ fn wait(reader: &Reader) -> Option<u64> {
 }
 
 fn is_readable(reader: &Reader) -> bool {
-    let bell = reader.bell().expect("let in");
+    is_readable_within(Duration::ZERO, reader)
+}
+
+fn is_readable_within(time: Duration, reader: &Reader) -> bool {
+    let bell = reader.bell().expect("there is a robot");
     let mut waited = [PollFd::from_borrowed_fd(bell, PollFlags::IN)];
-    poll(&mut waited, Some(&Timespec::default())).expect("polled") > 0
+    let time = Timespec::try_from(time).expect("a short time");
+    poll(&mut waited, Some(&time)).expect("polled") > 0
+}
+
+/// It has heard so.
+fn is_let_in(reader: &Reader) {
+    let is_let_in = || {
+        reader.bell().expect("there is a robot");
+        assert_eq!(reader.receive().unwrap(), None);
+        reader.has_place()
+    };
+    assert!(comes(is_let_in));
 }
 
 /// Within a time that is long enough for everybody.
@@ -205,8 +220,7 @@ fn a_descriptor_says_that_there_is_something() {
     let root = tempfile::tempdir().unwrap();
     let robot = Robot::new(root.path());
     let reader = reader(root.path());
-    assert!(comes(|| is_readable(&reader)), "it was let in");
-    assert_eq!(reader.receive().unwrap(), None);
+    is_let_in(&reader);
     assert!(!is_readable(&reader));
     robot.say(1);
     assert!(comes(|| is_readable(&reader)));
@@ -244,26 +258,33 @@ fn who_does_not_come_back_keeps_nobody_from_being_woken_and_is_heard_again() {
 }
 
 #[test]
-fn a_user_has_so_many_places_and_gets_them_back() {
+fn who_finds_no_place_looks_until_there_is_one() {
     let root = tempfile::tempdir().unwrap();
     let robot = Robot::new(root.path());
     let mut readers: Vec<_> = (0..PLACES).map(|_| reader(root.path())).collect();
-    robot.say(1);
-    assert!(readers.iter().all(|reader| wait(reader) == Some(1)));
-    let refused = reader(root.path());
-    robot.say(2);
-    assert_eq!(wait(&refused), Some(2), "it is there already");
-    let refusal = refused.wait(PATIENCE).unwrap_err();
-    assert!(matches!(refusal, ReadError::Full { .. }), "{refusal}");
-    assert_eq!(refused.newest(), Some(estimate(2)), "looking goes on");
+    readers.iter().for_each(is_let_in);
+    let late = reader(root.path());
+    for tick in 1..=20 {
+        robot.say(tick);
+        assert_eq!(wait(&late), Some(tick));
+        assert!(readers.iter().all(|reader| wait(reader) == Some(tick)));
+    }
+    assert_eq!(late.wait(Duration::from_millis(20)).unwrap(), None);
+    assert!(is_readable_within(PATIENCE, &late), "by the clock");
+    assert!(!late.has_place());
+    assert!(readers.iter().all(Reader::has_place));
     readers.pop();
-    let late = || {
-        let late = reader(root.path());
-        matches!(late.wait(PATIENCE), Ok(Some(_))) && late.wait(Duration::ZERO).is_ok()
+    is_let_in(&late);
+    let is_quiet = || {
+        assert_eq!(late.receive().unwrap(), None);
+        !is_readable_within(Duration::from_millis(50), &late)
     };
-    assert!(comes(late), "somebody has left");
-    robot.say(3);
-    assert!(readers.iter().all(|reader| wait(reader) == Some(3)));
+    assert!(comes(is_quiet), "the clock has stopped");
+    robot.say(21);
+    assert_eq!(wait(&late), Some(21));
+    drop(robot);
+    let refusal = late.wait(PATIENCE).unwrap_err();
+    assert!(matches!(refusal, ReadError::Gone { .. }), "{refusal}");
 }
 
 #[test]
@@ -373,9 +394,8 @@ fn neither_writing_nor_waking_allocates() {
     let root = tempfile::tempdir().unwrap();
     let robot = Robot::new(root.path());
     let reader = reader(root.path());
-    // It is let in, and the first ring connects.
-    assert!(comes(|| is_readable(&reader)));
-    assert_eq!(reader.receive().unwrap(), None);
+    // The first ring connects.
+    is_let_in(&reader);
     robot.say(0);
     let mut during = Calls::NONE;
     for tick in 1..=1000 {

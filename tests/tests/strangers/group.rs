@@ -12,11 +12,13 @@ use rustix::mm::{MapFlags, MprotectFlags, ProtFlags, mmap, mprotect};
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 use rustix::process::Signal;
 
-use super::stage::{Daemon, PATIENCE, READY, Stage, User, chmod, configuration};
+use super::stage::{Daemon, PATIENCE, READY, Stage, Staying, User, chmod, configuration};
 use super::stranger::{report, with_file};
 
 /// As many as there are connections.
 const MANY: usize = 32;
+/// Of a user.
+const PLACES: usize = 8;
 
 const GROUP: u32 = 60010;
 const MEMBER: User = member(60001);
@@ -98,6 +100,64 @@ pub(crate) fn fall_asleep(root: &Path) {
         last = next;
     }
     // Nobody listens any more to what the harness would say.
+    std::process::exit(0);
+}
+
+/// Is woken by the robot, and not by a clock.
+pub(crate) fn read_at_a_place(root: &Path) {
+    let reader = Reader::open(root, &robot("robot1")).unwrap();
+    take_place(&reader);
+    read(root);
+    assert!(reader.wait(PATIENCE).unwrap().is_some() && reader.has_place());
+}
+
+fn take_place(reader: &Reader) {
+    let start = Instant::now();
+    while !reader.has_place() {
+        assert!(start.elapsed() < PATIENCE, "there is a place");
+        reader.wait(PATIENCE).unwrap();
+    }
+}
+
+/// Takes all that a user may have. Whoever has to give one away goes on.
+pub(crate) fn take_places(root: &Path) {
+    let name = robot("robot1");
+    let readers: Vec<_> = (0..PLACES)
+        .map(|_| Reader::open(root, &name).unwrap())
+        .collect();
+    readers.iter().for_each(take_place);
+    println!("{READY}");
+    let _ = io::stdin().read(&mut [0]);
+    for reader in readers {
+        let mut last = reader.wait(PATIENCE).unwrap().unwrap().tick;
+        for _ in 0..5 {
+            let next = reader.wait(PATIENCE).unwrap().unwrap().tick;
+            assert!(next > last, "{next} after {last}");
+            last = next;
+        }
+    }
+    // Nobody listens any more to what the harness would say.
+    std::process::exit(0);
+}
+
+/// As many as nobody has answered yet.
+pub(crate) fn knock(door: &Path) {
+    let address = SocketAddrUnix::new(door).unwrap();
+    let _held: Vec<_> = std::iter::from_fn(|| connected(&address).ok()).collect();
+    println!("{READY}");
+    let _ = io::stdin().read(&mut [0]);
+}
+
+/// Longer than it may take until somebody is let in, and then like everybody.
+pub(crate) fn wait_in_vain(root: &Path) {
+    let reader = Reader::open(root, &robot("robot1")).unwrap();
+    let before = reader.wait(PATIENCE).unwrap().unwrap();
+    assert_eq!(reader.wait(Duration::from_millis(1500)).unwrap(), None);
+    assert!(!reader.has_place());
+    println!("{READY}");
+    let _ = io::stdin().read(&mut [0]);
+    take_place(&reader);
+    assert!(reader.wait(PATIENCE).unwrap().unwrap().tick > before.tick);
     std::process::exit(0);
 }
 
@@ -284,6 +344,42 @@ fn a_member_that_comes_again_and_again_shuts_nobody_out() {
         assert!(start.elapsed() < PATIENCE, "the places were given back");
         std::thread::sleep(Duration::from_millis(10));
     }
+    daemon.terminate();
+}
+
+#[test]
+fn members_that_have_all_places_give_one_to_who_has_none() {
+    let Some(stage) = Stage::new() else { return };
+    let site = stage.site(0);
+    let root = site.join("shm");
+    let daemon = Daemon::start_with(&site, "022", &for_group(&site));
+    daemon.listen();
+    let all = (0..MANY / PLACES).map(|number| member(60020 + u32::try_from(number).unwrap()));
+    let mut all: Vec<_> = all
+        .map(|user| stage.user_stays(user, "take places", &[&root]))
+        .collect();
+    for user in [OTHER_MEMBER, MEMBER] {
+        let done = stage.user(user, "read at a place", &[&root]);
+        assert!(done.contains("read and wait"), "{done}");
+    }
+    all.iter_mut().for_each(Staying::ends_well);
+    daemon.terminate();
+}
+
+/// As on a machine that is so busy that the door is not answered.
+#[test]
+fn who_is_not_answered_at_the_door_waits_and_is_not_turned_away() {
+    let Some(stage) = Stage::new() else { return };
+    let site = stage.site(0);
+    let daemon = Daemon::start_with(&site, "022", &for_group(&site));
+    daemon.listen();
+    let door = file(&site, ".door");
+    daemon.signal(Signal::STOP);
+    let many = stage.user_stays(MEMBER, "knock", &[&door]);
+    let mut waits = stage.user_stays(OTHER_MEMBER, "wait in vain", &[&site.join("shm")]);
+    daemon.signal(Signal::CONT);
+    waits.ends_well();
+    drop(many);
     daemon.terminate();
 }
 

@@ -97,17 +97,6 @@ pub enum ReadError {
         /// Which one.
         robot: RobotName,
     },
-    /// Too many wait already.
-    #[error(
-        "{robot} has no place for another reader that waits ({} of a user, {} in all): stop one of them; looking without \
-         waiting goes on",
-        super::READERS_OF_A_USER,
-        super::READERS
-    )]
-    Full {
-        /// Which one.
-        robot: RobotName,
-    },
     /// The operating system refused something.
     #[error("cannot {action} {robot}: {}", advised(.source))]
     System {

@@ -15,9 +15,12 @@
 //! * **Who reads without waiting costs nothing**, and who is connected and does not come back a few bytes, until its connection
 //!   is full. It is rung for again when there is room.
 //! * **Who comes in is counted by user**, as the kernel knows it: [`READERS`] in all, [`READERS_OF_A_USER`] of each, and none of
-//!   them takes a place of the owner's.
+//!   them takes a place of the owner's. Where all are taken, who has most gives one to who has fewer.
+//! * **Nobody is turned away from the page.** The queue at the door can be filled by whoever knocks without end, and the porter is
+//!   slow on a busy machine. So a reader that is not let in has a clock for a bell, looks, and knocks again.
 //! * **Who reads decides whom to believe**: the page's owner has to be that of the root, whose path stands in the page's name
 //!   as a hash. Names are unguessable in their middle, so that nobody can take them first.
+mod alarm;
 mod door;
 mod error;
 mod found;

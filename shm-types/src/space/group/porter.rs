@@ -177,15 +177,50 @@ impl Work {
             else {
                 return;
             };
-            let reader = Connection::new(socket).ok();
-            self.readers
-                .extend(reader.filter(|it| self.has_place_for(it.user)));
+            if let Ok(reader) = Connection::new(socket) {
+                self.seat(reader);
+            }
         }
     }
 
-    fn has_place_for(&self, user: u32) -> bool {
-        let of_user = self.readers.iter().filter(|it| it.user == user).count();
-        self.readers.len() < READERS && of_user < READERS_OF_A_USER
+    /// Who gets no place is turned away.
+    fn seat(&mut self, reader: Connection) {
+        let users: Vec<u32> = self.readers.iter().map(|it| it.user).collect();
+        match place_for(reader.user, &users) {
+            Place::Free => self.readers.push(reader),
+            Place::Of(at) => {
+                self.readers.remove(at);
+                self.readers.push(reader);
+            }
+            Place::None => {}
+        }
+    }
+}
+
+#[derive(Debug, PartialEq, Eq)]
+enum Place {
+    Free,
+    /// Its reader is shown out.
+    Of(usize),
+    None,
+}
+
+/// Where all places are taken, the user with most of them gives one to who has fewer, if that one then does not have more: so
+/// nobody takes a place back, and no users together keep another one out. `users` are those of the places, the newest last.
+fn place_for(user: u32, users: &[u32]) -> Place {
+    let count = |user: u32| users.iter().filter(|it| **it == user).count();
+    let own = count(user);
+    if own >= READERS_OF_A_USER {
+        return Place::None;
+    }
+    if users.len() < READERS {
+        return Place::Free;
+    }
+    let places = users.iter().enumerate();
+    let most = places.max_by_key(|(_, user)| count(**user));
+    match most {
+        Some((at, user)) if count(*user) > own + 1 => Place::Of(at),
+        _ => Place::None,
     }
 }
 
@@ -227,5 +262,56 @@ impl Connection {
             Err(Errno::AGAIN) => State::Full,
             Err(_) => State::Gone,
         };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn places(users: impl IntoIterator<Item = u32>) -> Vec<u32> {
+        let users = users.into_iter();
+        users.flat_map(|user| [user; READERS_OF_A_USER]).collect()
+    }
+
+    #[test]
+    fn who_has_all_of_a_users_places_gets_no_more() {
+        let mut users = places([1]);
+        assert_eq!(place_for(1, &users), Place::None);
+        assert_eq!(place_for(2, &users), Place::Free);
+        users.pop();
+        assert_eq!(place_for(1, &users), Place::Free);
+    }
+
+    /// That the porter does.
+    fn come(user: u32, users: &mut Vec<u32>) -> Place {
+        let place = place_for(user, users);
+        if let Place::Of(at) = place {
+            users.remove(at);
+        }
+        if place != Place::None {
+            users.push(user);
+        }
+        place
+    }
+
+    #[test]
+    fn who_has_most_gives_the_newest_and_does_not_get_it_back() {
+        let mut users = places(1..=4);
+        assert_eq!(come(5, &mut users), Place::Of(31), "the newest of 4");
+        assert_eq!(come(5, &mut users), Place::Of(23), "the newest of 3");
+        for user in 1..=4 {
+            assert_eq!(come(user, &mut users), Place::None, "{user}");
+        }
+    }
+
+    #[test]
+    fn where_there_are_as_many_users_as_places_each_has_one() {
+        let mut users = places(1..=4);
+        for user in (5..=32).chain(5..=100) {
+            come(user, &mut users);
+        }
+        users.sort_unstable();
+        assert!(users.iter().copied().eq(1..=32));
     }
 }

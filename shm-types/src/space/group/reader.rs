@@ -4,24 +4,16 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
+use rustix::fd::{AsFd, BorrowedFd};
 use rustix::io::Errno;
-use rustix::net::{RecvFlags, recv};
 
+use super::alarm::Alarm;
 use super::door;
 use super::error::ReadError;
 use super::found::{Found, Site};
 use super::page::View;
 use crate::private::own_user;
 use crate::{Estimate, Message, RobotName};
-
-/// As long as it is tried to come in while too many others want to.
-const PATIENCE: Duration = Duration::from_secs(1);
-const PAUSE: Duration = Duration::from_millis(5);
-
-/// More rings than fit into a connection.
-const RINGS: u32 = 64;
 
 /// Reads the newest estimate of a robot, also as another user, if its user has opened it to a group: `group` in `[shm]` of its
 /// `robot.toml`.
@@ -36,16 +28,7 @@ pub struct Reader {
     received: Cell<u64>,
     door: PathBuf,
     /// Once somebody wants to wait.
-    line: OnceCell<Line>,
-}
-
-/// What the porter rings through.
-#[derive(Debug)]
-struct Line {
-    socket: OwnedFd,
-    /// It was let in: then it is rung for at once.
-    rung: Cell<bool>,
-    ended: Cell<bool>,
+    alarm: OnceCell<Alarm>,
 }
 
 impl Reader {
@@ -80,7 +63,7 @@ impl Reader {
             view,
             received: Cell::new(0),
             door: page.door,
-            line: OnceCell::new(),
+            alarm: OnceCell::new(),
         })
     }
 
@@ -95,13 +78,13 @@ impl Reader {
     /// # Errors
     /// If the robot has ended: after [`Self::wait`] or [`Self::bell`].
     pub fn receive(&self) -> Result<Option<Estimate>, ReadError> {
-        let (estimate, line) = (self.look(), self.line.get());
-        let (None, Some(line)) = (estimate, line) else {
+        let (estimate, alarm) = (self.look(), self.alarm.get());
+        let (None, Some(alarm)) = (estimate, alarm) else {
             return Ok(estimate);
         };
-        line.hear();
+        let heard = alarm.hear();
         match self.look() {
-            None if self.has_gone(line) => Err(self.gone()),
+            None => heard.map(|()| None).map_err(|error| self.unheard(error)),
             estimate => Ok(estimate),
         }
     }
@@ -109,40 +92,37 @@ impl Reader {
     /// The same, asleep until there is one; `None` if none came for as long as `timeout`, or a signal was handled.
     ///
     /// # Errors
-    /// As [`Self::receive`]; and if it is not let in.
+    /// As [`Self::receive`].
     pub fn wait(&self, timeout: Duration) -> Result<Option<Estimate>, ReadError> {
-        let line = self.line()?;
+        let alarm = self.alarm()?;
         let start = Instant::now();
         loop {
             if let Some(estimate) = self.receive()? {
                 return Ok(Some(estimate));
             }
-            if line.ended.get() {
-                return Err(self.full());
-            }
-            // More seconds than the kernel counts are without end.
-            let left = Timespec::try_from(timeout.saturating_sub(start.elapsed())).ok();
-            let mut waited = [PollFd::new(&line.socket, PollFlags::IN)];
-            match poll(&mut waited, left.as_ref()) {
-                Ok(1..) => {}
-                Ok(0) | Err(Errno::INTR) => return self.receive(),
-                Err(error) => return Err(self.failed("wait for", error.into())),
+            match alarm.sleep(timeout.saturating_sub(start.elapsed())) {
+                Ok(true) => {}
+                Ok(false) | Err(Errno::INTR) => return self.receive(),
+                Err(error) => return Err(self.unheard(error)),
             }
         }
     }
 
     /// What is readable when there is an estimate, for `poll`, `epoll` and runtimes, level- or edge-triggered, as that of a
-    /// [`Subscriber`](crate::Subscriber::bell); and when the robot has ended. It is to be waited on, never read from.
+    /// [`Subscriber`](crate::Subscriber::bell); and when the robot has ended. It is to be waited on, never read from. Until this
+    /// reader [has a place](Self::has_place) it is readable every 2 ms, so that [`Self::receive`] may find nothing.
     ///
     /// # Errors
-    /// If it is not let in, or the robot has ended.
+    /// If the robot has ended.
     pub fn bell(&self) -> Result<BorrowedFd<'_>, ReadError> {
-        let line = self.line()?;
-        match line.ended.get() {
-            true if self.has_gone(line) => Err(self.gone()),
-            true => Err(self.full()),
-            false => Ok(line.socket.as_fd()),
-        }
+        self.alarm().map(Alarm::as_fd)
+    }
+
+    /// Whether the robot wakes this reader, as far as it has heard while it waited or received. Else there is no place for it: then
+    /// it looks every 2 ms, and has one as soon as there is.
+    #[must_use]
+    pub fn has_place(&self) -> bool {
+        self.alarm.get().is_some_and(Alarm::is_let_in)
     }
 
     /// Whether the robot's process lives. A few system calls.
@@ -162,34 +142,12 @@ impl Reader {
         Some(estimate)
     }
 
-    fn line(&self) -> Result<&Line, ReadError> {
-        if let Some(line) = self.line.get() {
-            return Ok(line);
+    fn alarm(&self) -> Result<&Alarm, ReadError> {
+        if let Some(alarm) = self.alarm.get() {
+            return Ok(alarm);
         }
-        let line = Line {
-            socket: self.connect()?,
-            rung: Cell::new(false),
-            ended: Cell::new(false),
-        };
-        Ok(self.line.get_or_init(|| line))
-    }
-
-    fn connect(&self) -> Result<OwnedFd, ReadError> {
-        let start = Instant::now();
-        loop {
-            match door::connected(&self.door) {
-                Ok(socket) => return Ok(socket),
-                Err(Errno::AGAIN) if start.elapsed() < PATIENCE => std::thread::sleep(PAUSE),
-                Err(Errno::AGAIN) => return Err(self.full()),
-                Err(Errno::CONNREFUSED | Errno::NOENT) => return Err(self.gone()),
-                Err(error) => return Err(self.failed("wait for", error.into())),
-            }
-        }
-    }
-
-    /// Not so who was never let in.
-    fn has_gone(&self, line: &Line) -> bool {
-        line.ended.get() && (line.rung.get() || self.check().is_err())
+        let alarm = Alarm::new(&self.door).map_err(|error| self.unheard(error))?;
+        Ok(self.alarm.get_or_init(|| alarm))
     }
 
     fn gone(&self) -> ReadError {
@@ -198,32 +156,14 @@ impl Reader {
         }
     }
 
-    fn full(&self) -> ReadError {
-        ReadError::Full {
-            robot: self.robot.clone(),
+    fn unheard(&self, error: Errno) -> ReadError {
+        if matches!(error, Errno::CONNREFUSED | Errno::NOENT) {
+            return self.gone();
         }
-    }
-
-    fn failed(&self, action: &'static str, source: io::Error) -> ReadError {
         ReadError::System {
-            action,
+            action: "wait for",
             robot: self.robot.clone(),
-            source,
-        }
-    }
-}
-
-impl Line {
-    /// Takes all rings that there are: the next estimate rings again.
-    fn hear(&self) {
-        let mut byte = [0_u8; 1];
-        for _ in 0..RINGS {
-            match recv(&self.socket, &mut byte, RecvFlags::DONTWAIT) {
-                Ok((0, _)) => return self.ended.set(true),
-                Ok(_) => self.rung.set(true),
-                Err(Errno::AGAIN | Errno::INTR) => return,
-                Err(_) => return self.ended.set(true),
-            }
+            source: error.into(),
         }
     }
 }
