@@ -325,7 +325,9 @@ fn a_member_that_comes_again_and_again_shuts_nobody_out() {
     let root = site.join("shm");
     let daemon = Daemon::start_with(&site, "022", &for_group(&site));
     daemon.listen();
-    let crowd = stage.user_stays(MEMBER, "crowd", &[&file(&site, ".door")]);
+    let door = file(&site, ".door");
+    let crowds = [MEMBER, member(60020), member(60021), member(60022)]
+        .map(|user| stage.user_stays(user, "crowd", &[&door]));
     let first = daemon.listen().tick;
     for _ in 0..3 {
         assert!(
@@ -335,7 +337,7 @@ fn a_member_that_comes_again_and_again_shuts_nobody_out() {
         );
     }
     assert!(daemon.listen().tick >= first + 60, "it ticks on");
-    drop(crowd);
+    drop(crowds);
     let start = Instant::now();
     while !stage
         .user(MEMBER, "read", &[&root])
@@ -374,10 +376,10 @@ fn who_is_not_answered_at_the_door_waits_and_is_not_turned_away() {
     let daemon = Daemon::start_with(&site, "022", &for_group(&site));
     daemon.listen();
     let door = file(&site, ".door");
-    daemon.signal(Signal::STOP);
+    daemon.stop();
     let many = stage.user_stays(MEMBER, "knock", &[&door]);
     let mut waits = stage.user_stays(OTHER_MEMBER, "wait in vain", &[&site.join("shm")]);
-    daemon.signal(Signal::CONT);
+    daemon.go_on();
     waits.ends_well();
     drop(many);
     daemon.terminate();

@@ -11,7 +11,7 @@ use coloc_daemon::config::{Config, Realtime, Robot, Scheduler, Shm};
 use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
 use coloc_shm_types::{Estimate, RobotName, Space};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, Signal, WaitOptions, kill_process, waitpid};
 use tempfile::TempDir;
 
 pub(crate) const ACT: &str = "COLOC_STRANGER_ACT";
@@ -224,8 +224,11 @@ pub(crate) fn configuration(site: &Path) -> Config {
 }
 
 fn send(child: &Child, signal: Signal) {
-    let pid = Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap();
-    kill_process(pid, signal).unwrap();
+    kill_process(pid(child), signal).unwrap();
+}
+
+fn pid(child: &Child) -> Pid {
+    Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap()
 }
 
 /// A robot's daemon, ours.
@@ -297,8 +300,19 @@ impl Daemon {
         }
     }
 
-    pub(crate) fn signal(&self, signal: Signal) {
+    fn signal(&self, signal: Signal) {
         send(&self.child, signal);
+    }
+
+    /// Once this returns all of its threads stand still.
+    pub(crate) fn stop(&self) {
+        self.signal(Signal::STOP);
+        let stopped = waitpid(Some(pid(&self.child)), WaitOptions::UNTRACED);
+        assert!(stopped.unwrap().unwrap().1.stopped());
+    }
+
+    pub(crate) fn go_on(&self) {
+        self.signal(Signal::CONT);
     }
 
     /// What it has said, if it ends by itself.
