@@ -34,6 +34,7 @@ pub mod scale;
 pub mod scenario;
 pub mod sensors;
 pub mod synthetic;
+pub mod uwb;
 pub mod world;
 
 pub use fleet::{Fleet, Letter, Note};

@@ -42,6 +42,8 @@ pub enum Purpose {
     GyroLoss = 16,
     /// Robots in a room, and what a laser scanner makes of them.
     Laser = 17,
+    /// What a ranging radio says too much, and its noise.
+    Radio = 18,
 }
 
 /// All randomness of a run: a pure function of (seed, run, purpose, robots, step).
