@@ -97,6 +97,11 @@ impl Publish {
         self.peers.iter().for_each(Peer::ring);
     }
 
+    /// What is refused to the tick as well was said of that, and without it only readers of a group are later.
+    pub(crate) fn hasten(&self, priority: u8) {
+        let _ = self.page.as_ref().map(|page| page.hasten(priority));
+    }
+
     /// The robots whose channels have no place for this one.
     pub fn unreachable(&self) -> impl Iterator<Item = u16> {
         let without = self.peers.iter().filter(|peer| peer.port.is_none());

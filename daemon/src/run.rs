@@ -153,6 +153,7 @@ fn start(
         }
         _ => refused.iter().for_each(|refused| warn!("{refused}")),
     }
+    robot.hasten(&config.realtime);
     report_running(config);
     let wait = Wait::new(
         config.tick.trigger,

@@ -11,7 +11,7 @@ use coloc_shm_types::{Sender, Space, Timing};
 use crate::account::Account;
 use crate::clock::{Drain, Moment, TimeSource, Timeline};
 use crate::collect::Collect;
-use crate::config::{ClockSource, Config};
+use crate::config::{ClockSource, Config, Realtime, Scheduler};
 use crate::estimate::{Estimate, settings_knowing, start};
 use crate::event::{Event, Link};
 use crate::publish::{Circumstances, Publish};
@@ -138,6 +138,14 @@ impl Robot {
     #[must_use]
     pub fn resumed(&self) -> Option<&Result<f64, Unusable>> {
         self.resumed.as_ref()
+    }
+
+    /// Who wakes readers of a group is in real time as well, behind the tick.
+    pub fn hasten(&self, realtime: &Realtime) {
+        let is_asked = realtime.scheduler != Scheduler::Other;
+        if is_asked && realtime.priority > 1 {
+            self.publish.hasten(realtime.priority - 1);
+        }
     }
 
     /// The steps of the tick that give a reason to wait for.

@@ -96,6 +96,9 @@ fn publish(directory: &Path, count: usize) -> Done {
     socket.connect(directory.join("datagrams"))?;
     estimates.refresh()?;
     settle(1);
+    if let Err(refused) = page.hasten(Realtime::default().priority - 1) {
+        coloc_tests::output::complain(&format!("wake_up: behind the publisher: {refused}"));
+    }
     let mut due_ns = now_ns() + PERIOD_NS;
     for _ in 0..count {
         sleep_until(due_ns);
@@ -108,6 +111,7 @@ fn publish(directory: &Path, count: usize) -> Done {
             estimates.send(estimate(source))?;
         }
         sleep_until(due_ns + 3 * PERIOD_NS / 4);
+        open.rehearse();
         let last = estimate(PAGE);
         page.write(&last);
         open.send(last)?;

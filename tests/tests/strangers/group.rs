@@ -5,7 +5,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use coloc_daemon::config::{Config, Shm};
+use coloc_daemon::config::{Config, Scheduler, Shm};
 use coloc_shm_types::{ReadError, Reader, RobotName, Space};
 use rustix::fd::OwnedFd;
 use rustix::mm::{MapFlags, MprotectFlags, ProtFlags, mmap, mprotect};
@@ -365,6 +365,29 @@ fn members_that_have_all_places_give_one_to_who_has_none() {
         assert!(done.contains("read and wait"), "{done}");
     }
     all.iter_mut().for_each(Staying::ends_well);
+    daemon.terminate();
+}
+
+/// The next wake-up but one is not to be that of an ordinary thread.
+#[test]
+fn who_wakes_the_members_is_in_real_time_behind_the_tick() {
+    let Some(stage) = Stage::new() else { return };
+    let site = stage.site(0);
+    let mut config = for_group(&site);
+    config.realtime.scheduler = Scheduler::Fifo;
+    let daemon = Daemon::start_with(&site, "022", &config);
+    daemon.listen();
+    let (class, priority) = daemon.schedule_of("colocd-tick");
+    if priority == 0 {
+        eprintln!("SKIPPED: a thread in real time, which is refused here");
+        return;
+    }
+    let start = Instant::now();
+    let comes_next = || daemon.schedule_of("coloc-porter") == (class, priority - 1);
+    while !comes_next() {
+        assert!(start.elapsed() < PATIENCE, "it is told right after");
+        std::thread::sleep(Duration::from_millis(1));
+    }
     daemon.terminate();
 }
 

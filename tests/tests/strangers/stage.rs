@@ -304,6 +304,20 @@ impl Daemon {
         send(&self.child, signal);
     }
 
+    /// Scheduling class and priority in real time of the thread with this name.
+    pub(crate) fn schedule_of(&self, thread: &str) -> (u32, u32) {
+        let tasks = fs::read_dir(format!("/proc/{}/task", self.child.id())).unwrap();
+        let mut tasks = tasks.map(|task| task.unwrap().path());
+        let is_it =
+            |task: &PathBuf| fs::read_to_string(task.join("comm")).unwrap().trim() == thread;
+        let task = tasks.find(is_it).unwrap();
+        let line = fs::read_to_string(task.join("stat")).unwrap();
+        // Behind the name in parentheses is the third: proc_pid_stat(5).
+        let (_, values) = line.rsplit_once(") ").unwrap();
+        let value = |number: usize| values.split(' ').nth(number - 3).unwrap().parse().unwrap();
+        (value(41), value(40))
+    }
+
     /// Once this returns all of its threads stand still.
     pub(crate) fn stop(&self) {
         self.signal(Signal::STOP);

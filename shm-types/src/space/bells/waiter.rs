@@ -56,11 +56,21 @@ impl Waiter {
         if self.armed.get() && !self.has_rung() {
             return false;
         }
+        self.arm_again();
+        true
+    }
+
+    /// For who was woken by a ring, and [takes](Self::take_ring) it after what is urgent.
+    pub(crate) fn arm_again(&self) {
         self.page.slot(self.at).arm();
         self.armed.set(true);
         // Between the arming and the look that follows.
         fence(Ordering::SeqCst);
-        true
+    }
+
+    /// If another one has come since, one is left, and wakes again.
+    pub(crate) fn take_ring(&self) {
+        self.has_rung();
     }
 
     /// Takes one ring, if there is one: who rang may not have disarmed it yet, so after it nothing is known.

@@ -28,6 +28,7 @@ mod page;
 mod porter;
 mod reader;
 mod shared;
+mod urgency;
 mod users;
 
 pub use error::{NoGroup, ReadError};

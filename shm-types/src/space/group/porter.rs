@@ -1,4 +1,7 @@
 //! Who lets readers in and passes on the bell, on a thread of its own.
+use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -9,6 +12,7 @@ use rustix::net::sockopt::{set_socket_send_buffer_size, socket_peercred};
 use rustix::net::{SendFlags, Shutdown, SocketFlags, accept_with, send, shutdown};
 
 use super::super::bells::Waiter;
+use super::urgency::{self, Allowance};
 use super::{READERS, READERS_OF_A_USER};
 
 /// At once or not at all, and without a signal.
@@ -26,13 +30,16 @@ const STACK: usize = 64 << 10;
 #[derive(Debug)]
 pub(super) struct Porter {
     stop: OwnedFd,
+    is_urgent: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Porter {
     pub(super) fn start(door: OwnedFd, bell: Waiter) -> std::io::Result<Self> {
         let stop = eventfd(0, EventfdFlags::CLOEXEC)?;
+        let is_urgent = Arc::new(AtomicBool::new(false));
         let work = Work {
+            allowance: Allowance::new(is_urgent.clone()),
             stop: stop.try_clone()?,
             door,
             bell,
@@ -45,8 +52,21 @@ impl Porter {
             .spawn(move || work.run())?;
         Ok(Self {
             stop,
+            is_urgent,
             thread: Some(thread),
         })
+    }
+}
+
+impl Porter {
+    /// Makes it a real-time thread of this `priority`, for as long as it needs little of a processor.
+    pub(super) fn hasten(&self, priority: u8) -> std::io::Result<()> {
+        let Some(thread) = &self.thread else {
+            return Ok(());
+        };
+        urgency::raise(thread, priority)?;
+        self.is_urgent.store(true, Ordering::Relaxed);
+        Ok(())
     }
 }
 
@@ -62,6 +82,7 @@ impl Drop for Porter {
 }
 
 struct Work {
+    allowance: Allowance,
     stop: OwnedFd,
     door: OwnedFd,
     bell: Waiter,
@@ -73,7 +94,7 @@ struct Work {
 struct Connection {
     socket: OwnedFd,
     user: u32,
-    state: State,
+    state: Cell<State>,
 }
 
 #[derive(Copy, Clone, PartialEq, Eq)]
@@ -88,15 +109,16 @@ enum State {
 }
 
 /// What was found after a sleep.
+#[derive(Default)]
 struct Found {
     stop: bool,
-    bell: bool,
     door: bool,
 }
 
 impl Work {
     fn run(mut self) {
         loop {
+            self.allowance.keep_to();
             match self.sleep() {
                 Ok(Found { stop: true, .. }) => return,
                 Ok(found) => self.serve(&found),
@@ -119,22 +141,40 @@ impl Work {
             }
         };
         // Nobody is rung for through a bell that is not armed; one ring may be left in it.
-        let is_awaited = self.readers.iter().any(|it| it.state == State::Ready);
+        let is_awaited = self.readers.iter().any(|it| it.is(State::Ready));
         polled.push(PollFd::new(&self.bell, asked(is_awaited)));
         polled.push(PollFd::new(&self.door, asked(rest.is_none())));
         polled.extend(self.readers.iter().map(Connection::polled));
         poll(&mut polled, rest.as_ref())?;
-        let found: Vec<PollFlags> = polled.iter().map(PollFd::revents).collect();
-        let (own, readers) = found.split_at(3.min(found.len()));
-        for (reader, found) in self.readers.iter_mut().zip(readers) {
-            reader.learn(*found);
+        let [_, bell, _, readers @ ..] = polled.as_slice() else {
+            return Ok(Found::default());
+        };
+        // First of all: somebody is late by whatever is done before.
+        if bell.revents().contains(PollFlags::IN) {
+            self.pass_on();
         }
-        let is_readable = |at: usize| own.get(at).is_some_and(|it| it.contains(PollFlags::IN));
+        for (reader, polled) in self.readers.iter().zip(readers) {
+            reader.learn(polled.revents());
+        }
+        let is_readable = |at: usize| {
+            let polled = polled.get(at);
+            polled.is_some_and(|it| it.revents().contains(PollFlags::IN))
+        };
         Ok(Found {
             stop: is_readable(0),
-            bell: is_readable(1),
             door: is_readable(2),
         })
+    }
+
+    /// The next estimate rings again before readers look for this one: what comes in between is not lost. The ring that was heard
+    /// is taken when it has been passed on.
+    fn pass_on(&self) {
+        self.bell.arm_again();
+        self.readers
+            .iter()
+            .filter(|it| it.is(State::Ready))
+            .for_each(Connection::ring);
+        self.bell.take_ring();
     }
 
     /// For how long nobody is let in.
@@ -147,27 +187,24 @@ impl Work {
     }
 
     fn serve(&mut self, found: &Found) {
-        self.readers.retain(|it| it.state != State::Gone);
-        if found.bell {
-            let ready = self
-                .readers
-                .iter_mut()
-                .filter(|it| it.state == State::Ready);
-            ready.for_each(|it| it.state = State::Due);
-        }
+        self.readers.retain(|it| !it.is(State::Gone));
         if found.door {
             self.let_in();
         }
         self.ring();
     }
 
-    /// The next estimate rings again before readers look for this one: what comes in between is not lost.
-    fn ring(&mut self) {
-        let mut due = self.readers.iter_mut().filter(|it| it.state == State::Due);
-        let Some(first) = due.next() else { return };
-        self.bell.arm();
-        first.ring();
-        due.for_each(Connection::ring);
+    fn ring(&self) {
+        if !self.readers.iter().any(|it| it.is(State::Due)) {
+            return;
+        }
+        // It may have rung since the sleep: that is for the others as well.
+        let has_rung = self.bell.arm();
+        let is_due = |it: &&Connection| it.is(State::Due) || has_rung && it.is(State::Ready);
+        self.readers
+            .iter()
+            .filter(is_due)
+            .for_each(Connection::ring);
     }
 
     fn let_in(&mut self) {
@@ -233,13 +270,13 @@ impl Connection {
         Ok(Self {
             socket,
             user,
-            state: State::Due,
+            state: Cell::new(State::Due),
         })
     }
 
     /// That it is gone is told unasked.
     fn polled(&self) -> PollFd<'_> {
-        let asked = if self.state == State::Full {
+        let asked = if self.is(State::Full) {
             PollFlags::OUT
         } else {
             PollFlags::empty()
@@ -247,27 +284,72 @@ impl Connection {
         PollFd::new(&self.socket, asked)
     }
 
-    fn learn(&mut self, found: PollFlags) {
+    fn is(&self, state: State) -> bool {
+        self.state.get() == state
+    }
+
+    fn learn(&self, found: PollFlags) {
         if found.intersects(PollFlags::HUP | PollFlags::ERR) {
-            self.state = State::Gone;
+            self.state.set(State::Gone);
         } else if found.contains(PollFlags::OUT) {
-            self.state = State::Due;
+            self.state.set(State::Due);
         }
     }
 
-    fn ring(&mut self) {
-        self.state = match send(&self.socket, &BYTE, AT_ONCE) {
+    fn ring(&self) {
+        self.state.set(match send(&self.socket, &BYTE, AT_ONCE) {
             // Where there is no memory now, the next one rings.
             Ok(_) | Err(Errno::NOBUFS | Errno::NOMEM | Errno::INTR) => State::Ready,
             Err(Errno::AGAIN) => State::Full,
             Err(_) => State::Gone,
-        };
+        });
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::net::UnixDatagram;
+
+    use super::super::super::Space;
+    use super::super::super::bells::{Page, Ringer};
     use super::*;
+
+    /// A reader that is to be rung for, and its end.
+    fn reader() -> (Connection, UnixDatagram) {
+        let (ours, theirs) = UnixDatagram::pair().unwrap();
+        theirs.set_nonblocking(true).unwrap();
+        (Connection::new(ours.into()).unwrap(), theirs)
+    }
+
+    fn was_rung_for(reader: &UnixDatagram) -> bool {
+        reader.recv(&mut [0]).is_ok()
+    }
+
+    /// The robot's thread is faster than the porter.
+    #[test]
+    fn who_comes_in_takes_nobody_elses_ring() {
+        let root = tempfile::tempdir().unwrap();
+        let space = Space::open(root.path(), "t", "test").unwrap();
+        let page = || Page::open(space.place(), "0").unwrap();
+        let ringer = Ringer::new(page()).unwrap();
+        let (reader, sleeper) = self::reader();
+        let mut work = Work {
+            allowance: Allowance::new(Arc::default()),
+            stop: eventfd(0, EventfdFlags::CLOEXEC).unwrap(),
+            door: eventfd(0, EventfdFlags::CLOEXEC).unwrap(),
+            bell: Waiter::new(space.place(), page()).unwrap(),
+            readers: vec![reader],
+            rests_until: None,
+        };
+        work.serve(&Found::default());
+        assert!(was_rung_for(&sleeper));
+        ringer.ring(&space, || ());
+        let (reader, newcomer) = self::reader();
+        work.readers.push(reader);
+        work.serve(&Found::default());
+        assert!(was_rung_for(&newcomer));
+        assert!(was_rung_for(&sleeper));
+    }
 
     fn places(users: impl IntoIterator<Item = u32>) -> Vec<u32> {
         let users = users.into_iter();

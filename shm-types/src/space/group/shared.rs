@@ -19,7 +19,7 @@ use crate::{Estimate, RobotName};
 /// What a group may read of a robot, for as long as this lives. The order of the fields is that of leaving.
 #[derive(Debug)]
 pub struct GroupPage {
-    _porter: Porter,
+    porter: Porter,
     _names: Names,
     pen: Pen,
 }
@@ -56,10 +56,18 @@ impl GroupPage {
         let about = About::new(id, space.place().root());
         let pen = Pen::new(&file, group, &about).map_err(refused)?;
         Ok(Self {
-            _porter: porter,
+            porter,
             _names: names,
             pen,
         })
+    }
+
+    /// Readers are woken by a thread of this process: it gets real-time `priority`, for as long as they cost little of a processor.
+    ///
+    /// # Errors
+    /// If the system does not grant it.
+    pub fn hasten(&self, priority: u8) -> std::io::Result<()> {
+        self.porter.hasten(priority)
     }
 
     /// Lets readers find `estimate`, before its publisher rings: in bounded time, without an allocation or a system call.
