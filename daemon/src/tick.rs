@@ -238,6 +238,7 @@ impl Robot {
     }
 
     fn rehearse_sending(&mut self, _: &Moment) {
+        self.publish.expect();
         self.publish.rehearse();
     }
 

@@ -62,6 +62,7 @@ impl Robot {
         let estimate = estimate(tick);
         self.page.write(&estimate);
         self.estimates.send(estimate).expect("sent");
+        self.page.settle();
     }
 }
 
@@ -104,7 +105,7 @@ fn is_readable_within(time: Duration, reader: &Reader) -> bool {
 fn is_let_in(reader: &Reader) {
     let is_let_in = || {
         reader.bell().expect("there is a robot");
-        assert_eq!(reader.receive().unwrap(), None);
+        assert_eq!(reader.receive().expect("the robot lives"), None);
         reader.has_place()
     };
     assert!(comes(is_let_in));
@@ -213,6 +214,25 @@ fn who_sleeps_is_woken_by_every_estimate() {
     }
     drop(go);
     thread.join().unwrap();
+}
+
+/// Whether the porter is awake by then, has been called too early, or comes too late.
+#[test]
+fn who_sleeps_is_woken_by_every_estimate_that_was_expected() {
+    let root = tempfile::tempdir().unwrap();
+    let robot = Robot::new(root.path());
+    if let Err(refused) = robot.page.hasten(1) {
+        return eprintln!("SKIPPED: a thread in real time: {refused}");
+    }
+    let reader = reader(root.path());
+    is_let_in(&reader);
+    for tick in 1..=2000 {
+        robot.page.expect();
+        std::thread::sleep(Duration::from_micros(tick % 8 * 100));
+        robot.say(tick);
+        assert_eq!(wait(&reader), Some(tick));
+    }
+    assert!(reader.has_place());
 }
 
 #[test]

@@ -68,6 +68,12 @@ impl Waiter {
         fence(Ordering::SeqCst);
     }
 
+    /// For who looks without being rung for.
+    pub(crate) fn disarm(&self) {
+        self.page.slot(self.at).disarm();
+        self.armed.set(false);
+    }
+
     /// If another one has come since, one is left, and wakes again.
     pub(crate) fn take_ring(&self) {
         self.has_rung();

@@ -12,6 +12,8 @@
 //! * **The real-time thread touches nothing that a reader made.** Who sends to a socket wakes all who watch its other end, and
 //!   nobody limits how many these are: with 1000 `epoll` instances a byte takes 55 µs instead of 1. So it rings for the porter, a
 //!   thread of the same process, with a bell like any other; and the porter for the readers, when it may.
+//! * **The porter is awake before there is something to pass on**, where the robot's thread knows that soon there is: it
+//!   calls, and the porter looks at most [so long](call). It is in real time, as long as it [needs little](urgency).
 //! * **Who reads without waiting costs nothing**, and who is connected and does not come back a few bytes, until its connection
 //!   is full. It is rung for again when there is room.
 //! * **Who comes in is counted by user**, as the kernel knows it: [`READERS`] in all, [`READERS_OF_A_USER`] of each, and none of
@@ -21,6 +23,7 @@
 //! * **Who reads decides whom to believe**: the page's owner has to be that of the root, whose path stands in the page's name
 //!   as a hash. Names are unguessable in their middle, so that nobody can take them first.
 mod alarm;
+mod call;
 mod door;
 mod error;
 mod found;

@@ -1,7 +1,7 @@
 //! Who lets readers in and passes on the bell, on a thread of its own.
 use std::cell::Cell;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -12,6 +12,7 @@ use rustix::net::sockopt::{set_socket_send_buffer_size, socket_peercred};
 use rustix::net::{SendFlags, Shutdown, SocketFlags, accept_with, send, shutdown};
 
 use super::super::bells::Waiter;
+use super::call::{Call, Watch};
 use super::urgency::{self, Allowance};
 use super::{READERS, READERS_OF_A_USER};
 
@@ -30,16 +31,17 @@ const STACK: usize = 64 << 10;
 #[derive(Debug)]
 pub(super) struct Porter {
     stop: OwnedFd,
-    is_urgent: Arc<AtomicBool>,
+    call: Arc<Call>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Porter {
-    pub(super) fn start(door: OwnedFd, bell: Waiter) -> std::io::Result<Self> {
+    pub(super) fn start(door: OwnedFd, bell: Waiter, call: Arc<Call>) -> std::io::Result<Self> {
         let stop = eventfd(0, EventfdFlags::CLOEXEC)?;
-        let is_urgent = Arc::new(AtomicBool::new(false));
         let work = Work {
-            allowance: Allowance::new(is_urgent.clone()),
+            call: call.clone(),
+            watch: Watch::new(),
+            allowance: Allowance::new(),
             stop: stop.try_clone()?,
             door,
             bell,
@@ -52,7 +54,7 @@ impl Porter {
             .spawn(move || work.run())?;
         Ok(Self {
             stop,
-            is_urgent,
+            call,
             thread: Some(thread),
         })
     }
@@ -65,7 +67,7 @@ impl Porter {
             return Ok(());
         };
         urgency::raise(thread, priority)?;
-        self.is_urgent.store(true, Ordering::Relaxed);
+        self.call.is_urgent.store(true, Ordering::Relaxed);
         Ok(())
     }
 }
@@ -82,6 +84,8 @@ impl Drop for Porter {
 }
 
 struct Work {
+    call: Arc<Call>,
+    watch: Watch,
     allowance: Allowance,
     stop: OwnedFd,
     door: OwnedFd,
@@ -118,7 +122,7 @@ struct Found {
 impl Work {
     fn run(mut self) {
         loop {
-            self.allowance.keep_to();
+            self.allowance.keep_to(&self.call.is_urgent);
             match self.sleep() {
                 Ok(Found { stop: true, .. }) => return,
                 Ok(found) => self.serve(&found),
@@ -131,7 +135,7 @@ impl Work {
 
     fn sleep(&mut self) -> Result<Found> {
         let rest = self.rest();
-        let mut polled = Vec::with_capacity(3 + READERS);
+        let mut polled = Vec::with_capacity(4 + READERS);
         polled.push(PollFd::new(&self.stop, PollFlags::IN));
         let asked = |wanted: bool| {
             if wanted {
@@ -144,15 +148,22 @@ impl Work {
         let is_awaited = self.readers.iter().any(|it| it.is(State::Ready));
         polled.push(PollFd::new(&self.bell, asked(is_awaited)));
         polled.push(PollFd::new(&self.door, asked(rest.is_none())));
+        polled.push(PollFd::new(&*self.call, PollFlags::IN));
         polled.extend(self.readers.iter().map(Connection::polled));
+        self.watch.goes_to_sleep(&self.call, is_awaited);
         poll(&mut polled, rest.as_ref())?;
-        let [_, bell, _, readers @ ..] = polled.as_slice() else {
+        let [_, bell, _, call, readers @ ..] = polled.as_slice() else {
             return Ok(Found::default());
         };
         // First of all: somebody is late by whatever is done before.
         if bell.revents().contains(PollFlags::IN) {
             self.pass_on();
         }
+        let spent = if call.revents().contains(PollFlags::IN) {
+            self.attend()
+        } else {
+            Duration::ZERO
+        };
         for (reader, polled) in self.readers.iter().zip(readers) {
             reader.learn(polled.revents());
         }
@@ -160,21 +171,39 @@ impl Work {
             let polled = polled.get(at);
             polled.is_some_and(|it| it.revents().contains(PollFlags::IN))
         };
-        Ok(Found {
+        let found = Found {
             stop: is_readable(0),
             door: is_readable(2),
-        })
+        };
+        drop(polled);
+        self.allowance.excuse(spent);
+        Ok(found)
     }
 
     /// The next estimate rings again before readers look for this one: what comes in between is not lost. The ring that was heard
     /// is taken when it has been passed on.
     fn pass_on(&self) {
         self.bell.arm_again();
+        self.ring_ready();
+        self.bell.take_ring();
+    }
+
+    /// Awake for the next estimate: nobody need ring. For how long it has looked.
+    fn attend(&self) -> Duration {
+        self.bell.disarm();
+        let (seen, spent) = self.watch.attend(&self.call, || self.ring_ready());
+        self.bell.arm_again();
+        if Watch::has_missed(&self.call, seen) {
+            self.ring_ready();
+        }
+        spent
+    }
+
+    fn ring_ready(&self) {
         self.readers
             .iter()
             .filter(|it| it.is(State::Ready))
             .for_each(Connection::ring);
-        self.bell.take_ring();
     }
 
     /// For how long nobody is let in.
@@ -334,7 +363,9 @@ mod tests {
         let ringer = Ringer::new(page()).unwrap();
         let (reader, sleeper) = self::reader();
         let mut work = Work {
-            allowance: Allowance::new(Arc::default()),
+            call: Arc::new(Call::new().unwrap()),
+            watch: Watch::new(),
+            allowance: Allowance::new(),
             stop: eventfd(0, EventfdFlags::CLOEXEC).unwrap(),
             door: eventfd(0, EventfdFlags::CLOEXEC).unwrap(),
             bell: Waiter::new(space.place(), page()).unwrap(),

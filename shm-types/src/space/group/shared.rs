@@ -1,5 +1,6 @@
 //! The owner's side.
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use iceoryx2::prelude::SemanticString;
 use iceoryx2_cal::named_concept::FileName;
@@ -9,6 +10,7 @@ use super::super::Space;
 use super::super::bells::{Page, Waiter};
 use super::super::error::OpenError;
 use super::super::transport::SHARED_MEMORY;
+use super::call::Call;
 use super::page::{About, Pen};
 use super::porter::Porter;
 use super::users::Group;
@@ -20,6 +22,7 @@ use crate::{Estimate, RobotName};
 #[derive(Debug)]
 pub struct GroupPage {
     porter: Porter,
+    call: Arc<Call>,
     _names: Names,
     pen: Pen,
 }
@@ -50,13 +53,15 @@ impl GroupPage {
         let file = FileName::new(name.as_bytes()).map_err(|_| refused(Errno::NAMETOOLONG))?;
         let door = door::open(&names.door, group).map_err(refused)?;
         let bell = Waiter::new(space.place(), bells).map_err(refused)?;
-        let porter = Porter::start(door, bell)
+        let call = Arc::new(Call::new().map_err(refused)?);
+        let porter = Porter::start(door, bell, call.clone())
             .map_err(|error| refused(Errno::from_io_error(&error).unwrap_or(Errno::AGAIN)))?;
         // Whoever finds it finds the door.
         let about = About::new(id, space.place().root());
         let pen = Pen::new(&file, group, &about).map_err(refused)?;
         Ok(Self {
             porter,
+            call,
             _names: names,
             pen,
         })
@@ -73,6 +78,18 @@ impl GroupPage {
     /// Lets readers find `estimate`, before its publisher rings: in bounded time, without an allocation or a system call.
     pub fn write(&self, estimate: &Estimate) {
         self.pen.write(estimate);
+        self.call.wrote();
+    }
+
+    /// That the next estimate is about to be written, in less than half a millisecond: readers have it sooner. A system call, if somebody
+    /// waits.
+    pub fn expect(&self) {
+        self.call.call();
+    }
+
+    /// After the publisher has rung: it need not for an estimate that was [expected](Self::expect).
+    pub fn settle(&self) {
+        self.call.settle();
     }
 }
 

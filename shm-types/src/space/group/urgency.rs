@@ -9,7 +9,6 @@
 
 use std::io;
 use std::os::unix::thread::JoinHandleExt;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -44,7 +43,6 @@ fn lower() {
 
 /// That of the calling thread.
 pub(super) struct Allowance {
-    is_urgent: Arc<AtomicBool>,
     span: Span,
 }
 
@@ -56,9 +54,8 @@ struct Span {
 }
 
 impl Allowance {
-    pub(super) fn new(is_urgent: Arc<AtomicBool>) -> Self {
+    pub(super) fn new() -> Self {
         Self {
-            is_urgent,
             span: Span {
                 from: Instant::now(),
                 used_at_start: Duration::ZERO,
@@ -67,14 +64,19 @@ impl Allowance {
     }
 
     /// Whoever took more is urgent no more.
-    pub(super) fn keep_to(&mut self) {
-        if !self.is_urgent.load(Ordering::Relaxed) {
+    pub(super) fn keep_to(&mut self, is_urgent: &AtomicBool) {
+        if !is_urgent.load(Ordering::Relaxed) {
             return;
         }
         if self.span.is_exceeded(Instant::now(), used()) {
             lower();
-            self.is_urgent.store(false, Ordering::Relaxed);
+            is_urgent.store(false, Ordering::Relaxed);
         }
+    }
+
+    /// What no reader makes longer, and has a limit of its own.
+    pub(super) fn excuse(&mut self, spent: Duration) {
+        self.span.used_at_start += spent;
     }
 }
 
@@ -112,16 +114,16 @@ mod tests {
     #[test]
     fn who_needs_much_is_not_urgent_any_more() {
         let (raised, is_raised) = channel::<bool>();
-        let is_urgent = Arc::new(AtomicBool::new(true));
-        let mut allowance = Allowance::new(is_urgent.clone());
+        let is_urgent = AtomicBool::new(true);
+        let mut allowance = Allowance::new();
         let thread = std::thread::spawn(move || {
             if !is_raised.recv().unwrap() {
                 return;
             }
-            allowance.keep_to();
+            allowance.keep_to(&is_urgent);
             assert_eq!(policy(), libc::SCHED_FIFO);
             while used() <= 2 * ALLOWED {}
-            allowance.keep_to();
+            allowance.keep_to(&is_urgent);
             assert_eq!(policy(), libc::SCHED_OTHER);
             assert!(!is_urgent.load(Ordering::Relaxed));
         });
