@@ -1,8 +1,13 @@
 //! How likely a drive is if the robot is so: what the filter did not foresee, one after another.
 
-use crate::drive::Drive;
+use crate::drive::{Drive, Way};
 use crate::filter::{Filter, Innovation};
 use crate::robot::{Robot, Step};
+
+/// So long is a turn of the wheels put together before a gyro's is held against it \[s\]. Wheels count in whole ticks: what one interval
+/// is short of, the next has too much. Interval by interval that passes for noise of what the robot turned, and wheels that are
+/// farther apart, which turn less at each count, look as if they fitted better.
+const TOGETHER_S: f64 = 1.0;
 
 /// All that a drive has measured, less what was expected of it. Their number and order do not depend on the robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,8 +17,7 @@ impl Innovations {
     /// Of a drive, if the robot is so; nothing where the numbers give out.
     pub(crate) fn of(drive: &Drive, robot: &Robot) -> Option<Self> {
         let steps: Vec<Step> = drive.ways().iter().map(|way| robot.step(way)).collect();
-        let partings = steps.iter().filter_map(|step| step.parting);
-        let mut all: Vec<Innovation> = partings.map(Innovation::of_parting).collect();
+        let mut all = partings(drive.ways(), &steps);
         let first = all.len();
         all.extend(vec![
             Innovation::of_parting([0.0, 1.0]);
@@ -37,6 +41,32 @@ impl Innovations {
         };
         self.0.iter().map(of).sum()
     }
+}
+
+/// What parts the wheels from the gyro, of ways that follow each other and are of one state.
+fn partings(ways: &[Way], steps: &[Step]) -> Vec<Innovation> {
+    let goes_on = |first: &Way, way: &Way| {
+        way.gyro.is_some() == first.gyro.is_some()
+            && way.state == first.state
+            && way.end_s - first.start_s <= TOGETHER_S
+    };
+    let mut all = Vec::new();
+    let mut from = 0;
+    while let Some(first) = ways.get(from) {
+        let length = ways[from..].iter().take_while(|way| goes_on(first, way));
+        let until = from + length.count().max(1);
+        if first.gyro.is_some() {
+            let whole = steps[from..until].iter().filter_map(|step| step.parting);
+            let sum = whole.fold([0.0; 2], |[off, variance], [more, noise]| {
+                [off + more, variance + noise]
+            });
+            // Their number does not depend on the robot: where it has no noise at all, nothing is held against it.
+            let parting = if sum[1] > 0.0 { sum } else { [0.0, 1.0] };
+            all.push(Innovation::of_parting(parting));
+        }
+        from = until;
+    }
+    all
 }
 
 /// A fix at the time of which it speaks.

@@ -28,7 +28,7 @@ macro_rules! reasons {
 
 reasons! {
     /// A number is NaN or infinite.
-    NotFinite = 0, "not_finite", "a number in it is NaN, infinite or beyond 1e60";
+    NotFinite = 0, "not_finite", "a number in it is NaN, infinite or too large: a place or speed beyond 1e12, a variance beyond 1e60";
     /// A covariance differs from its transpose.
     Asymmetric = 1, "asymmetric", "a covariance is not symmetric";
     /// A covariance has a negative eigenvalue, or a standard deviation is negative.

@@ -6,7 +6,7 @@ use crate::listen::belief;
 
 /// The robot and this program do not look at the same moment, and it goes on driving \[m, rad\].
 const MOMENT: [f64; 3] = [0.1, 0.1, 0.05];
-/// So many σ of what was said, and of what is believed, are still the same pose.
+/// So many σ of what was said are still the same pose.
 const SAME: f64 = 4.0;
 
 /// What was said, and how things were before.
@@ -41,15 +41,11 @@ impl Asked {
         (own.1.newest_boot_ns >= self.stamp_ns).then_some(Taken::Valid)
     }
 
-    /// Whether it is where it was told, and where its wheels have taken it since.
+    /// Whether it is where it was told, and where its wheels have taken it since. How sure it is does not count: the doubt of a robot that
+    /// does not know where it is holds any pose.
     pub(super) fn is_there(&self, estimate: &Estimate) -> bool {
         let expected = moved(self.pose, self.before.odometry, estimate.odometry);
-        let total = estimate.total();
-        let variances = [total[0], total[4], total[8]];
-        let near = |axis: usize, apart: f64| {
-            let sigma = (self.sigma[axis].powi(2) + variances[axis]).sqrt();
-            apart.abs() <= SAME * sigma + MOMENT[axis]
-        };
+        let near = |axis: usize, apart: f64| apart.abs() <= SAME * self.sigma[axis] + MOMENT[axis];
         let [x, y, heading] = estimate.pose;
         estimate.boot_ns > self.stamp_ns
             && near(0, x - expected[0])
@@ -57,8 +53,9 @@ impl Asked {
             && near(2, wrapped(heading - expected[2]))
     }
 
-    pub(super) fn sentence(&self, robot: &RobotName, estimate: &Estimate) -> String {
-        let [x, y, heading] = estimate.pose;
+    /// `there`: when it believed it; `now`: what came of that.
+    pub(super) fn sentence(&self, robot: &RobotName, there: &Estimate, now: &Estimate) -> String {
+        let [x, y, heading] = there.pose;
         let degrees = heading.to_degrees();
         let [before_x, before_y, _] = self.before.pose;
         let before = if self.before.state() == BeliefState::Ok {
@@ -69,7 +66,7 @@ impl Asked {
         };
         format!(
             "{robot} is at {x:.2} m, {y:.2} m, {degrees:.1}°; {before}; belief: {}",
-            belief(estimate)
+            belief(now)
         )
     }
 }
@@ -104,9 +101,23 @@ mod tests {
             boot_ns: STAMP + 1,
             pose,
             odometry,
+            state: BeliefState::Ok as u8,
             dependent: [1e-4, 0.0, 0.0, 0.0, 1e-4, 0.0, 0.0, 0.0, 1e-4],
             ..Estimate::default()
         }
+    }
+
+    /// Its doubt holds the pose that it was told long before it believes it.
+    #[test]
+    fn who_does_not_know_where_it_is_is_not_there() {
+        let asked = asked();
+        let wide = Estimate {
+            dependent: [1e4, 0.0, 0.0, 0.0, 1e4, 0.0, 0.0, 0.0, 4.0],
+            ..estimate([0.0; 3], [1.0, 1.0, 0.0])
+        };
+        assert!(!asked.is_there(&wide), "it is 22 m away");
+        let there = estimate(asked.pose, [1.0, 1.0, 0.0]);
+        assert!(asked.is_there(&there));
     }
 
     fn asked() -> Asked {

@@ -38,6 +38,8 @@ pub(super) struct Telling {
 #[derive(Default)]
 struct Heard {
     estimate: Option<Estimate>,
+    /// When it was last where it was told.
+    there: Option<Estimate>,
     counted: Option<Counted>,
     /// Estimates so far.
     estimates: u32,
@@ -85,7 +87,7 @@ impl Telling {
     ) -> Result<Option<(Estimate, Counted)>, PoseError> {
         let deadline = Instant::now() + SPEAKS;
         while !interrupt.is_there() {
-            self.hear(heard);
+            self.hear(heard, |_| false);
             if let (Some(estimate), Some(counted), true) =
                 (heard.estimate, heard.counted, heard.estimates > 2)
             {
@@ -120,15 +122,16 @@ impl Telling {
     ) -> Result<Option<String>, PoseError> {
         let deadline = Instant::now() + BELIEVES;
         while !interrupt.is_there() {
-            self.hear(heard);
+            self.hear(heard, |estimate| asked.is_there(estimate));
             let taken = heard.counted.and_then(|counted| asked.taken(&counted));
             if let Some(Taken::Refused(reason)) = taken {
                 let robot = self.robot.clone();
                 return Err(PoseError::Refused { robot, reason });
             }
-            let there = heard.estimate.filter(|estimate| asked.is_there(estimate));
-            if let (Some(Taken::Valid), Some(estimate)) = (taken, there) {
-                return Ok(Some(asked.sentence(&self.robot, &estimate)));
+            if let (Some(Taken::Valid), Some(there), Some(now)) =
+                (taken, heard.there, heard.estimate)
+            {
+                return Ok(Some(asked.sentence(&self.robot, &there, &now)));
             }
             if Instant::now() > deadline {
                 let robot = self.robot.clone();
@@ -143,9 +146,12 @@ impl Telling {
     }
 
     /// What cannot be read is not heard.
-    fn hear(&self, heard: &mut Heard) {
+    fn hear(&self, heard: &mut Heard, is_there: impl Fn(&Estimate) -> bool) {
         while let Ok(Some(estimate)) = self.estimates.receive() {
             heard.estimate = Some(estimate);
+            if is_there(&estimate) {
+                heard.there = Some(estimate);
+            }
             heard.estimates = heard.estimates.saturating_add(1);
         }
         while let Ok(Some(counted)) = self.counted.receive() {
