@@ -6,7 +6,7 @@ use coloc_estimator::angle::wrap;
 use nalgebra::{Matrix2, Vector2};
 
 use super::model::{self, Equation, Slowness, State, of_fix, of_sighting};
-use super::normal::{NODE, Solution, System};
+use super::normal::{NODE, Place, PlaceBlock, Solution, System};
 use super::path::{Increment, increments, node_of, times};
 use super::{Enough, Found, Journey, Leg, NoSurvey, Survey, Unfit};
 
@@ -23,9 +23,6 @@ const HALF_WEIGHT: f64 = 6.0;
 /// χ² with two degrees of freedom: 99.9 %, and the middle.
 const FAR: f64 = 13.815_510_557_964_274;
 const MIDDLE: f64 = 1.386_294_361_119_891;
-
-/// Slow errors of what was seen in so many of their times are taken as one.
-const SPELLS: f64 = 3.0;
 
 /// So many fixes at least.
 const FIXES: usize = 10;
@@ -80,10 +77,11 @@ struct Problem {
     increments: Vec<Increment>,
     slowness: Slowness,
     spell_s: f64,
+    stays: [f64; 2],
     measured: Vec<Measured>,
     numbers: Vec<u16>,
     states: Vec<State>,
-    places: Vec<Vector2<f64>>,
+    places: Vec<Place>,
     /// Of sightings and fixes, variances: by so much larger than they say.
     larger: [f64; 2],
 }
@@ -128,6 +126,7 @@ impl Problem {
             increments: increments(&times, &legs),
             slowness: Slowness::of(journey.sighting_slow, journey.fix_slow),
             spell_s,
+            stays: journey.stays,
             places: places(&measured, &states, numbers.len()),
             measured,
             numbers,
@@ -142,7 +141,7 @@ impl Problem {
         match &it.of {
             Of::Fix(fix) => of_fix(fix, state),
             Of::Sighting(sighting, landmark) => {
-                of_sighting(sighting, (*landmark, self.places[*landmark]), state)
+                of_sighting(sighting, (*landmark, &self.places[*landmark]), state)
             }
         }
     }
@@ -173,7 +172,7 @@ impl Problem {
 
     fn system(&self) -> System {
         let mut system = System::new(self.times.len(), self.numbers.len());
-        model::anywhere(&mut system);
+        model::anywhere(&mut system, &self.places, self.stays);
         self.slowness.begin(&mut system, &self.states[0]);
         for (at, said) in self.increments.iter().enumerate() {
             let states = [&self.states[at], &self.states[at + 1]];
@@ -198,39 +197,22 @@ impl Problem {
         }
         for (place, step) in self.places.iter_mut().zip(&solution.landmarks) {
             *place += step;
-            moved = moved.max(step.norm());
+            moved = moved.max(step[0].hypot(step[1]));
         }
         moved
     }
 
-    fn told(&self, covariances: &[Matrix2<f64>], enough: &Enough) -> Survey {
-        let found = |index: usize| self.found(index, covariances[index], enough);
+    fn told(&self, covariances: &[PlaceBlock], enough: &Enough) -> Survey {
+        let found = |index: usize| {
+            let own = covariances[index].fixed_view::<2, 2>(0, 0).into_owned();
+            self.found(index, own, enough)
+        };
         let stray = |it: &&Measured| it.of.kind() == 1 && it.part <= 0.0;
         Survey {
             landmarks: (0..self.numbers.len()).map(found).collect(),
             larger: self.larger.map(f64::sqrt),
             stray_fixes: self.measured.iter().filter(stray).count(),
         }
-    }
-
-    /// What the spells in which a landmark was seen contradict one another by, beyond what its sightings say of their errors: a camera errs
-    /// for longer than it says, or errs otherwise about each landmark. Variance of the mean over the spells.
-    fn between_spells(&self, index: usize) -> Matrix2<f64> {
-        let (mut whole, mut pulls) = (Matrix2::zeros(), BTreeMap::new());
-        let own = self
-            .measured
-            .iter()
-            .filter(|it| it.of.landmark() == Some(index));
-        for it in own.filter(|it| it.part > 0.0) {
-            if let Some((weight, pull)) = self.equation(it).of_place() {
-                whole += weight;
-                let spell = (self.times[it.node] / (SPELLS * self.spell_s)).floor();
-                *pulls.entry(spell.to_bits()).or_insert_with(Vector2::zeros) += pull;
-            }
-        }
-        let scatter: Matrix2<f64> = pulls.values().map(|it| it * it.transpose()).sum();
-        let back = whole.try_inverse().unwrap_or_else(Matrix2::zeros);
-        back * scatter * back
     }
 
     fn found(&self, index: usize, covariance: Matrix2<f64>, enough: &Enough) -> Found {
@@ -252,8 +234,8 @@ impl Problem {
         }
         let found = Found {
             landmark: self.numbers[index],
-            position: self.places[index].into(),
-            covariance: covariance + self.between_spells(index),
+            position: [self.places[index][0], self.places[index][1]],
+            covariance,
             sightings: [agree().count(), own().count() - agree().count()],
             unfit: None,
         };
@@ -323,7 +305,7 @@ fn beginning(journey: &Journey, times: &[f64]) -> Result<Vec<State>, NoSurvey> {
 }
 
 /// Each in the middle of where it was seen from the path as it was believed.
-fn places(measured: &[Measured], states: &[State], count: usize) -> Vec<Vector2<f64>> {
+fn places(measured: &[Measured], states: &[State], count: usize) -> Vec<Place> {
     let mut points: BTreeMap<usize, [Vec<f64>; 2]> = BTreeMap::new();
     for it in measured {
         if let Of::Sighting(sighting, landmark) = it.of {
@@ -337,7 +319,7 @@ fn places(measured: &[Measured], states: &[State], count: usize) -> Vec<Vector2<
     }
     let middle = |index: usize| {
         let [xs, ys] = points.remove(&index).unwrap_or_default();
-        Vector2::new(median(xs), median(ys))
+        Place::new(median(xs), median(ys), 0.0, 0.0)
     };
     (0..count).map(middle).collect()
 }

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! Slow errors of sensors and receivers are states along the path, so that what is the same for seconds is not counted as often as it was
-//! said. What is far off loses its weight at first, and is left out at last.
+//! said; what it errs by about a landmark for good is sought beside its place. What is far off loses its weight at first, and is left out
+//! at last.
 
 mod fit;
 mod model;
@@ -83,6 +84,9 @@ pub struct Journey {
     pub sightings: Vec<Sighting>,
     /// Slow errors of the range, as a part of it, and of the bearing \[rad\].
     pub sighting_slow: [Slow; 2],
+    /// Errors that stay for the whole drive, about each landmark its own: standard deviations, as a part of the range and of the bearing
+    /// \[rad\].
+    pub stays: [f64; 2],
     /// Slow error of the fixes, of each coordinate \[m\].
     pub fix_slow: Slow,
     /// Where it was believed to be, `[x, y, φ]` by time \[s\]: where the search begins.

@@ -3,7 +3,7 @@
 use coloc_estimator::angle::wrap;
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
-use super::normal::{Block, NODE, Node, System};
+use super::normal::{Block, NODE, Node, PLACE, Place, System};
 use super::path::{Increment, rotation};
 use super::{Fix, Sighting, Slow};
 
@@ -91,7 +91,7 @@ pub(super) fn drive(system: &mut System, at: usize, states: [&State; 2], said: &
 pub(super) struct Equation {
     off: Vector2<f64>,
     of_node: SMatrix<f64, 2, NODE>,
-    of_landmark: Option<(usize, Matrix2<f64>)>,
+    of_landmark: Option<(usize, SMatrix<f64, 2, PLACE>)>,
     weight: Matrix2<f64>,
 }
 
@@ -99,13 +99,6 @@ impl Equation {
     /// d²: χ² with two degrees of freedom, were the rest known.
     pub(super) fn distance(&self) -> f64 {
         self.off.dot(&(self.weight * self.off))
-    }
-
-    /// What it says of its landmark, were the rest known: weight, and pull.
-    pub(super) fn of_place(&self) -> Option<(Matrix2<f64>, Vector2<f64>)> {
-        let (_, of) = self.of_landmark?;
-        let weighed = of.transpose() * self.weight;
-        Some((weighed * of, weighed * self.off))
     }
 
     pub(super) fn add(&self, system: &mut System, node: usize, factor: f64) {
@@ -138,32 +131,37 @@ pub(super) fn of_fix(fix: &Fix, state: &State) -> Equation {
     }
 }
 
-/// Of the landmark with that index, at `place`.
+/// Of the landmark with that index.
 pub(super) fn of_sighting(
     sighting: &Sighting,
-    (landmark, place): (usize, Vector2<f64>),
+    (landmark, place): (usize, &Place),
     state: &State,
 ) -> Equation {
     let back = rotation(-state[2]);
-    let body = back * (place - Vector2::new(state[0], state[1]));
+    let body = back * Vector2::new(place[0] - state[0], place[1] - state[1]);
     let sight = body - Vector2::from(sighting.mount);
     let range = sight.norm().max(0.01);
     let (along, across) = (
         sight / range,
         Vector2::new(-sight.y, sight.x) / (range * range),
     );
-    let scale = 1.0 + state[3];
+    let scale = 1.0 + state[3] + place[2];
     let off = Vector2::new(
         scale * range - sighting.range_m,
-        wrap(sight.y.atan2(sight.x) + state[4] - sighting.bearing_rad),
+        wrap(sight.y.atan2(sight.x) + state[4] + place[3] - sighting.bearing_rad),
     );
     let polar = Matrix2::from_rows(&[scale * along.transpose(), across.transpose()]);
-    let of_landmark = polar * back;
+    let of_position = polar * back;
+    let mut of_landmark = SMatrix::<f64, 2, PLACE>::zeros();
+    of_landmark
+        .fixed_view_mut::<2, 2>(0, 0)
+        .copy_from(&of_position);
+    (of_landmark[(0, 2)], of_landmark[(1, 3)]) = (range, 1.0);
     let turned = polar * Vector2::new(body.y, -body.x);
     let mut of_node = SMatrix::<f64, 2, NODE>::zeros();
     of_node
         .fixed_view_mut::<2, 2>(0, 0)
-        .copy_from(&-of_landmark);
+        .copy_from(&-of_position);
     of_node.fixed_view_mut::<2, 1>(0, 2).copy_from(&turned);
     (of_node[(0, 3)], of_node[(1, 4)]) = (range, 1.0);
     let [range_variance, bearing_variance] = sighting.white;
@@ -175,11 +173,18 @@ pub(super) fn of_sighting(
     }
 }
 
-/// Where nothing says anything: a landmark is somewhere in the world, and so is the path.
-pub(super) fn anywhere(system: &mut System) {
+/// Where nothing says anything: a landmark is somewhere in the world, and so is the path. What stays about each landmark is as it is
+/// said to be.
+pub(super) fn anywhere(system: &mut System, places: &[Place], stays: [f64; 2]) {
     let weak = 1.0 / (ANYWHERE_M * ANYWHERE_M);
-    for block in &mut system.landmarks {
-        *block += Matrix2::from_diagonal_element(weak);
+    let [range, bearing] = stays.map(|it| it.max(LEAST_SLOW).powi(-2));
+    let weights = Place::new(weak, weak, range, bearing);
+    let known = Place::new(0.0, 0.0, range, bearing);
+    for (landmark, place) in places.iter().enumerate() {
+        for (at, weight) in weights.iter().enumerate() {
+            system.landmarks[landmark][(at, at)] += weight;
+        }
+        system.landmarks_right[landmark] -= known.component_mul(place);
     }
     for at in 0..3 {
         system.diagonal[0][(at, at)] += weak;
@@ -195,16 +200,16 @@ mod tests {
     }
 
     /// By differences.
-    fn check(equation: &dyn Fn(&State, Vector2<f64>) -> Equation) {
+    fn check(equation: &dyn Fn(&State, &Place) -> Equation) {
         const STEP: f64 = 1e-6;
-        let place = Vector2::new(3.0, 1.5);
-        let exact = equation(&state(), place);
+        let place = Place::new(3.0, 1.5, 0.02, -0.01);
+        let exact = equation(&state(), &place);
         let slope = |plus: Equation, minus: Equation| (plus.off - minus.off) / (2.0 * STEP);
         for number in 0..NODE {
             let moved = |by: f64| {
                 let mut state = state();
                 state[number] += by;
-                equation(&state, place)
+                equation(&state, &place)
             };
             let found = slope(moved(STEP), moved(-STEP));
             let expected = exact.of_node.column(number);
@@ -216,11 +221,11 @@ mod tests {
         let Some((_, of_landmark)) = exact.of_landmark else {
             return;
         };
-        for axis in 0..2 {
+        for axis in 0..PLACE {
             let moved = |by: f64| {
                 let mut place = place;
                 place[axis] += by;
-                equation(&state(), place)
+                equation(&state(), &place)
             };
             let found = slope(moved(STEP), moved(-STEP));
             assert!(

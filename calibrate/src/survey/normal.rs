@@ -2,17 +2,22 @@
 //! may see. Nodes are eliminated one after another, so that the time grows with the length of the path alone; what remains is a small
 //! system of the landmarks, whose inverse is their covariance whatever the path was.
 
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use nalgebra::{SMatrix, SVector};
 
 use crate::symmetric::Cholesky;
 
 /// Numbers of a node: x, y, heading; the slow errors of range and bearing; those of a fix.
 pub(super) const NODE: usize = 7;
 
+/// Numbers of a landmark: x, y; the errors of range and bearing that stay about it.
+pub(super) const PLACE: usize = 4;
+
+pub(super) type Place = SVector<f64, PLACE>;
+pub(super) type PlaceBlock = SMatrix<f64, PLACE, PLACE>;
 pub(super) type Node = SVector<f64, NODE>;
 pub(super) type Block = SMatrix<f64, NODE, NODE>;
 /// Between a node and a landmark.
-pub(super) type Sight = SMatrix<f64, NODE, 2>;
+pub(super) type Sight = SMatrix<f64, NODE, PLACE>;
 
 /// `H δ = right`, by blocks.
 pub(super) struct System {
@@ -22,15 +27,15 @@ pub(super) struct System {
     pub(super) right: Vec<Node>,
     /// By node: which landmark it sees, and how.
     pub(super) sights: Vec<Vec<(usize, Sight)>>,
-    pub(super) landmarks: Vec<Matrix2<f64>>,
-    pub(super) landmarks_right: Vec<Vector2<f64>>,
+    pub(super) landmarks: Vec<PlaceBlock>,
+    pub(super) landmarks_right: Vec<Place>,
 }
 
 /// The step, and how well the landmarks are known.
 pub(super) struct Solution {
     pub(super) nodes: Vec<Node>,
-    pub(super) landmarks: Vec<Vector2<f64>>,
-    pub(super) covariances: Vec<Matrix2<f64>>,
+    pub(super) landmarks: Vec<Place>,
+    pub(super) covariances: Vec<PlaceBlock>,
 }
 
 /// A node that was eliminated: in terms of the landmarks and of the next one.
@@ -47,8 +52,8 @@ impl System {
             next: vec![Block::zeros(); nodes],
             right: vec![Node::zeros(); nodes],
             sights: vec![Vec::new(); nodes],
-            landmarks: vec![Matrix2::zeros(); landmarks],
-            landmarks_right: vec![Vector2::zeros(); landmarks],
+            landmarks: vec![PlaceBlock::zeros(); landmarks],
+            landmarks_right: vec![Place::zeros(); landmarks],
         }
     }
 
@@ -60,8 +65,9 @@ impl System {
         for at in 0..self.diagonal.len() {
             let mut border = carried;
             for (landmark, sight) in &self.sights[at] {
-                border[2 * landmark] += sight.column(0);
-                border[2 * landmark + 1] += sight.column(1);
+                for (column, own) in sight.column_iter().enumerate() {
+                    border[PLACE * landmark + column] += own;
+                }
             }
             border[rest.size] += self.right[at];
             let root = self.diagonal[at].cholesky()?;
@@ -88,18 +94,19 @@ struct Rest {
 
 impl Rest {
     fn of(system: &System) -> Self {
-        let size = 2 * system.landmarks.len();
+        let size = PLACE * system.landmarks.len();
         let mut matrix = vec![0.0; size * size];
         for (landmark, block) in system.landmarks.iter().enumerate() {
-            for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                matrix[(2 * landmark + row) * size + 2 * landmark + column] = block[(row, column)];
+            for (row, column) in of_block() {
+                let begin = PLACE * landmark;
+                matrix[(begin + row) * size + begin + column] = block[(row, column)];
             }
         }
         let right = system.landmarks_right.iter();
         Self {
             size,
             matrix,
-            right: right.flat_map(|it| [it.x, it.y]).collect(),
+            right: right.flat_map(|it| it.iter().copied()).collect(),
         }
     }
 
@@ -124,20 +131,24 @@ impl Rest {
             }
             following = *node;
         }
-        let at = |row: usize, column: usize| inverse[row * self.size + column];
-        let block = |it: usize| {
-            let (x, y) = (2 * it, 2 * it + 1);
-            Matrix2::new(at(x, x), at(x, y), at(y, x), at(y, y))
+        let block = |landmark: usize| {
+            let begin = PLACE * landmark;
+            PlaceBlock::from_fn(|row, column| inverse[(begin + row) * self.size + begin + column])
         };
         Some(Solution {
             nodes,
-            covariances: (0..self.size / 2).map(block).collect(),
+            covariances: (0..self.size / PLACE).map(block).collect(),
             landmarks: landmarks
-                .chunks_exact(2)
-                .map(|it| Vector2::new(it[0], it[1]))
+                .chunks_exact(PLACE)
+                .map(Place::from_column_slice)
                 .collect(),
         })
     }
+}
+
+/// Rows and columns of a landmark's own block.
+fn of_block() -> impl Iterator<Item = (usize, usize)> {
+    (0..PLACE).flat_map(|row| (0..PLACE).map(move |column| (row, column)))
 }
 
 #[cfg(test)]
@@ -161,14 +172,17 @@ mod tests {
                 system.sights[node].push((landmark, sight));
             }
         }
-        system.landmarks = vec![Matrix2::new(5.0, 0.5, 0.5, 4.0); 2];
-        system.landmarks_right = vec![Vector2::new(1.0, -2.0), Vector2::new(0.5, 0.7)];
+        let own = PlaceBlock::from_diagonal_element(5.0) + PlaceBlock::from_element(0.3);
+        system.landmarks = vec![own; 2];
+        system.landmarks_right = [1.0, -2.0]
+            .map(|it| Place::from_fn(|row, _| it + number(row, 2)))
+            .to_vec();
         system
     }
 
     /// The same, written out.
     fn whole(system: &System) -> (Vec<f64>, Vec<f64>) {
-        let size = 3 * NODE + 4;
+        let size = 3 * NODE + 2 * PLACE;
         let mut matrix = vec![0.0; size * size];
         let mut set = |row: usize, column: usize, value: f64| {
             matrix[row * size + column] = value;
@@ -187,21 +201,24 @@ mod tests {
                 }
             }
             for (landmark, sight) in &system.sights[node] {
-                for (row, column) in (0..NODE).flat_map(|row| [(row, 0), (row, 1)]) {
-                    let column_of = 3 * NODE + 2 * landmark + column;
+                for (row, column) in (0..NODE).flat_map(|row| (0..PLACE).map(move |it| (row, it))) {
+                    let column_of = 3 * NODE + PLACE * landmark + column;
                     set(NODE * node + row, column_of, sight[(row, column)]);
                 }
             }
         }
         for landmark in 0..2 {
             let block = system.landmarks[landmark];
-            for (row, column) in [(0, 0), (0, 1), (1, 1)] {
-                let begin = 3 * NODE + 2 * landmark;
+            for (row, column) in of_block() {
+                let begin = 3 * NODE + PLACE * landmark;
                 set(begin + row, begin + column, block[(row, column)]);
             }
         }
         let nodes = system.right.iter().flat_map(|it| it.iter().copied());
-        let landmarks = system.landmarks_right.iter().flat_map(|it| [it.x, it.y]);
+        let landmarks = system
+            .landmarks_right
+            .iter()
+            .flat_map(|it| it.iter().copied());
         (matrix, nodes.chain(landmarks).collect())
     }
 
@@ -213,13 +230,13 @@ mod tests {
         let (expected, inverse) = (root.solve(&right), root.inverse());
         let found = system().solve().unwrap();
         let nodes = found.nodes.iter().flat_map(|it| it.iter().copied());
-        let landmarks = found.landmarks.iter().flat_map(|it| [it.x, it.y]);
+        let landmarks = found.landmarks.iter().flat_map(|it| it.iter().copied());
         for (found, expected) in nodes.chain(landmarks).zip(&expected) {
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
         for (landmark, block) in found.covariances.iter().enumerate() {
-            let begin = 3 * NODE + 2 * landmark;
-            for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let begin = 3 * NODE + PLACE * landmark;
+            for (row, column) in of_block() {
                 let expected = inverse[(begin + row) * size + begin + column];
                 assert!((block[(row, column)] - expected).abs() < 1e-12);
             }

@@ -42,12 +42,22 @@ pub(crate) struct SurveyArgs {
     /// How long the sensor's slow errors last, in seconds
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = crate::args::seconds)]
     pub(crate) slow_time: f64,
+    /// What the sensor errs by about each landmark for the whole drive, as a part of its slow errors: it does not average out
+    #[arg(long, value_name = "PART", default_value_t = 1.0, value_parser = part)]
+    pub(crate) stays: f64,
     /// A landmark that is not known to this is left out: σ along its ellipse's longer axis, in metres
     #[arg(long, value_name = "M", default_value_t = 0.25, value_parser = metres)]
     pub(crate) worst: f64,
     /// So many sightings at least have to agree
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) least: u32,
+}
+
+fn part(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|part| (0.0..=10.0).contains(part))
+        .ok_or_else(|| "must be a number, 0 to 10".into())
 }
 
 fn metres(text: &str) -> Result<f64, String> {

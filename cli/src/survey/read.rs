@@ -74,16 +74,18 @@ impl Read {
         let first = sorted.samples.first().map(|it| it.source);
         let samples = sorted.samples.iter().filter(|it| Some(it.source) == first);
         let fix = sorted.fixes.first();
+        let slow = [0, 1].map(|it: usize| middle(seen.iter().map(|(_, slow)| slow[it]).collect()));
         let journey = Journey {
             legs: samples.map(|it| leg(it, config, begin)).collect(),
             fixes: (sorted.fixes.iter())
                 .map(|it| fix_of(it, begin))
                 .filter(|it| it.stamp_s >= from_s)
                 .collect(),
-            sighting_slow: [0, 1].map(|it| Slow {
-                sigma: middle(seen.iter().map(|(_, slow)| slow[it]).collect()),
+            sighting_slow: slow.map(|sigma| Slow {
+                sigma,
                 time_s: args.slow_time,
             }),
+            stays: slow.map(|sigma| args.stays * sigma),
             sightings: (seen.into_iter().map(|(it, _)| it))
                 .filter(|it| it.stamp_s >= from_s)
                 .collect(),

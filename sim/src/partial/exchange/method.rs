@@ -74,6 +74,10 @@ pub(super) struct Idea {
     pub(super) turned_rad: [[f64; 5]; 2],
     /// The slow errors are forgotten in so long \[s\]: what is new of them since the camera's last image is independent. Infinite: never.
     pub(super) forgets_s: f64,
+    /// Of each recording, of R1 to R5: what the wheels say of a way is multiplied by this.
+    pub(super) ways: [[f64; 5]; 2],
+    /// The wheels' noise of a turn, as a part of what it is otherwise.
+    pub(super) turning: f64,
 }
 
 /// Nothing.
@@ -81,6 +85,8 @@ pub(super) const AS_IT_IS: Idea = Idea {
     later_s: 0.0,
     turned_rad: [[0.0; 5]; 2],
     forgets_s: f64::INFINITY,
+    ways: [[1.0; 5]; 2],
+    turning: 1.0,
 };
 
 /// No bar.

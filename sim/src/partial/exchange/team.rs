@@ -146,9 +146,11 @@ impl<'a> Team<'a> {
 
     /// What drove it in the step before.
     fn odometry(&self, step: usize, robot: usize) -> Measurement {
-        let velocity = self.recorded.world.odometry(step - 1, robot);
-        let [v, _] = velocity;
-        let noise = Covariance2::diagonal([FORWARD * v * v, TURNING]);
+        let [said, turn] = self.recorded.world.odometry(step - 1, robot);
+        let v = said * of_recording(&self.method.idea.ways, self.recorded, robot).unwrap_or(1.0);
+        let velocity = [v, turn];
+        let turning = TURNING * self.method.idea.turning;
+        let noise = Covariance2::diagonal([FORWARD * v * v, turning]);
         Measurement::Odometry(OdometrySample {
             source: 0,
             start: stamp(self.recorded, step - 1),
@@ -213,6 +215,12 @@ fn settings() -> Settings {
         found: FoundSettings::default().among_others(),
         ..Settings::default()
     }
+}
+
+/// Of a robot in a recording that is known.
+fn of_recording(known: &[[f64; 5]; 2], recorded: &Recorded, robot: usize) -> Option<f64> {
+    let recording = usize::from(recorded.number? != 1);
+    known[recording].get(robot).copied()
 }
 
 fn stamp(recorded: &Recorded, step: usize) -> Stamp {
@@ -354,11 +362,8 @@ impl Method {
 
     /// All that is used, in its order, with what the idea makes of it.
     fn looks(&self, recorded: &Recorded) -> Vec<Look> {
-        let turned_rad = match recorded.number {
-            Some(1) => self.idea.turned_rad[0],
-            Some(_) => self.idea.turned_rad[1],
-            None => [0.0; 5],
-        };
+        let turned_rad =
+            |observer| of_recording(&self.idea.turned_rad, recorded, observer).unwrap_or_default();
         let mut before_s = vec![f64::NEG_INFINITY; recorded.world.robots()];
         let numbered = (0..).zip(&recorded.sightings);
         let used = numbered.filter(|(_, it)| self.uses(it));
@@ -368,7 +373,7 @@ impl Method {
             *before_s = it.time_s;
             let sighting = Sighting {
                 time_s: it.time_s + self.idea.later_s,
-                bearing_rad: it.bearing_rad - turned_rad.get(it.observer).unwrap_or(&0.0),
+                bearing_rad: it.bearing_rad - turned_rad(it.observer),
                 ..*it
             };
             let look = Look {
