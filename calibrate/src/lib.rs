@@ -24,6 +24,7 @@ mod robot;
 mod sample;
 mod slope;
 mod start;
+pub mod survey;
 mod symmetric;
 
 pub use drive::{Drive, Fix, State, Way};

@@ -16,6 +16,7 @@ use crate::listen::ListenArgs;
 use crate::output::note;
 use crate::pose::PoseArgs;
 use crate::status::Status;
+use crate::survey::SurveyArgs;
 
 /// Cooperative localization: robots that tell one another where they are.
 #[derive(Debug, Parser)]
@@ -31,6 +32,7 @@ use crate::status::Status;
   coloc listen robot1                   where is it from moment to moment?
   coloc pose robot1 12.5 -3 1.57        tell it where it is
   coloc calibrate drive.jsonl           what does a recorded drive say of my robot?
+  coloc survey drive.jsonl              where do landmarks stand that it has seen?
   coloc check robot.toml                what does this configuration mean?
   coloc colocd run robot.toml           run the daemon of one robot"
 )]
@@ -51,6 +53,8 @@ pub(crate) enum Command {
     Pose(PoseArgs),
     /// Find the numbers of a robot in a drive that its daemon has recorded: scales, noises, offsets, and how surely
     Calibrate(CalibrateArgs),
+    /// Learn where landmarks stand from a drive with fixes that a daemon has recorded, and how surely
+    Survey(SurveyArgs),
     /// Find out how accurate and how honest the estimators are, over many runs
     Eval(Box<EvalArgs>),
     /// Find out how soon a new estimate is in other programs' hands, and where the time goes

@@ -34,6 +34,7 @@ mod pose;
 mod result_file;
 mod robot_file;
 mod status;
+mod survey;
 
 use std::process::ExitCode;
 
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
         Ok(Command::List(args)) => list::command(&args),
         Ok(Command::Listen(args)) => listen::command(&args),
         Ok(Command::Pose(args)) => pose::command(&args),
+        Ok(Command::Survey(args)) => survey::command(&args),
         Ok(Command::Check { config, strict }) => return daemon::check(&config, strict),
         Ok(Command::Colocd { args }) => return daemon::run_with(args),
         Err(answer) => answer,

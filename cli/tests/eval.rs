@@ -1,7 +1,7 @@
 //! `coloc eval`, as a person runs it.
 #![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use serde_json::Value;
@@ -136,4 +136,88 @@ fn many_robots_have_one_digest_on_any_number_of_threads_and_a_price_each() {
     assert!(row.trim_start().starts_with("40"), "{row}");
     let refused = eval("--robots 10 --runs 2", &[]);
     assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+}
+
+/// `mrclam1` in `COLOC_DATA`, or in `shared/data` beside the repository or above it.
+fn recording(name: &str) -> Option<PathBuf> {
+    let given = std::env::var_os("COLOC_DATA").map(PathBuf::from);
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let above = here.ancestors().map(|folder| folder.join("shared/data"));
+    let folders = given.into_iter().chain(above).map(|it| it.join(name));
+    let found = folders.into_iter().find(|it| it.is_dir());
+    if found.is_none() {
+        println!("SKIPPED: no recording {name}: set COLOC_DATA to the folder that has it");
+    }
+    found
+}
+
+/// Root of the sum over the robots without a receiver, x and y.
+fn error_m(row: &Value) -> f64 {
+    let robots = row["robots"].as_array().unwrap().iter();
+    let without = robots.filter(|it| it["receiver"] == false);
+    let square = |it: &Value| it.as_f64().unwrap().powi(2);
+    let sum: f64 = without
+        .map(|it| square(&it["rms"][0]) + square(&it["rms"][1]))
+        .sum();
+    sum.sqrt()
+}
+
+#[test]
+fn recorded_sightings_give_the_same_bytes_and_teach_more_than_the_same_as_poses() {
+    let Some(data) = recording("mrclam6") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let run = |threads: &str| {
+        let (json, page) = (folder.path().join(threads), folder.path().join("page.md"));
+        let arguments = format!("--sightings recorded --runs 2 --seconds 150 --threads {threads}");
+        let files = [
+            ("--data", data.as_path()),
+            ("--json", &json),
+            ("--markdown", &page),
+        ];
+        let output = eval(&arguments, &files);
+        assert!(output.status.success(), "{output:?}");
+        let page = std::fs::read_to_string(page).unwrap();
+        assert!(page.starts_with("<!-- coloc eval: mrclam6 sightings -->"));
+        std::fs::read(json).unwrap()
+    };
+    let json = run("1");
+    assert_eq!(json, run("3"));
+    let found: Value = serde_json::from_slice(&json).unwrap();
+    let reports = found["reports"].as_array().unwrap();
+    assert_eq!(reports.len(), 5);
+    for report in reports {
+        let methods = report["methods"].as_array().unwrap();
+        for robot in methods[0]["robots"].as_array().unwrap() {
+            let outside = robot["nees_outside"].as_f64().unwrap();
+            assert!(outside <= 0.05 && robot["lost_runs"] == 0.0, "{robot}");
+        }
+        if let Some(poses) = methods.get(1) {
+            let [coloc, poses] = [&methods[0], poses].map(error_m);
+            assert!(coloc < 0.5 * poses, "{coloc} m, as poses {poses} m");
+        }
+    }
+}
+
+#[test]
+fn recorded_sightings_need_a_recording_and_names_for_its_barcodes() {
+    let output = eval("--sightings recorded", &[]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said.contains("--data"), "{said}");
+    let folder = tempfile::tempdir().unwrap();
+    for robot in [1, 2] {
+        for (file, row) in [
+            ("Odometry", "0 0 0\n9 0 0\n"),
+            ("Groundtruth", "0 0 0 0\n9 0 0 0\n"),
+        ] {
+            let path = folder.path().join(format!("Robot{robot}_{file}.dat"));
+            std::fs::write(path, row).unwrap();
+        }
+    }
+    let output = eval("--sightings recorded", &[("--data", folder.path())]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(said.contains("Barcodes.dat"), "{said}");
 }

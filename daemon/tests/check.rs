@@ -235,6 +235,50 @@ fn what_is_configured_otherwise_is_said_otherwise() {
 }
 
 #[test]
+fn what_sees_in_part_is_said_with_what_its_sigmas_mean() {
+    let landmark = |number: u8, sigma_m: f64| {
+        format!("[[landmark]]\nnumber = {number}\nposition = [1.0, 2.0]\nsigma_m = {sigma_m}\n")
+    };
+    let heard = "[sighting]\nheard = true\nmount = [0.1, 0.0, 1.5707963267948966]\n";
+    let said = understood(&format!(
+        "{ROBOT}{heard}{}{}[fusion]\nrelative_pose_floor = [0.02, 0.03, 0.0]\n",
+        landmark(6, 0.01),
+        landmark(7, 1.5)
+    ));
+    for (subject, expected) in [
+        (
+            "sightings",
+            "range and bearing, or one of them, on the channel sighting",
+        ),
+        (
+            "sightings",
+            "10 cm ahead, 0 m to the left, turned 90° to the left",
+        ),
+        (
+            "sightings",
+            "white, new in every sighting, and slow, the same for seconds",
+        ),
+        (
+            "sightings",
+            "a bearing of σ 0.01 rad (0.572958°) is ± 5 cm at 5 m, a range of σ 1 % ± 5 cm",
+        ),
+        ("sightings", "more certain than ± 2 cm ahead, ± 3 cm across"),
+        ("sightings", "memory of 300 ms"),
+        ("landmarks", "2, known to ± 1 cm to ± 1.5 m (σ)"),
+        ("landmarks", "that error never changes"),
+    ] {
+        let part = of(&said, subject);
+        assert!(
+            part.contains(expected),
+            "{subject}: {part}\nshould say: {expected}\n{said}"
+        );
+    }
+    let none = understood(&format!("{ROBOT}{heard}"));
+    assert!(of(&none, "landmarks").contains("only robots are seen"));
+    assert!(of(&understood(ROBOT), "sightings").is_empty());
+}
+
+#[test]
 fn a_base_is_said_with_what_it_may_say() {
     let base = "[robot]\nname = \"a\"\nid = 1\n[odometry]\nmax_speed_mps = 2.0\n[odometry.base]\n";
     let said = understood(base);

@@ -67,7 +67,7 @@ fn calibrate(args: &CalibrateArgs) -> Result<Status, CalibrateError> {
     let (begin_s, end_s) = (recorded.drive.begin_s(), recorded.drive.end_s());
     let split_s = begin_s + USED * (end_s - begin_s);
     let used = recorded.drive.until(split_s);
-    let bar = Bar::new();
+    let bar = Bar::new("looking for the robot");
     let fit = fit(&used, &recorded.start, &|done| bar.show(done))?;
     drop(bar);
     print(&told::shown(&fit.found, &recorded, &used));
@@ -92,7 +92,10 @@ fn calibrate(args: &CalibrateArgs) -> Result<Status, CalibrateError> {
     }
     let text = section::sections(&config, &recorded, &fit)?;
     match &args.write {
-        Some(path) => write(path, &text)?,
+        Some(path) => {
+            write_new(path, &text)
+                .map_err(|error| CalibrateError::Write(path.to_owned(), error))?;
+        }
         None => print(&format!("\n{text}")),
     }
     Ok(Status::Done)
@@ -121,19 +124,18 @@ fn with_heading(robot: &Robot, fit: &Fit) -> Robot {
     }
 }
 
-/// A new file.
-fn write(path: &Path, text: &str) -> Result<(), CalibrateError> {
+/// Writes a new file.
+pub(crate) fn write_new(path: &Path, text: &str) -> std::io::Result<()> {
     let file = OpenOptions::new().write(true).create_new(true).open(path);
     file.and_then(|mut file| file.write_all(text.as_bytes()))
-        .map_err(|error| CalibrateError::Write(path.to_owned(), error))
 }
 
 /// How far the search is, on standard error if that is a terminal.
-struct Bar(ProgressBar);
+pub(crate) struct Bar(ProgressBar);
 
 impl Bar {
-    fn new() -> Self {
-        let bar = ProgressBar::new(1000).with_message("looking for the robot");
+    pub(crate) fn new(what: &'static str) -> Self {
+        let bar = ProgressBar::new(1000).with_message(what);
         // The template is a constant; a wrong one would leave the usual bar.
         if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} %") {
             bar.set_style(style);
@@ -142,7 +144,7 @@ impl Bar {
     }
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // From 0 to 1.
-    fn show(&self, done: f64) {
+    pub(crate) fn show(&self, done: f64) {
         self.0.set_position((done * WHOLE) as u64);
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::error::ErrorKind;
-use clap::{Args, Command};
+use clap::{Args, Command, ValueEnum};
 use coloc_sim::Scenario;
 use coloc_sim::method::Kind;
 
@@ -27,9 +27,9 @@ pub(crate) struct EvalArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = method,
         default_value = "sl,nb,ei,ci,split-ci,coloc,ccl")]
     pub(crate) methods: Vec<Kind>,
-    /// How many runs, each with other noise
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
-    pub(crate) runs: u16,
+    /// How many runs, each with other noise [default: 20, or 10 with --sightings recorded]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) runs: Option<u16>,
     /// Where all randomness comes from
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
@@ -41,6 +41,9 @@ pub(crate) struct EvalArgs {
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=65_536),
         conflicts_with_all = ["data", "methods", "runs", "scenario", "promises"])]
     pub(crate) robots: Vec<u32>,
+    /// What robots see of one another: made from the truth, or recorded by their own cameras (with --data)
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = Sightings::Made)]
+    pub(crate) sightings: Sightings,
     /// How many threads compute [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
@@ -64,14 +67,49 @@ pub(crate) struct EvalArgs {
     pub(crate) png: bool,
 }
 
+/// What robots see of one another.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Sightings {
+    /// Relative poses, made from the truth
+    Made,
+    /// Range and bearing, by the robots' own cameras
+    Recorded,
+}
+
 impl EvalArgs {
+    /// How many runs, where nothing else is said.
+    pub(crate) fn runs(&self) -> u16 {
+        self.runs.unwrap_or(match self.sightings {
+            Sightings::Made => 20,
+            Sightings::Recorded => 10,
+        })
+    }
+
     /// What no single option can know.
     pub(crate) fn check(&self, command: &mut Command) -> Result<(), clap::Error> {
-        if self.promises && self.runs < 2 {
+        if self.promises && self.runs() < 2 {
             let reason = "--promises needs at least --runs 2: one run has no confidence interval";
             return Err(command.error(ErrorKind::ValueValidation, reason));
         }
-        Ok(())
+        self.check_recorded(command)
+    }
+
+    /// Recorded sightings are one evaluation with methods and settings of its own.
+    fn check_recorded(&self, command: &mut Command) -> Result<(), clap::Error> {
+        let refused = [
+            ("--promises", self.promises),
+            ("--robots", !self.robots.is_empty()),
+            ("--plots", self.plots.is_some()),
+        ];
+        let refused = refused.iter().find(|(_, is_given)| *is_given);
+        let reason = match (self.sightings, &self.data, refused) {
+            (Sightings::Made, ..) | (_, Some(_), None) => return Ok(()),
+            (_, None, _) => {
+                "--sightings recorded needs --data, a recording in MR.CLAM's format".into()
+            }
+            (.., Some((option, _))) => format!("--sightings recorded has no {option}"),
+        };
+        Err(command.error(ErrorKind::ArgumentConflict, reason))
     }
 }
 
@@ -129,11 +167,16 @@ fn reference() -> String {
     scenarios
         + "  all           every one of these, with a summary
 
+With --sightings recorded the robots localize one another by what their own cameras saw, through the estimator's step: with two
+receivers, with one, with landmarks as beacons, and with headings unknown at the start. Beside it stands what came of the same
+sightings as relative poses without a heading. --methods and --scenario are not used.
+
 Examples:
   coloc eval                                           the synthetic world, the paper's sensors
   coloc eval --data ../shared/data/mrclam1 --plots pictures --json accuracy.json
   coloc eval --data ../shared/data/mrclam1 --scenario one-way --methods split-ci,coloc
   coloc eval --data ../shared/data/mrclam1 --promises
+  coloc eval --data ../shared/data/mrclam1 --sightings recorded
   coloc eval --scenario all --runs 5 --methods split-ci,coloc
   coloc eval --synthetic --robots 1000 --duration 600  a thousand robots for ten minutes
   coloc eval --robots 10,100,1000,10000 --duration 60 --markdown docs/scale.md --plots docs/scale

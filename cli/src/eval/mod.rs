@@ -14,6 +14,7 @@ mod progress;
 mod run;
 mod scale;
 mod setup;
+mod sightings;
 mod splice;
 pub(crate) mod table;
 mod tables;
@@ -29,6 +30,8 @@ pub(crate) use args::EvalArgs;
 pub(crate) enum EvalCommandError {
     #[error("{0}")]
     Data(#[from] coloc_sim::mrclam::ReadError),
+    #[error("{path}: {1}", path = .0.display())]
+    Unusable(std::path::PathBuf, coloc_sim::partial::Unusable),
     #[error("{0}")]
     Setting(#[from] coloc_sim::evaluate::EvalError),
     #[error(

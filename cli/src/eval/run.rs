@@ -3,17 +3,20 @@
 use coloc_sim::evaluate::{EvalConfig, EvalReport, evaluate};
 use coloc_sim::promises::promises;
 
-use super::args::EvalArgs;
+use super::args::{EvalArgs, Sightings};
 use super::outputs::Outputs;
 use super::progress::Bar;
 use super::setup::Setup;
 use super::table::Table;
-use super::{EvalCommandError, scale, tables};
+use super::{EvalCommandError, scale, sightings, tables};
 use crate::output::{print_line, takes_no_more};
 
 pub(crate) fn run(args: &EvalArgs) -> Result<(), EvalCommandError> {
     if !args.robots.is_empty() {
         return scale::run(args);
+    }
+    if let (Sightings::Recorded, Some(folder)) = (args.sightings, &args.data) {
+        return sightings::run(args, folder);
     }
     let setup = Setup::new(args)?;
     let outputs = Outputs::prepare(args, &setup)?;
@@ -65,7 +68,7 @@ fn hold_promises(
         return Ok(());
     };
     let bar = Bar::new("promises");
-    let promises = promises(&config.world, args.runs, args.seed, &|progress| {
+    let promises = promises(&config.world, args.runs(), args.seed, &|progress| {
         bar.show(progress);
     })?;
     drop(bar);

@@ -42,7 +42,7 @@ impl Setup {
         let config = |scenario| EvalConfig {
             scenario,
             methods: unique(&args.methods),
-            runs: args.runs,
+            runs: args.runs(),
             seed: args.seed,
             seconds: args.seconds,
             plot_points: PLOT_POINTS,
@@ -100,7 +100,7 @@ fn world(args: &EvalArgs) -> Result<Named, EvalCommandError> {
 }
 
 /// The folder's own name, however it was reached: results must not depend on where it lies.
-fn name_of(folder: &Path) -> String {
+pub(super) fn name_of(folder: &Path) -> String {
     let full = folder.canonicalize().unwrap_or_else(|_| folder.into());
     full.file_name()
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned())

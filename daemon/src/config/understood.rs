@@ -8,6 +8,7 @@ mod missing;
 mod noise;
 mod page;
 mod robot;
+mod sightings;
 mod wheels;
 
 use std::fmt;
@@ -25,6 +26,7 @@ impl fmt::Display for Understood<'_> {
         robot::write(self.0, &mut page);
         wheels::write(self.0, &mut page);
         gyro::write(self.0, &mut page);
+        sightings::write(self.0, &mut page);
         estimator::write(self.0, &mut page);
         machine::write(self.0, &mut page);
         missing::write(self.0, &mut page);

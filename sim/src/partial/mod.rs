@@ -11,13 +11,14 @@
 
 pub mod exchange;
 mod recorded;
+mod survey;
 pub mod thesis;
 pub mod tracks;
 
 use std::path::PathBuf;
 
 use crate::campaign::Finding;
-use recorded::Recorded;
+pub use recorded::{Recorded, Unusable};
 
 /// χ² with two and three degrees of freedom, 95 %.
 const CHI2_2_95: f64 = 5.991_464_547_107_979;

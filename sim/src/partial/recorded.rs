@@ -3,17 +3,35 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::survey::Survey;
 use crate::mrclam::{GridWorld, Recording};
 use crate::world::World;
 
 /// By so much the camera's stamps are late \[s\].
-const LATENCY_S: f64 = 0.04;
+pub(super) const LATENCY_S: f64 = 0.04;
 
-/// The second of these recordings is cut where the tracking of its first robot ends \[s\].
-const END_OF_6_S: f64 = 771.0;
+/// Who has a receiver: its truth has to be known, for the fixes are made of it.
+const RECEIVERS: usize = 2;
 
-/// Tubes whose barcodes are swapped in recording 1.
-const SWAPPED: [u32; 2] = [11, 17];
+/// When the recordings begin that the document has figures of \[s since 1970\], and how well that is known.
+const DOCUMENTED: [(u32, f64); 2] = [(1, 1_248_272_263.325), (6, 1_248_444_175.103)];
+const SAME_START_S: f64 = 1.0;
+
+/// Why a recording says nothing of robots that see one another.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unusable {
+    /// Nobody to see.
+    #[error("one robot alone sees no other: the recording needs two at least")]
+    OneRobot,
+    /// Its start is not known.
+    #[error("nobody ever knows where robot {0} is: its truth is missing")]
+    NoTruth(u32),
+    /// No camera, or no names.
+    #[error(
+        "no robot saw another one: is Barcodes.dat there, and RobotN_Measurement.dat of each robot?"
+    )]
+    NobodySeen,
+}
 
 /// What was seen.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -36,35 +54,75 @@ pub(super) struct Sighting {
 }
 
 /// A recording on its grid, and the sightings in their order.
-pub(super) struct Recorded {
-    pub(super) number: u32,
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    /// Of MR.CLAM, where the document has figures of it.
+    pub(super) number: Option<u32>,
     pub(super) world: GridWorld,
     pub(super) steps: usize,
     pub(super) sightings: Vec<Sighting>,
+    /// Landmarks that are not where the survey has them, and what became of them.
+    pub remarks: Vec<String>,
 }
 
 impl Recorded {
     pub(super) fn read(data: &Path, number: u32) -> Result<Self, String> {
         let folder = data.join(format!("mrclam{number}"));
         let recording = Recording::load(&folder).map_err(|error| error.to_string())?;
+        Self::new(&recording).map_err(|error| error.to_string())
+    }
+
+    /// On its grid, as long as those that have a receiver are tracked.
+    ///
+    /// # Errors
+    /// What is missing in it.
+    pub fn new(recording: &Recording) -> Result<Self, Unusable> {
         let world = recording.resample();
-        let end_s = if number == 6 {
-            END_OF_6_S
-        } else {
-            f64::INFINITY
-        };
-        let steps = (0..world.steps())
-            .take_while(|&step| world.time_s(step) - world.start_s() <= end_s)
-            .count();
+        check(&world)?;
+        let steps = tracked(&world);
         let last_s = world.time_s(steps) - world.start_s();
-        let mut sightings = sightings(&recording, &world, number == 1);
+        let survey = Survey::checked(recording, &world);
+        let mut sightings = sightings(recording, &world, &survey);
         sightings.retain(|it| (0.0..last_s).contains(&it.time_s));
-        Ok(Self {
-            number,
+        let documented = DOCUMENTED
+            .iter()
+            .find(|(_, start_s)| (start_s - world.start_s()).abs() < SAME_START_S);
+        let recorded = Self {
+            number: documented.map(|(number, _)| *number),
             world,
             steps,
             sightings,
-        })
+            remarks: survey.remarks,
+        };
+        if recorded.among_robots().next().is_none() {
+            return Err(Unusable::NobodySeen);
+        }
+        Ok(recorded)
+    }
+
+    /// Its number in MR.CLAM, where that is known.
+    pub(super) fn title(&self) -> String {
+        self.number.map_or_else(|| "–".into(), |it| it.to_string())
+    }
+
+    /// How long it is \[s\].
+    #[must_use]
+    pub fn length_s(&self) -> f64 {
+        self.world.time_s(self.steps) - self.world.start_s()
+    }
+
+    /// The number that a robot has in the recording's file names.
+    #[must_use]
+    pub fn name(&self, robot: usize) -> String {
+        let number = self.world.number(robot).map_or(robot + 1, |it| it as usize);
+        format!("R{number}")
+    }
+
+    /// Sightings of robots, and of landmarks.
+    #[must_use]
+    pub fn counts(&self) -> [usize; 2] {
+        let robots = self.among_robots().count();
+        [robots, self.sightings.len() - robots]
     }
 
     /// Of one robot by another.
@@ -74,27 +132,50 @@ impl Recorded {
     }
 }
 
-fn sightings(recording: &Recording, world: &GridWorld, is_swapped: bool) -> Vec<Sighting> {
+fn check(world: &GridWorld) -> Result<(), Unusable> {
+    if world.robots() < 2 {
+        return Err(Unusable::OneRobot);
+    }
+    let mut robots = 0..world.robots();
+    let unknown = robots.find(|&robot| world.initial(robot).is_none());
+    unknown.map_or(Ok(()), |robot| {
+        Err(Unusable::NoTruth(world.number(robot).unwrap_or_default()))
+    })
+}
+
+/// Steps until somebody who has a receiver is tracked no longer, to the whole second.
+fn tracked(world: &GridWorld) -> usize {
+    let last = |robot| (0..world.steps()).rfind(|&step| world.truth(step, robot).is_some());
+    let steps = (0..RECEIVERS.min(world.robots()))
+        .filter_map(last)
+        .map(|last| last + 1)
+        .min();
+    let second = steps_of(1.0, world);
+    steps.unwrap_or_default() / second * second
+}
+
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Saturates, which is what is wanted.
+pub(super) fn steps_of(seconds: f64, world: &GridWorld) -> usize {
+    (seconds / world.dt_s()).round() as usize
+}
+
+fn sightings(recording: &Recording, world: &GridWorld, survey: &Survey) -> Vec<Sighting> {
     let robots: BTreeMap<u32, usize> = (0..world.robots())
         .filter_map(|robot| Some((world.number(robot)?, robot)))
-        .collect();
-    let places: BTreeMap<u32, [f64; 2]> = recording
-        .landmarks
-        .iter()
-        .map(|it| (swapped(it.subject, is_swapped), it.position))
         .collect();
     let subject = |barcode: u32| {
         let number = recording.barcodes.get(&barcode)?;
         let robot = robots.get(number).map(|it| Subject::Robot(*it));
-        robot.or_else(|| places.get(number).map(|it| Subject::Landmark(*it)))
+        robot.or_else(|| survey.places.get(number).map(|it| Subject::Landmark(*it)))
     };
     let mut all: Vec<Sighting> = Vec::new();
     for (observer, robot) in recording.robots.iter().enumerate() {
-        all.extend(robot.measurements.iter().filter_map(|it| {
+        let usable = robot.measurements.iter().filter(|it| it.range_m > 0.0);
+        all.extend(usable.filter_map(|it| {
             Some(Sighting {
                 time_s: it.time_s - LATENCY_S - world.start_s(),
                 observer,
-                subject: subject(it.barcode)?,
+                subject: subject(it.barcode).filter(|it| *it != Subject::Robot(observer))?,
                 range_m: it.range_m,
                 bearing_rad: it.bearing_rad,
             })
@@ -102,12 +183,4 @@ fn sightings(recording: &Recording, world: &GridWorld, is_swapped: bool) -> Vec<
     }
     all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
     all
-}
-
-fn swapped(subject: u32, is_swapped: bool) -> u32 {
-    match (is_swapped, subject) {
-        (true, a) if a == SWAPPED[0] => SWAPPED[1],
-        (true, b) if b == SWAPPED[1] => SWAPPED[0],
-        (_, other) => other,
-    }
 }

@@ -326,7 +326,7 @@ pub fn find(form: &Form) -> Finding {
             let [published, heading, outside, position] = sums.figures();
             let stated = (sums.heading_variances / sums.published).sqrt();
             table.row([
-                recorded.number.to_string(),
+                recorded.title(),
                 method.name.into(),
                 percent(published),
                 format!("{} ({})", digits(heading), digits(stated)),
@@ -350,7 +350,7 @@ fn judge(
     figures: [f64; 4],
     missed: &mut Vec<String>,
 ) {
-    let name = format!("recording {}, {}", recorded.number, method.name);
+    let name = format!("recording {}, {}", recorded.title(), method.name);
     let [.., outside, _] = figures;
     if method.is_honest && outside > MOST_OUTSIDE {
         missed.push(format!(

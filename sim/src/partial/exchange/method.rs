@@ -26,6 +26,8 @@ pub(super) enum Ways {
     Told,
     /// The one that saw it too.
     Both,
+    /// The robot that was seen, by a relative pose whose heading nobody knows: as if there were no sightings in part.
+    Poses,
 }
 
 /// What is used of a sighting.
@@ -45,7 +47,7 @@ const WHITE: Camera = Camera {
 };
 
 /// Of each recording, of the robots without a receiver, x and y \[cm\].
-type Reference = [&'static [[f64; 2]]; 2];
+pub(super) type Reference = [&'static [[f64; 2]]; 2];
 
 /// A row of the table.
 #[derive(Copy, Clone, Debug)]
@@ -58,28 +60,53 @@ pub(super) struct Method {
     pub(super) lost: bool,
     pub(super) camera: Camera,
     pub(super) numbers: Numbers,
+    pub(super) idea: Idea,
     /// Of each recording, of R1 to R5, x and y \[cm\]; those with a receiver have none.
     pub(super) reference: Reference,
 }
 
-/// No bar.
-const FREE: Reference = [&[], &[]];
+/// What is done to the sightings first; by default nothing.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Idea {
+    /// They are so much later than they are taken to be \[s\].
+    pub(super) later_s: f64,
+    /// Of each recording, of R1 to R5: their cameras' bearings are off by so much \[rad\], and it is taken off.
+    pub(super) turned_rad: [[f64; 5]; 2],
+    /// The slow errors are forgotten in so long \[s\]: what is new of them since the camera's last image is independent. Infinite: never.
+    pub(super) forgets_s: f64,
+    /// Of each recording, of R1 to R5: what the wheels say of a way is multiplied by this.
+    pub(super) ways: [[f64; 5]; 2],
+    /// The wheels' noise of a turn, as a part of what it is otherwise.
+    pub(super) turning: f64,
+}
 
-const TWO_RECEIVERS: Reference = [
+/// Nothing.
+pub(super) const AS_IT_IS: Idea = Idea {
+    later_s: 0.0,
+    turned_rad: [[0.0; 5]; 2],
+    forgets_s: f64::INFINITY,
+    ways: [[1.0; 5]; 2],
+    turning: 1.0,
+};
+
+/// No bar.
+pub(super) const FREE: Reference = [&[], &[]];
+
+pub(super) const TWO_RECEIVERS: Reference = [
     &[[15.9, 18.9], [14.3, 13.4], [13.7, 10.9]],
     &[[12.2, 12.5], [12.7, 12.9], [9.9, 11.1]],
 ];
-const ONE_RECEIVER: Reference = [
+pub(super) const ONE_RECEIVER: Reference = [
     &[[22.1, 29.0], [19.2, 21.6], [16.7, 19.3], [21.0, 21.2]],
     &[[20.2, 21.5], [12.9, 16.8], [18.3, 17.5], [19.6, 19.5]],
 ];
-const WITH_LANDMARKS: Reference = [
+pub(super) const WITH_LANDMARKS: Reference = [
     &[[5.5, 6.1], [7.6, 7.2], [5.2, 6.2]],
     &[[7.3, 8.0], [6.1, 9.8], [4.9, 7.0]],
 ];
 
 /// With two receivers, everything used.
-const BOTH_WAYS: Method = Method {
+pub(super) const BOTH_WAYS: Method = Method {
     name: "",
     ways: Ways::Both,
     landmarks: false,
@@ -87,6 +114,7 @@ const BOTH_WAYS: Method = Method {
     lost: false,
     camera: SPLIT,
     numbers: Numbers::Both,
+    idea: AS_IT_IS,
     reference: FREE,
 };
 
