@@ -127,6 +127,10 @@ pub struct Config {
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
     pub laser: SomebodyElses,
+    /// Read by `coloc-track`.
+    #[serde(default, skip_serializing)]
+    #[schemars(skip)]
+    pub track: SomebodyElses,
 }
 
 /// A configuration that is allowed, and what is unlikely about it.
@@ -166,6 +170,7 @@ impl Config {
             telemetry: Telemetry::default(),
             gnss: SomebodyElses::default(),
             laser: SomebodyElses::default(),
+            track: SomebodyElses::default(),
         }
     }
 

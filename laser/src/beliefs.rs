@@ -4,7 +4,7 @@ use coloc_daemon::config::Config;
 use coloc_scan::Prior;
 use coloc_scan::beams::ScannerMotion;
 use coloc_sensors::Moment;
-use coloc_shm_types::{BeliefState, Clock, Estimate, Header};
+use coloc_shm_types::{BeliefState, Estimate, Header};
 
 /// An estimate is of use for so long \[s\].
 const OF_USE_S: f64 = 1.0;
@@ -12,16 +12,7 @@ const OF_USE_S: f64 = 1.0;
 /// A moment by `CLOCK_BOOTTIME` of this computer, if a stamp can be read so \[ns\].
 #[must_use]
 pub fn boottime(header: &Header, own_boot: u64, now: Moment) -> Option<i64> {
-    match header.clock() {
-        Ok(Clock::Boottime) => {
-            (header.boot == own_boot && own_boot != 0).then_some(header.stamp_ns)
-        }
-        Ok(Clock::Realtime) => {
-            let ago_ns = now.realtime_ns.checked_sub(header.stamp_ns)?;
-            now.boottime_ns.checked_sub(ago_ns)
-        }
-        Ok(Clock::Tai) | Err(_) => None,
-    }
+    now.boottime_of(header, own_boot)
 }
 
 /// What a robot last said of itself.
@@ -229,6 +220,8 @@ fn sum(a: &Matrix, b: &Matrix) -> Matrix {
 
 #[cfg(test)]
 mod tests {
+    use coloc_shm_types::Clock;
+
     use super::*;
 
     const SECOND: i64 = 1_000_000_000;

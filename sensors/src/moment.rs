@@ -1,5 +1,6 @@
 //! Now, by the clocks that stamps are of.
 
+use coloc_shm_types::{Clock, Header};
 use rustix::time::{ClockId, clock_gettime};
 
 /// One moment.
@@ -18,6 +19,22 @@ impl Moment {
         Self {
             boottime_ns: read(ClockId::Boottime),
             realtime_ns: read(ClockId::Realtime),
+        }
+    }
+
+    /// By `CLOCK_BOOTTIME` of this computer, whose start is `own_boot`, the moment that a header is of (ns); `None` if its clock cannot be
+    /// compared with that.
+    #[must_use]
+    pub fn boottime_of(&self, header: &Header, own_boot: u64) -> Option<i64> {
+        match header.clock() {
+            Ok(Clock::Boottime) => {
+                (header.boot == own_boot && own_boot != 0).then_some(header.stamp_ns)
+            }
+            Ok(Clock::Realtime) => {
+                let ago_ns = self.realtime_ns.checked_sub(header.stamp_ns)?;
+                self.boottime_ns.checked_sub(ago_ns)
+            }
+            Ok(Clock::Tai) | Err(_) => None,
         }
     }
 }

@@ -5,8 +5,8 @@ use core::fmt::Debug;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    Answer, DriverStatus, Estimate, Gyro, Header, Heading, Neighbour, Odometry, Pose, Position,
-    RelativePose, Scan, Seen, Sighting, Status, Timing,
+    Answer, DriverStatus, Estimate, Gyro, Header, Heading, Increment, Neighbour, Odometry, Pose,
+    Position, RelativePose, Scan, Seen, Sighting, Status, Timing, Tracked,
 };
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
@@ -42,6 +42,10 @@ pub enum Channel {
     DriverStatus,
     /// What laser scanners see.
     Scan,
+    /// How other robots move, and at which bearing they saw this one.
+    Increment,
+    /// Where neighbours are, seen from here.
+    Tracked,
 }
 
 /// What is said on a channel, and how its service is dimensioned.
@@ -84,6 +88,10 @@ pub enum Speaker {
     Own,
     /// Other robots' `colocd`, each as itself.
     Neighbours,
+    /// The robot's own `coloc-track`.
+    Tracker,
+    /// Other robots' `coloc-track`, each as itself.
+    Trackers,
 }
 
 /// For whom it is.
@@ -162,7 +170,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 15] = [
+    pub const TABLE: [Told; 17] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
@@ -315,6 +323,34 @@ impl Channel {
             buffer: 4,
             ..DRIVERS
         },
+        Told {
+            channel: Self::Increment,
+            name: "increment",
+            what: "how other robots move by their own wheels, and at which bearing they saw this one, for `coloc-track`",
+            by: Speaker::Trackers,
+            to: Audience::Anyone,
+            age: Age::Millis(1000),
+            size: size_of::<Increment>(),
+            // And the zombies of some.
+            publishers: Self::TEAM + 16,
+            subscribers: 8,
+            buffer: 64,
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::Tracked,
+            name: "tracked",
+            what: "where neighbours are, seen from here, as `coloc-track` has it",
+            by: Speaker::Tracker,
+            to: Audience::Anyone,
+            age: Age::Millis(1000),
+            matters: Matters::Newest,
+            size: size_of::<Tracked>(),
+            publishers: 4,
+            // One of each neighbour at a time.
+            buffer: 128,
+            ..DRIVERS
+        },
     ];
 
     /// All of them.
@@ -412,6 +448,8 @@ travels! {
     Status "v4",
     DriverStatus "v1" [said_ns],
     Scan "v1",
+    Increment "v1" [start_ns],
+    Tracked "v1" [seen_ns],
 }
 
 #[cfg(test)]

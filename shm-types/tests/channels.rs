@@ -21,6 +21,8 @@ fn row(told: &Told) -> String {
         Speaker::Drivers => "drivers",
         Speaker::Own => "`colocd`",
         Speaker::Neighbours => "other robots' `colocd`",
+        Speaker::Tracker => "`coloc-track`",
+        Speaker::Trackers => "other robots' `coloc-track`",
     };
     let to = match told.to {
         Audience::Robot => "`colocd`",

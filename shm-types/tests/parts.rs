@@ -1,5 +1,7 @@
 //! Sightings that say a part only, and what is told and answered of them: every reason for which one is refused.
-use coloc_shm_types::{Answer, Clock, Header, Limits, Present, Reject, Seen, Sighting};
+use coloc_shm_types::{
+    Answer, Clock, Header, Increment, Limits, Present, Reject, Seen, Sighting, Tracked,
+};
 
 const NOW_NS: i64 = 1_000_000;
 const BOOT: u64 = 7;
@@ -180,4 +182,95 @@ fn an_answer_is_a_position() {
     for (change, reason) in all {
         assert_eq!(check(change), Err(reason));
     }
+}
+
+fn increment() -> Increment {
+    Increment {
+        header: from(2, NOW_NS),
+        flags: Increment::BEARING,
+        start_ns: NOW_NS - 50,
+        displacement: [0.1, 0.0, 0.02],
+        covariance: [1e-4, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 1e-4],
+        bearing: 0.5,
+        bearing_variance: 1e-4,
+        ..Increment::default()
+    }
+}
+
+fn tracked() -> Tracked {
+    Tracked {
+        header: from(1, NOW_NS),
+        observed: 2,
+        has: Tracked::POSITION | Tracked::HEADING,
+        status: Tracked::COASTED,
+        seen_ns: NOW_NS - 500,
+        pose: [2.0, -1.0, 0.4],
+        covariance: [1e-2, 0.0, 0.0, 0.0, 1e-2, 0.0, 0.0, 0.0, 1e-2],
+        ..Tracked::default()
+    }
+}
+
+#[test]
+fn an_increment_says_motion_or_a_bearing() {
+    let check = after(increment(), Increment::validate);
+    let still = |it: &mut Increment| {
+        (it.start_ns, it.displacement, it.covariance) = (NOW_NS, [0.0; 3], [0.0; 9]);
+    };
+    let blind = |it: &mut Increment| {
+        (it.flags, it.bearing, it.bearing_variance) = (0, 0.0, 0.0);
+    };
+    assert_eq!([check(still), check(blind)], [Ok(()); 2]);
+    let all: [Case<Increment>; 8] = [
+        (|it| it.displacement[0] = f64::NAN, Reject::NotFinite),
+        (|it| it.bearing = f64::INFINITY, Reject::NotFinite),
+        (
+            |it| it.covariance[0] = -1.0,
+            Reject::NotPositiveSemidefinite,
+        ),
+        (|it| it.bearing_variance = 0.0, Reject::NoCovariance),
+        (|it| it.start_ns = NOW_NS + 1, Reject::Unsupported),
+        (|it| it.start_ns = NOW_NS, Reject::Unsupported),
+        (|it| it.flags = 0, Reject::Unsupported),
+        (|it| it.reserved[3] = 1, Reject::Unsupported),
+    ];
+    for (place, (change, reason)) in all.into_iter().enumerate() {
+        assert_eq!(check(change), Err(reason), "{place}");
+    }
+}
+
+#[test]
+fn a_track_says_a_heading_or_nothing_of_it() {
+    let check = after(tracked(), Tracked::validate);
+    let unturned = |it: &mut Tracked| {
+        (it.has, it.pose[2], it.covariance[8]) = (Tracked::POSITION, 0.0, 0.0);
+    };
+    assert_eq!(check(unturned), Ok(()));
+    let all: [Case<Tracked>; 7] = [
+        (|it| it.pose[1] = f64::NAN, Reject::NotFinite),
+        (|it| it.covariance[4] = 0.0, Reject::NoCovariance),
+        (|it| it.covariance[8] = 0.0, Reject::NoCovariance),
+        (|it| it.has = Tracked::POSITION, Reject::Unsupported),
+        (|it| it.has = Tracked::HEADING, Reject::Unsupported),
+        (|it| it.status = 0, Reject::Unsupported),
+        (|it| it.reserved[0] = 1, Reject::Unsupported),
+    ];
+    for (place, (change, reason)) in all.into_iter().enumerate() {
+        assert_eq!(check(change), Err(reason), "{place}");
+    }
+}
+
+#[test]
+fn a_robot_without_a_name_is_for_trackers_and_by_both_numbers() {
+    let unnamed = |it: &mut Sighting| (it.who, it.observed) = (Sighting::UNKNOWN, 0);
+    let check = after(sighting(), Sighting::validate);
+    assert_eq!(check(unnamed), Err(Reject::Unsupported));
+    let check = after(sighting(), Sighting::validate_of_robot);
+    assert_eq!(check(unnamed), Ok(()));
+    let alone = |it: &mut Sighting| {
+        (it.who, it.has, it.range) = (Sighting::UNKNOWN, Sighting::BEARING, 0.0);
+        (it.white[0], it.slow[0]) = (0.0, 0.0);
+    };
+    assert_eq!(check(alone), Err(Reject::Unsupported));
+    let place = |it: &mut Sighting| it.who = Sighting::LANDMARK;
+    assert_eq!(check(place), Err(Reject::Unsupported));
 }

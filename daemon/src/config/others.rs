@@ -21,7 +21,7 @@ pub(super) struct Other {
 }
 
 /// All of them.
-pub(super) const OTHERS: [Other; 2] = [
+pub(super) const OTHERS: [Other; 3] = [
     Other {
         name: "gnss",
         program: "coloc-gnss check",
@@ -31,6 +31,11 @@ pub(super) const OTHERS: [Other; 2] = [
         name: "laser",
         program: "coloc-laser check",
         is_in: |config| config.laser.is_there,
+    },
+    Other {
+        name: "track",
+        program: "coloc-track check",
+        is_in: |config| config.track.is_there,
     },
 ];
 

@@ -47,7 +47,7 @@ impl Sighting {
     /// In `has`: there is a bearing.
     pub const BEARING: u8 = 2;
 
-    /// `who` of something that the sensor cannot name: today it is refused.
+    /// `who` of a robot that the sensor cannot name: for `coloc-track` alone, and of range and bearing alone.
     pub const UNKNOWN: u8 = 0;
     /// `who` of a robot of the team.
     pub const ROBOT: u8 = 1;
@@ -60,13 +60,27 @@ impl Sighting {
     /// # Errors
     /// The first reason, in the order of [`Reject`].
     pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
+        self.check(limits, matches!(self.who, Self::ROBOT | Self::LANDMARK))
+    }
+
+    /// [`Self::validate`], of who also takes in robots that have no name, and no landmarks.
+    ///
+    /// # Errors
+    /// Likewise.
+    pub fn validate_of_robot(&self, limits: &Limits) -> Result<(), Reject> {
+        let is_whole = self.has_range() && self.has_bearing();
+        let is_robot = self.who == Self::ROBOT || self.who == Self::UNKNOWN && is_whole;
+        self.check(limits, is_robot)
+    }
+
+    fn check(&self, limits: &Limits, is_known: bool) -> Result<(), Reject> {
         Limits::check_finite(&[self.range, self.bearing])?;
         Limits::check_finite(&self.white)?;
         Limits::check_finite(&self.slow)?;
         Limits::check_finite(&self.mount)?;
         Limits::check_not_negative(&self.slow)?;
         self.check_variances()?;
-        Limits::check_supported(self.is_supported())?;
+        Limits::check_supported(is_known && self.is_supported())?;
         if self.who == Self::ROBOT {
             limits.check_other(self.observed)?;
         }
@@ -104,8 +118,7 @@ impl Sighting {
         let lasts = (scale == 0.0 || scale_s > 0.0) && (turn == 0.0 || turn_s > 0.0);
         let silent = (self.has_range() || all_zero(&[self.range, range, scale]))
             && (self.has_bearing() || all_zero(&[self.bearing, bearing, turn]));
-        let is_known = matches!(self.who, Self::ROBOT | Self::LANDMARK);
         let named = (1..=Self::RANGE | Self::BEARING).contains(&self.has);
-        named && is_known && lasts && silent && self.reserved == [0; 4]
+        named && lasts && silent && self.reserved == [0; 4]
     }
 }

@@ -1,0 +1,7 @@
+//! `coloc-track`: see the library.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    coloc_tracker::program::main_from_args(std::env::args_os())
+}
