@@ -80,6 +80,12 @@ impl Beliefs {
         }
     }
 
+    /// Where the scanner sits on this robot.
+    #[must_use]
+    pub fn mount(&self) -> [f64; 3] {
+        self.mount
+    }
+
     /// What this robot believes of itself.
     pub fn hear_own(&mut self, estimate: &Estimate, now: Moment) {
         self.own = self.read(estimate, now);
