@@ -55,6 +55,7 @@ fn main() -> ExitCode {
         Ok(Command::Listen(args)) => listen::command(&args),
         Ok(Command::Pose(args)) => pose::command(&args),
         Ok(Command::Check { config, strict }) => return daemon::check(&config, strict),
+        Ok(Command::Laser { args }) => return daemon::run_laser(args),
         Ok(Command::Colocd { args }) => return daemon::run_with(args),
         Err(answer) => answer,
     };

@@ -176,6 +176,22 @@ fn one() -> f64 {
 /// The input that is a channel.
 pub const CHANNEL: &str = "scan";
 
+impl Default for LookSection {
+    /// A cylinder without a size, which is refused: a beginning.
+    fn default() -> Self {
+        Self {
+            robots: Vec::new(),
+            shape: Shape::Cylinder,
+            radius_m: 0.0,
+            length_m: 0.0,
+            width_m: 0.0,
+            centre_m: [0.0; 2],
+            marks: Vec::new(),
+            mark_radius_m: 0.0,
+        }
+    }
+}
+
 impl LookSection {
     fn example() -> impl Serialize {
         serde_json::json!({ "shape": "rectangle", "length_m": 0.7, "width_m": 0.5 })

@@ -7,6 +7,7 @@
 //! of 15 mm and come in centimetres; half of the beams that light up a rim give a range in between; robots are 5 mm larger or smaller
 //! than they are said to be.
 
+pub mod hall;
 mod room;
 mod scene;
 mod score;
