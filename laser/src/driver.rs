@@ -138,13 +138,14 @@ impl<O: Outlet> LaserDriver<O> {
         let count = raw.ranges.len();
         let middle_ns = stamp_ns.saturating_add(nanos(view.time(count / 2)));
         let motion = self.beliefs.motion(middle_ns).ok_or(Refusal::NoPose)?;
+        let own_heading = self.beliefs.own_heading(middle_ns);
         let priors = self.beliefs.priors(middle_ns);
         if priors.is_empty() {
             return Err(Refusal::NoTeam);
         }
         let before = self.finder.counts();
         self.seen
-            .extend_from_slice(self.finder.find(&view, motion, priors));
+            .extend_from_slice(self.finder.find_turned(&view, motion, priors, own_heading));
         #[allow(clippy::cast_precision_loss)] // Some thousands.
         let last = [count, priors.len(), self.seen.len()].map(|it| it as f64);
         self.tally.last = last;

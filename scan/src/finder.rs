@@ -8,6 +8,7 @@ mod place;
 mod reading;
 mod seen;
 mod settings;
+mod turned;
 mod verdict;
 mod window;
 
@@ -21,10 +22,12 @@ use crate::view::{MOST_BEAMS, View};
 use candidate::{Candidate, Candidates};
 use place::Place;
 use reading::Reading;
+use turned::Likeness;
 
 pub use place::Prior;
 pub use seen::{RangeBearing, Seen};
 pub use settings::{Noise, Settings};
+pub use turned::OwnHeading;
 
 /// As many robots of a team are looked for.
 pub const MOST_ROBOTS: usize = 64;
@@ -59,7 +62,11 @@ pub struct Finder {
     candidates: Candidates,
     pairs: Vec<Pair>,
     readings: Vec<Reading>,
+    /// Of each pair.
+    likenesses: Vec<Likeness>,
+    own_heading: OwnHeading,
     odds: Vec<Odds>,
+    mixed: Vec<Odds>,
     associator: Associator,
     seen: Vec<Seen>,
     counts: Counts,
@@ -79,7 +86,10 @@ impl Finder {
             candidates: Candidates::new(),
             pairs: Vec::with_capacity(MOST_PAIRS),
             readings: Vec::with_capacity(MOST_PAIRS),
+            likenesses: Vec::with_capacity(MOST_PAIRS),
+            own_heading: OwnHeading::default(),
             odds: Vec::with_capacity(MOST_PAIRS),
+            mixed: Vec::with_capacity(MOST_PAIRS),
             associator: Associator::new(MOST_ROBOTS, MOST_PAIRS),
             seen: Vec::with_capacity(MOST_ROBOTS),
             counts: Counts::default(),
@@ -108,6 +118,18 @@ impl Finder {
 
     /// The robots of `team` that are in a scan, while the scanner moves like that. Allocates nothing.
     pub fn find(&mut self, view: &View<'_>, motion: ScannerMotion, team: &[Prior]) -> &[Seen] {
+        self.find_turned(view, motion, team, OwnHeading::default())
+    }
+
+    /// The same where the own heading is uncertain, so that all priors may be off by one angle.
+    pub fn find_turned(
+        &mut self,
+        view: &View<'_>,
+        motion: ScannerMotion,
+        team: &[Prior],
+        own_heading: OwnHeading,
+    ) -> &[Seen] {
+        self.own_heading = own_heading;
         self.counts.scans += 1;
         self.seen.clear();
         self.candidates.clear();
@@ -137,7 +159,7 @@ impl Finder {
                 self.counts.left_out += 1;
                 continue;
             }
-            let place = Place::of(prior, &self.settings.looks);
+            let place = Place::of(prior, &self.settings.looks, &self.own_heading);
             self.places.extend(place);
         }
     }

@@ -22,13 +22,16 @@ impl Stage {
         for moment in 1..=GLIMPSES {
             let steps = moment as f64 / GLIMPSES as f64 * until_s / self.step_s();
             let step = ((steps / period).floor() * period) as usize;
-            let seen = self.who_sees_whom(step, records);
-            glimpses.extend(
-                seen.into_iter()
-                    .filter_map(|pair| self.glimpse(moment, step, pair)),
-            );
+            let seen = self.who_sees_whom(step, records).into_iter();
+            let shown = seen.filter(|(seer, seen, _)| self.is_shown(moment + seer + seen));
+            glimpses.extend(shown.filter_map(|pair| self.glimpse(moment, step, pair)));
         }
         glimpses
+    }
+
+    /// Scanners see nearly everybody nearly always: of their sightings a third is enough for a picture.
+    fn is_shown(&self, number: usize) -> bool {
+        !matches!(self.eyes(), Eyes::Scans(_)) || number.is_multiple_of(3)
     }
 
     /// In steps.
@@ -36,7 +39,7 @@ impl Stage {
     fn period_of_sightings(&self) -> usize {
         let rate_hz = match self.eyes() {
             Eyes::Poses => self.scenario().sightings.rate_hz,
-            Eyes::Camera(_) => 1.0 / (Camera::EVERY_S),
+            Eyes::Camera(_) => 1.0 / Camera::EVERY_S,
             Eyes::Scans(_) => 1.0 / TURN_S,
         };
         (1.0 / rate_hz / self.step_s()).round().max(1.0) as usize

@@ -6,6 +6,7 @@ use super::candidate::Candidate;
 use super::place::{GATES, Place};
 use super::reading::Reading;
 use super::seen::Seen;
+use super::turned::Likeness;
 use super::{Finder, MOST_PAIRS, MOST_ROBOTS};
 use crate::associate::Pair;
 use crate::shape::Look;
@@ -20,15 +21,17 @@ impl Finder {
     pub(super) fn pair(&mut self) {
         self.pairs.clear();
         self.readings.clear();
+        self.likenesses.clear();
         for robot in 0..self.places.len() {
             for seen in 0..self.candidates.all().len() {
                 let (place, candidate) = (&self.places[robot], &self.candidates.all()[seen]);
-                let Some((mut reading, weight)) = self.read(place, candidate) else {
+                let Some((mut reading, weight, likeness)) = self.read(place, candidate) else {
                     continue;
                 };
                 reading.candidate = seen;
                 let (seen, worse) = self.candidates.thing(seen);
-                let weight = weight * (-0.5 * worse).exp();
+                let worse = (-0.5 * worse).exp();
+                let weight = weight * worse;
                 if self.pairs.len() == MOST_PAIRS {
                     self.counts.left_out += 1;
                     continue;
@@ -39,12 +42,13 @@ impl Finder {
                     weight,
                 });
                 self.readings.push(reading);
+                self.likenesses.push(likeness.times(worse));
             }
         }
     }
 
     /// What a candidate says of a robot, if it may be that one: the likeliest of its headings.
-    fn read(&self, place: &Place, candidate: &Candidate) -> Option<(Reading, f64)> {
+    fn read(&self, place: &Place, candidate: &Candidate) -> Option<(Reading, f64, Likeness)> {
         let look = self.settings.looks[candidate.look];
         let (turns, centre_m) = match look {
             Look::Rectangle { centre_m, .. } => (2, centre_m),
@@ -82,19 +86,31 @@ impl Finder {
         let seen = 1.0 - self.settings.missed;
         let clutter = candidate.clutter * self.settings.clutter_per_m2;
         let mut weight = 0.0;
+        let mut terms = [None; 2];
         if flat <= GATES[0] {
             // A heading may have been mistaken for another.
             let part = if reading.has_heading { MISTAKEN } else { 1.0 };
             weight += part * seen * place.likelihood(&flat_reading, flat) / clutter;
+            terms[0] = Some((flat_reading, part * seen / clutter));
         }
         let is_clear = far <= GATES[1] && second - cost >= HEADING_SURE;
         if reading.has_heading && is_clear {
-            weight += seen * place.likelihood(&reading, far) / (clutter * f64::from(turns) / TAU);
+            let clutter = clutter * f64::from(turns) / TAU;
+            weight += seen * place.likelihood(&reading, far) / clutter;
+            terms[1] = Some((reading, seen / clutter));
         }
         reading.is_clear = !reading.has_heading || is_clear;
+        // Nobody asks for it where the own heading is known.
+        let terms = if self.own_heading.variance > 0.0 {
+            terms
+        } else {
+            [None; 2]
+        };
+        let mut likeness = Likeness::of(place, terms);
         if place.prior.look != candidate.look {
             // So little of it was seen that it may look otherwise; that proves nobody, and keeps others from being sure.
             weight *= MISTAKEN;
+            likeness = likeness.times(MISTAKEN);
             reading.is_clear = false;
         }
         if weight <= 0.0 {
@@ -105,17 +121,12 @@ impl Finder {
         if reading.covariance[(2, 2)] > most * most && is_centred {
             reading.has_heading = false;
         }
-        Some((reading, weight))
+        Some((reading, weight, likeness))
     }
 
     /// Says what is sure.
     pub(super) fn tell(&mut self) {
-        self.associator.work_out(
-            self.places.len(),
-            &self.pairs,
-            self.settings.missed,
-            &mut self.odds,
-        );
+        self.work_out();
         let mut said = 0_u64;
         let mut doubted = 0_u64;
         for (place, odds) in self.odds.iter().enumerate() {

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::reading::{Reading, wrapped};
+use super::turned::{OwnHeading, Swing};
 use crate::shape::Look;
 
 /// Where another robot is believed to be.
@@ -20,6 +21,9 @@ pub struct Prior {
     pub covariance: [[f64; 3]; 3],
 }
 
+/// By so much wider is looked for a robot that may have swung round.
+const SWUNG: f64 = 3.0;
+
 /// Where a robot is looked for.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Place {
@@ -28,6 +32,8 @@ pub(super) struct Place {
     pub(super) covariance: Matrix3<f64>,
     /// Of a body that may be half of itself off.
     near: Matrix2<f64>,
+    /// With the own heading.
+    pub(super) swing: Swing,
 }
 
 /// χ² of two and three numbers that one of a million exceeds: who is farther off cannot be meant, not even by mistake.
@@ -35,7 +41,7 @@ pub(super) const GATES: [f64; 2] = [27.631_021_115_928_547, 30.664_849_706_154_6
 
 impl Place {
     /// None of a prior that cannot be computed with.
-    pub(super) fn of(prior: &Prior, looks: &[Look]) -> Option<Self> {
+    pub(super) fn of(prior: &Prior, looks: &[Look], own: &OwnHeading) -> Option<Self> {
         let reach = looks.get(prior.look)?.reach_m();
         let mean = Vector3::from(prior.pose);
         let covariance = Matrix3::from_fn(|row, column| prior.covariance[row][column]);
@@ -54,13 +60,20 @@ impl Place {
             mean,
             covariance,
             near,
+            swing: Swing::of(own, &mean, &covariance),
         })
     }
 
     /// Whether the robot may be about there.
     pub(super) fn may_be(&self, point: Vector2<f64>) -> bool {
         let off = point - self.mean.xy();
-        (off.transpose() * self.near * off)[0] <= GATES[0]
+        self.is_near(off)
+    }
+
+    /// Where everything may have swung round, what looks too far by the tangent may be on the circle; the readings will tell.
+    fn is_near(&self, off: Vector2<f64>) -> bool {
+        let wider = if self.swing.is_there() { SWUNG } else { 1.0 };
+        (off.transpose() * self.near * off)[0] <= wider * GATES[0]
     }
 
     /// The same of a point that is up to `reach` from its middle.
@@ -69,11 +82,14 @@ impl Place {
         let far = off.norm();
         // As if the mark were where the robot's middle may be that is nearest to the prior.
         let rest = off * ((far - reach).max(0.0) / far.max(1e-9));
-        (rest.transpose() * self.near * rest)[0] <= GATES[0]
+        self.is_near(rest)
     }
 
     /// Mahalanobis distance, squared.
     pub(super) fn distance(&self, reading: &Reading) -> f64 {
+        if self.swing.is_there() {
+            return self.swing.distance(reading);
+        }
         let sum = self.covariance + reading.covariance;
         let off = reading.pose - self.mean;
         if reading.has_heading {
@@ -122,17 +138,19 @@ mod tests {
     #[test]
     fn a_prior_that_cannot_be_computed_with_is_no_place() {
         assert!(
-            Place::of(&prior(0.04), &LOOKS).is_some() && Place::of(&prior(0.0), &LOOKS).is_some()
+            Place::of(&prior(0.04), &LOOKS, &OwnHeading::default()).is_some()
+                && Place::of(&prior(0.0), &LOOKS, &OwnHeading::default()).is_some()
         );
-        assert!(Place::of(&prior(f64::NAN), &LOOKS).is_none());
-        assert!(Place::of(&prior(-1.0), &LOOKS).is_none());
+        assert!(Place::of(&prior(f64::NAN), &LOOKS, &OwnHeading::default()).is_none());
+        assert!(Place::of(&prior(-1.0), &LOOKS, &OwnHeading::default()).is_none());
         assert!(
             Place::of(
                 &Prior {
                     look: 1,
                     ..prior(0.04)
                 },
-                &LOOKS
+                &LOOKS,
+                &OwnHeading::default(),
             )
             .is_none()
         );
@@ -140,7 +158,7 @@ mod tests {
 
     #[test]
     fn a_robot_may_be_where_its_prior_allows() {
-        let place = Place::of(&prior(0.04), &LOOKS).unwrap();
+        let place = Place::of(&prior(0.04), &LOOKS, &OwnHeading::default()).unwrap();
         let far = Vector2::new(4.0, 0.0);
         assert!(place.may_be(Vector2::new(2.5, 0.0)) && !place.may_be(far));
         assert!(place.may_be_within(far, 1.5) && !place.may_be_within(far, 0.2));
@@ -148,7 +166,7 @@ mod tests {
 
     #[test]
     fn a_heading_counts_the_short_way_round() {
-        let place = Place::of(&prior(0.04), &LOOKS).unwrap();
+        let place = Place::of(&prior(0.04), &LOOKS, &OwnHeading::default()).unwrap();
         let reading = Reading {
             candidate: 0,
             pose: Vector3::new(2.0, 0.2, -3.1),

@@ -6,6 +6,7 @@ use super::Finder;
 use super::candidate::{Candidate, MODES};
 use crate::beams::Ray;
 use crate::fit::{End, Sample, cylinder, rectangle, rectangle_starts};
+use crate::pieces::Piece;
 use crate::shape::{Look, cross};
 use crate::view::Met;
 
@@ -21,25 +22,42 @@ impl Finder {
     pub(super) fn look_through(&mut self, look: usize) {
         let reach = self.settings.looks[look].reach_m();
         for first in 0..self.pieces.len() {
-            let mut last = first;
-            while last < self.pieces.len() && last < first + MOST_PIECES_OF_ONE {
-                let (a, b) = (self.pieces[first], self.pieces[last]);
-                if last > first {
-                    let before = self.pieces[last - 1];
-                    if b.first - (before.first + before.count) > WIDEST_GAP {
-                        break;
-                    }
+            let a = self.pieces[first];
+            let mut before_end = a.first;
+            for last in first..first + MOST_PIECES_OF_ONE {
+                let Some(b) = self.piece(first, last) else {
+                    break;
+                };
+                if b.first - before_end > WIDEST_GAP {
+                    break;
                 }
                 let end = b.first + b.count;
+                before_end = end;
                 if !self.fits_in(a.first, end, reach) {
                     break;
                 }
                 if end - a.first >= self.settings.least_beams {
                     self.try_window(look, a.first, end);
                 }
-                last += 1;
             }
         }
+    }
+
+    /// A piece of a window that begins with `first`: where the scanner sees all round, after the last one comes the first one.
+    fn piece(&self, first: usize, place: usize) -> Option<Piece> {
+        let count = self.pieces.len();
+        if place < count {
+            return Some(self.pieces[place]);
+        }
+        let again = place - count;
+        let piece = self
+            .pieces
+            .get(again)
+            .filter(|_| again < first && self.beams.is_round());
+        piece.map(|it| Piece {
+            first: it.first + self.beams.count(),
+            ..*it
+        })
     }
 
     /// Whether the beams from `first` to before `end` end no farther from each other than a robot is large.

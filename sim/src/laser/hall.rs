@@ -89,7 +89,7 @@ impl Hall {
             let [noise, off] = draws.normals::<2>();
             #[allow(clippy::cast_precision_loss)] // Some hundreds.
             let beam = beam as f64;
-            let time_s = beam / BEAMS as f64 * TURN_S;
+            let time_s = beam * STEP_RAD / TAU * TURN_S;
             let angle = FIRST_RAD + beam * STEP_RAD + ANGLE_SIGMA_RAD * off;
             let range = self.cast(robot, angle, |robot| pose(robot, time_s));
             #[allow(clippy::cast_possible_truncation)] // As a scanner says it.
@@ -117,7 +117,9 @@ impl Hall {
                 continue;
             };
             let solids = solids(look, [there.x, there.y, there.phi], *larger);
-            solids.iter().for_each(|(solid, _)| meet(solid));
+            for (solid, _) in &solids {
+                meet(solid);
+            }
         }
         nearest
     }
@@ -155,7 +157,7 @@ mod tests {
         let apart = scan(7)
             .iter()
             .zip(scan(8))
-            .filter(|(a, b)| **a == *b)
+            .filter(|(a, b)| a.to_bits() == b.to_bits())
             .count();
         assert!(apart < 10, "{apart}");
     }

@@ -290,9 +290,8 @@ fn bars(row: &Row, score: &Score, chance: f64) -> Vec<String> {
             100.0 * none
         ),
     );
-    // An own heading that is off moves all priors alike, which the odds do not know yet.
     hold(
-        score.wrong == 0 || row.turned,
+        score.wrong == 0,
         format!("{} wrong names, none is allowed", score.wrong),
     );
     let (mean, outside, count) = honesty(score);

@@ -107,9 +107,8 @@ impl SceneName {
     /// As long as it takes to tell \[s\].
     pub(crate) fn length_s(self) -> f64 {
         match self {
-            Self::Meet => 30.0,
+            Self::Meet | Self::Laser | Self::Camera => 30.0,
             Self::Lost => 40.0,
-            Self::Laser | Self::Camera => 30.0,
         }
     }
 }
