@@ -73,6 +73,13 @@ pub(crate) enum Command {
         #[arg(long)]
         strict: bool,
     },
+    /// The process in which the demo looks through a robot's scans
+    #[command(name = "coloc-laser", hide = true, disable_help_flag = true)]
+    Laser {
+        /// As those of the program coloc-laser
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        args: Vec<OsString>,
+    },
     /// Be the daemon of one robot (see `coloc colocd --help`)
     #[command(name = "colocd", disable_help_flag = true)]
     Colocd {
@@ -92,6 +99,8 @@ pub(crate) enum Command {
   coloc demo
   coloc demo --robots 3 --seconds 60 --seed 7 --out pictures
   coloc demo --scene lost
+  coloc demo --laser
+  coloc demo --camera
   coloc demo --data ../shared/data/mrclam1 --seconds 120
   coloc demo --json > summary.json
 
@@ -108,11 +117,17 @@ by the end: within 15 s robot 1 is found; within 2.5 s robot 2 notices, within 2
 again; robot 3 stays ok and names the liar; robot 4 says contradicted, and its ellipse holds
 both places; and the truth is inside all ellipses, but for 2 s after it happens.
 
+In the scene laser nobody is told where others are. Each robot has a laser scanner and runs
+coloc-laser, which finds the others in its scans: three rectangles, whose heading is seen,
+and two cylinders, of which range and bearing are. In the scene camera robots have a camera
+each that looks ahead and sees range and bearing alone. Two robots have a satellite receiver.
+
 What is expected of every robot, whatever the seed:
                     error, mean over time     inside its own 3σ
   with a receiver   0.10 m, 0.10 m, 0.15 rad  75 % of the time
   told by others    0.80 m, 0.80 m, 0.30 rad  75 %
   told nothing      none: it drifts           45 %
+  by laser, camera  none                      99 %
 and of recorded robots:
   5 or more         0.10 m, 0.10 m, 0.10 rad  99 %
   2 to 4            0.20 m, 0.20 m, 0.25 rad  95 %: for a while a robot may see nobody
@@ -136,6 +151,12 @@ pub(crate) struct DemoArgs {
     /// Robots of a recording in MR.CLAM's format, rather than a scene
     #[arg(long, value_name = "DIR", conflicts_with = "scene")]
     pub(crate) data: Option<PathBuf>,
+    /// As --scene laser
+    #[arg(long, conflicts_with_all = ["scene", "data", "camera"])]
+    pub(crate) laser: bool,
+    /// As --scene camera
+    #[arg(long, conflicts_with_all = ["scene", "data"])]
+    pub(crate) camera: bool,
     /// Where to write pictures, summary and logs [default: demo-out, or the first demo-out-N that is free]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -147,7 +168,16 @@ pub(crate) struct DemoArgs {
 impl DemoArgs {
     /// How long the robots drive \[s\].
     pub(crate) fn length_s(&self) -> f64 {
-        self.seconds.unwrap_or_else(|| self.scene.length_s())
+        self.seconds.unwrap_or_else(|| self.played().length_s())
+    }
+
+    /// The scene that was asked for, by either name.
+    pub(crate) fn played(&self) -> SceneName {
+        match (self.laser, self.camera) {
+            (true, _) => SceneName::Laser,
+            (_, true) => SceneName::Camera,
+            _ => self.scene,
+        }
     }
 }
 
@@ -234,5 +264,16 @@ mod tests {
         }
         assert!(demo(&["--data", "recording"]).is_ok());
         assert!(demo(&["--data", "recording", "--scene", "meet"]).is_err());
+        assert!(demo(&["--laser", "--camera"]).is_err());
+        assert!(demo(&["--camera", "--scene", "meet"]).is_err());
+    }
+
+    #[test]
+    fn a_scene_has_a_short_name() {
+        let played = |args: &[&str]| demo(args).unwrap().played();
+        assert_eq!(played(&["--laser"]), SceneName::Laser);
+        assert_eq!(played(&["--camera"]), SceneName::Camera);
+        assert_eq!(played(&["--scene", "laser"]), SceneName::Laser);
+        assert_eq!(played(&[]), SceneName::Meet);
     }
 }

@@ -11,7 +11,9 @@ use crate::output::complain;
 /// Set by a command to its own process number: a process that finds it there ends with that one.
 pub(crate) const PARENT_VARIABLE: &str = "COLOC_DEMO_PID";
 
-const NAME: &str = "colocd";
+pub(crate) const NAME: &str = "colocd";
+/// The driver of laser scanners, which the demo starts beside it.
+pub(crate) const LASER: &str = "coloc-laser";
 
 /// The daemon's arguments, its name first, if this call is meant for the daemon.
 pub(crate) fn arguments(args: impl Iterator<Item = OsString>) -> Option<Vec<OsString>> {
@@ -37,6 +39,15 @@ pub(crate) fn run(args: Vec<OsString>) -> ExitCode {
 /// The daemon with `args` behind its name.
 pub(crate) fn run_with(args: Vec<OsString>) -> ExitCode {
     run(std::iter::once(NAME.into()).chain(args).collect())
+}
+
+/// The driver of laser scanners, with `args` behind its name.
+pub(crate) fn run_laser(args: Vec<OsString>) -> ExitCode {
+    if let Err(reason) = end_with_parent() {
+        complain(&format!("{LASER}: {reason}"));
+        return ExitCode::FAILURE;
+    }
+    coloc_laser::program::main_from_args(std::iter::once(LASER.into()).chain(args))
 }
 
 /// `colocd check`.

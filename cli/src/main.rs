@@ -57,6 +57,7 @@ fn main() -> ExitCode {
         Ok(Command::Pose(args)) => pose::command(&args),
         Ok(Command::Survey(args)) => survey::command(&args),
         Ok(Command::Check { config, strict }) => return daemon::check(&config, strict),
+        Ok(Command::Laser { args }) => return daemon::run_laser(args),
         Ok(Command::Colocd { args }) => return daemon::run_with(args),
         Err(answer) => answer,
     };

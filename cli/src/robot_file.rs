@@ -1,9 +1,11 @@
 //! The `robot.toml` of a robot that a command runs.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use coloc_daemon::config::{Config, Member, Robot};
+use coloc_daemon::config::{Config, Member, Robot, Section};
 use coloc_shm_types::RobotName;
+use serde::Serialize;
 
 use crate::result_file::WriteError;
 
@@ -26,9 +28,26 @@ pub(crate) fn team(last: u16) -> Result<Vec<Member>, String> {
 
 /// Writes what `config` says, or why it does not.
 pub(crate) fn write(path: &Path, config: Result<Config, String>) -> Result<(), WriteError> {
-    let failed = |reason: &str| WriteError::new(path, reason);
-    let config = config.map_err(|reason| failed(&reason))?;
-    let text = toml::to_string(&config).map_err(|error| failed(&error.to_string()))?;
+    write_text(path, config.and_then(|config| text_of(&config)))
+}
+
+/// The same, and below it the section of another program.
+pub(crate) fn write_with<S: Section + Serialize>(
+    path: &Path,
+    config: Result<Config, String>,
+    section: &S,
+) -> Result<(), WriteError> {
+    let below = BTreeMap::from([(S::NAME, section)]);
+    let text = config.and_then(|config| Ok(text_of(&config)? + "\n" + &text_of(&below)?));
+    write_text(path, text)
+}
+
+fn text_of(table: &impl Serialize) -> Result<String, String> {
+    toml::to_string(table).map_err(|error| error.to_string())
+}
+
+fn write_text(path: &Path, text: Result<String, String>) -> Result<(), WriteError> {
+    let text = text.map_err(|reason| WriteError::new(path, &reason))?;
     std::fs::write(path, text).map_err(|error| WriteError::new(path, &error))
 }
 

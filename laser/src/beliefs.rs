@@ -3,6 +3,7 @@
 use coloc_daemon::config::Config;
 use coloc_scan::Prior;
 use coloc_scan::beams::ScannerMotion;
+use coloc_scan::finder::OwnHeading;
 use coloc_sensors::Moment;
 use coloc_shm_types::{BeliefState, Estimate, Header};
 
@@ -71,6 +72,12 @@ impl Beliefs {
         }
     }
 
+    /// Where the scanner sits on this robot.
+    #[must_use]
+    pub fn mount(&self) -> [f64; 3] {
+        self.mount
+    }
+
     /// What this robot believes of itself.
     pub fn hear_own(&mut self, estimate: &Estimate, now: Moment) {
         self.own = self.read(estimate, now);
@@ -109,6 +116,31 @@ impl Beliefs {
             velocity_m_s: [cos * vx + sin * vy, cos * vy - sin * vx],
             turn_rad_s: turn,
         })
+    }
+
+    /// How uncertain the own heading is: an error that all priors share. What the own position has in common with it moves the point about
+    /// which everything swings.
+    #[must_use]
+    pub fn own_heading(&self, at_ns: i64) -> OwnHeading {
+        let Some(own) = self.own.and_then(|own| own.until(at_ns)) else {
+            return OwnHeading::default();
+        };
+        let variance = own.covariance[2][2];
+        if variance <= 0.0 {
+            return OwnHeading::default();
+        }
+        let [gx, gy] = [0, 1].map(|it| own.covariance[it][2] / variance);
+        let (own_sin, own_cos) = own.pose[2].sin_cos();
+        // Seen from the own body, then from the scanner.
+        let [x, y] = [
+            -own_cos * gy + own_sin * gx - self.mount[0],
+            own_sin * gy + own_cos * gx - self.mount[1],
+        ];
+        let (sin, cos) = self.mount[2].sin_cos();
+        OwnHeading {
+            variance,
+            about_m: [cos * x + sin * y, cos * y - sin * x],
+        }
     }
 
     /// Where the others are believed to be at `at_ns`, seen from the scanner.
@@ -303,6 +335,37 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn everything_swings_about_a_point_with_the_own_heading() {
+        let mut beliefs = beliefs([0.3, -0.2, 0.7]);
+        let now = Moment::default();
+        // An error of the heading alone, and what the position has in common with it.
+        let by = [0.4, -0.1, 1.0];
+        let mut own = estimate([1.0, -2.0, 0.6], [0.0; 3], 0);
+        for (place, entry) in own.independent.iter_mut().enumerate() {
+            *entry = 0.03 * by[place / 3] * by[place % 3];
+        }
+        let mut other = estimate([3.0, 1.0, -2.0], [0.0; 3], 0);
+        other.independent = [0.0; 9];
+        beliefs.hear_own(&own, now);
+        beliefs.hear(2, &other, now);
+        let OwnHeading { variance, about_m } = beliefs.own_heading(0);
+        let [prior] = beliefs.priors(0) else {
+            panic!("one of them has spoken");
+        };
+        let [x, y, _] = prior.pose;
+        let slope = [about_m[1] - y, x - about_m[0], 1.0];
+        for row in 0..3 {
+            for column in 0..3 {
+                let expected = variance * slope[row] * slope[column];
+                let off = prior.covariance[row][column] - expected;
+                assert!(off.abs() < 1e-12, "{prior:?}");
+            }
+        }
+        beliefs.hear_own(&Estimate::default(), now);
+        assert_eq!(beliefs.own_heading(0), OwnHeading::default());
     }
 
     #[test]

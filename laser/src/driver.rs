@@ -2,15 +2,14 @@
 
 use coloc_daemon::config::Config;
 use coloc_scan::carmen::{FrontLaser, Line};
-use coloc_scan::finder::RangeBearing;
 use coloc_scan::{Counts, Finder, Raw, Seen, View};
 use coloc_sensors::{Driver, EndError, Moment, Report};
-use coloc_shm_types::{RelativePose, Scan};
+use coloc_shm_types::{RelativePose, Scan, Sighting};
 
 use crate::beliefs::{Beliefs, boottime};
 use crate::lines::Lines;
 use crate::refusal::Refusal;
-use crate::section::Laser;
+use crate::section::{Laser, LookSection, Shape, Slow};
 
 /// Where what is seen goes, and where beliefs come from. Words are stamped by `CLOCK_BOOTTIME`; each returns whether it was taken.
 pub trait Outlet {
@@ -23,8 +22,8 @@ pub trait Outlet {
     /// A robot whose heading was seen; what is missing in its header is the sender's.
     fn pose(&mut self, stamp_ns: i64, sighting: RelativePose) -> bool;
 
-    /// A robot of which range and bearing were seen; none where that is not published.
-    fn range_bearing(&mut self, stamp_ns: i64, robot: u16, seen: &RangeBearing) -> Option<bool>;
+    /// A robot of which range and bearing were seen; the same.
+    fn range_bearing(&mut self, stamp_ns: i64, sighting: Sighting) -> bool;
 }
 
 /// The driver of a laser scanner.
@@ -33,6 +32,7 @@ pub struct LaserDriver<O> {
     source: u16,
     own_boot: u64,
     finder: Finder,
+    slow: Slow,
     beliefs: Beliefs,
     outlet: O,
     seen: Vec<Seen>,
@@ -72,6 +72,7 @@ impl<O: Outlet> LaserDriver<O> {
             source: section.source,
             own_boot,
             finder: Finder::new(section.settings()),
+            slow: section.slow,
             beliefs,
             outlet,
             seen: Vec::with_capacity(coloc_scan::finder::MOST_ROBOTS),
@@ -137,13 +138,14 @@ impl<O: Outlet> LaserDriver<O> {
         let count = raw.ranges.len();
         let middle_ns = stamp_ns.saturating_add(nanos(view.time(count / 2)));
         let motion = self.beliefs.motion(middle_ns).ok_or(Refusal::NoPose)?;
+        let own_heading = self.beliefs.own_heading(middle_ns);
         let priors = self.beliefs.priors(middle_ns);
         if priors.is_empty() {
             return Err(Refusal::NoTeam);
         }
         let before = self.finder.counts();
         self.seen
-            .extend_from_slice(self.finder.find(&view, motion, priors));
+            .extend_from_slice(self.finder.find_turned(&view, motion, priors, own_heading));
         #[allow(clippy::cast_precision_loss)] // Some thousands.
         let last = [count, priors.len(), self.seen.len()].map(|it| it as f64);
         self.tally.last = last;
@@ -161,18 +163,17 @@ impl<O: Outlet> LaserDriver<O> {
     fn say(&mut self, seen: &Seen, stamp_ns: i64) {
         let stamp_ns = stamp_ns.saturating_add(nanos(seen.time_s));
         let taken = if seen.has_heading {
-            Some(self.outlet.pose(stamp_ns, sighting(seen)))
+            self.outlet.pose(stamp_ns, pose(seen))
         } else {
-            self.outlet
-                .range_bearing(stamp_ns, seen.robot, &seen.range_bearing())
+            let mount = self.beliefs.mount();
+            let part = part(seen, mount, self.slow);
+            self.outlet.range_bearing(stamp_ns, part)
         };
-        match taken {
-            Some(true) => {
-                self.tally.said += 1;
-                self.tally.said_ns = stamp_ns;
-            }
-            Some(false) => self.refuse(Refusal::Channel),
-            None => self.refuse(Refusal::NoHeading),
+        if taken {
+            self.tally.said += 1;
+            self.tally.said_ns = stamp_ns;
+        } else {
+            self.refuse(Refusal::Channel);
         }
     }
 
@@ -232,13 +233,37 @@ impl<O: Outlet> LaserDriver<O> {
 }
 
 /// A sighting of the channel `relative_pose`, seen from the scanner: `colocd` knows where that sits.
-fn sighting(seen: &Seen) -> RelativePose {
+fn pose(seen: &Seen) -> RelativePose {
     let [[a, b, c], [d, e, f], [g, h, i]] = seen.covariance;
     RelativePose {
         observed: seen.robot,
         pose: seen.pose,
         covariance: [a, b, c, d, e, f, g, h, i],
         ..RelativePose::default()
+    }
+}
+
+/// A sighting of the channel `sighting`. Its variances are those of the smallest two independent errors that are no smaller than the
+/// correlated ones of a robot of which a side was seen: the channel has no covariance.
+fn part(seen: &Seen, mount: [f64; 3], slow: Slow) -> Sighting {
+    let polar = seen.range_bearing();
+    let [[range, both], [_, bearing]] = polar.covariance;
+    let larger = 1.0 + both.abs() / (range * bearing).sqrt();
+    Sighting {
+        observed: seen.robot,
+        has: Sighting::RANGE | Sighting::BEARING,
+        who: Sighting::ROBOT,
+        range: polar.range_m,
+        bearing: polar.bearing_rad,
+        white: [range * larger, bearing * larger],
+        slow: [
+            slow.scale_sigma,
+            slow.scale_time_s,
+            slow.bearing_sigma_rad,
+            slow.bearing_time_s,
+        ],
+        mount,
+        ..Sighting::default()
     }
 }
 
@@ -318,10 +343,9 @@ pub fn unlikely(config: &Config, section: &Laser) -> Vec<String> {
             peer.id
         ));
     }
-    let has_heading =
-        |it: &crate::section::LookSection| it.shape != crate::section::Shape::Cylinder;
-    if !section.look.iter().any(has_heading) {
-        found.push("all looks are cylinders, which have no heading: range and bearing alone are not published yet".into());
+    let is_round = |it: &LookSection| it.shape == Shape::Cylinder;
+    if section.look.iter().any(is_round) && !config.sighting.heard {
+        found.push("a cylinder has no heading: range and bearing are published on the channel sighting, to which colocd does not listen; write [sighting] heard = true for all robots of the team".into());
     }
     if section
         .spec()

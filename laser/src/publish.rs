@@ -1,19 +1,20 @@
 //! The channels of the robot, and the estimates of the others.
 
-use coloc_scan::finder::RangeBearing;
 use coloc_sensors::{EndError, Moment};
 use coloc_shm_types::{
-    Clock, Estimate, Publisher, RelativePose, RobotName, Sender, Space, Subscriber,
+    Clock, Estimate, Publisher, RelativePose, RobotName, Sender, Sighting, Space, Subscriber,
 };
 
 use crate::beliefs::Beliefs;
 use crate::driver::Outlet;
 
-/// Its end of `relative_pose`, and its ears for `estimate`.
+/// Its ends of `relative_pose` and `sighting`, and its ears for `estimate`.
 #[derive(Debug)]
 pub struct Channels {
-    sightings: Publisher<RelativePose>,
-    sender: Sender,
+    poses: Publisher<RelativePose>,
+    parts: Publisher<Sighting>,
+    /// A sequence for each channel: a gap in it is a loss.
+    senders: [Sender; 2],
     own: Subscriber<Estimate>,
     others: Vec<(u16, Subscriber<Estimate>)>,
 }
@@ -36,8 +37,9 @@ impl Channels {
         let listen = |(number, name): &(u16, RobotName)| Ok((*number, space.subscriber(name)?));
         let others: Result<_, EndError> = others.iter().map(listen).collect();
         Ok(Self {
-            sightings: space.publisher(robot)?,
-            sender,
+            poses: space.publisher(robot)?,
+            parts: space.publisher(robot)?,
+            senders: [sender.beside(), sender],
             own: space.subscriber(robot)?,
             others: others?,
         })
@@ -68,14 +70,12 @@ impl Outlet for Channels {
     }
 
     fn pose(&mut self, stamp_ns: i64, sighting: RelativePose) -> bool {
-        let header = self.sender.header(stamp_ns);
-        self.sightings
-            .send(RelativePose { header, ..sighting })
-            .is_ok()
+        let header = self.senders[0].header(stamp_ns);
+        self.poses.send(RelativePose { header, ..sighting }).is_ok()
     }
 
-    /// It is not on the channel `sighting` yet; this is where it will go.
-    fn range_bearing(&mut self, _: i64, _: u16, _: &RangeBearing) -> Option<bool> {
-        None
+    fn range_bearing(&mut self, stamp_ns: i64, sighting: Sighting) -> bool {
+        let header = self.senders[1].header(stamp_ns);
+        self.parts.send(Sighting { header, ..sighting }).is_ok()
     }
 }

@@ -16,24 +16,21 @@ pub enum Refusal {
     Ambiguous = 4,
     /// It may be nobody of the team.
     Nobody = 5,
-    /// Range and bearing, which are not published yet.
-    NoHeading = 6,
     /// There was no room for it.
-    Room = 7,
+    Room = 6,
     /// The channel did not take it.
-    Channel = 8,
+    Channel = 7,
 }
 
 impl Refusal {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 8] = [
         Self::BadScan,
         Self::Clock,
         Self::NoPose,
         Self::NoTeam,
         Self::Ambiguous,
         Self::Nobody,
-        Self::NoHeading,
         Self::Room,
         Self::Channel,
     ];
@@ -48,7 +45,6 @@ impl Refusal {
             Self::NoTeam => "no_team",
             Self::Ambiguous => "ambiguous",
             Self::Nobody => "nobody",
-            Self::NoHeading => "no_heading",
             Self::Room => "room",
             Self::Channel => "channel",
         }
@@ -70,9 +66,6 @@ impl Refusal {
             }
             Self::Ambiguous => "refused as ambiguous: what was seen may be more than one robot",
             Self::Nobody => "refused as nobody: what was seen may be none of the team",
-            Self::NoHeading => {
-                "refused as no_heading: range and bearing alone are not published yet"
-            }
             Self::Room => "refused as room: a scan has more in it than there is room for",
             Self::Channel => "refused as channel: the channel did not take a message",
         }

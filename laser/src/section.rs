@@ -55,6 +55,40 @@ pub struct Laser {
     #[serde(default = "one")]
     #[schemars(range(min = 0, max = 100))]
     pub change_m_s: f64,
+    /// The slow errors of what is published without a heading.
+    #[serde(default)]
+    pub slow: Slow,
+}
+
+/// `laser.slow`: errors that the next scan has again. What is published without a heading carries them; the white ones are found with each
+/// robot.
+#[derive(Copy, Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Slow {
+    /// Standard deviation of a range's scale: the scanner's own, and a radius that is written a little wrong.
+    #[schemars(range(min = 0, max = 1))]
+    pub scale_sigma: f64,
+    /// How long that lasts \[s\].
+    #[schemars(range(max = 86400), extend("exclusiveMinimum" = 0))]
+    pub scale_time_s: f64,
+    /// Standard deviation of how the scanner is turned on the robot, beyond `mount` \[rad\].
+    #[schemars(range(min = 0, max = 1))]
+    pub bearing_sigma_rad: f64,
+    /// How long that lasts \[s\].
+    #[schemars(range(max = 86400), extend("exclusiveMinimum" = 0))]
+    pub bearing_time_s: f64,
+}
+
+impl Default for Slow {
+    /// 5 mm at 2 m, and a third of a degree.
+    fn default() -> Self {
+        Self {
+            scale_sigma: 0.0025,
+            scale_time_s: 60.0,
+            bearing_sigma_rad: 0.005,
+            bearing_time_s: 60.0,
+        }
+    }
 }
 
 /// `[[laser.look]]`
@@ -142,6 +176,22 @@ fn one() -> f64 {
 /// The input that is a channel.
 pub const CHANNEL: &str = "scan";
 
+impl Default for LookSection {
+    /// A cylinder without a size, which is refused: a beginning.
+    fn default() -> Self {
+        Self {
+            robots: Vec::new(),
+            shape: Shape::Cylinder,
+            radius_m: 0.0,
+            length_m: 0.0,
+            width_m: 0.0,
+            centre_m: [0.0; 2],
+            marks: Vec::new(),
+            mark_radius_m: 0.0,
+        }
+    }
+}
+
 impl LookSection {
     fn example() -> impl Serialize {
         serde_json::json!({ "shape": "rectangle", "length_m": 0.7, "width_m": 0.5 })
@@ -186,6 +236,7 @@ impl Laser {
             bright: bright(),
             clutter_per_m2: clutter(),
             change_m_s: one(),
+            slow: Slow::default(),
         }
     }
 

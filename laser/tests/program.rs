@@ -7,10 +7,13 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use coloc_daemon::collect::messages::sighting;
+use coloc_daemon::collect::parts::{self, Landmarks};
+use coloc_daemon::collect::sensors::Sensors;
+use coloc_daemon::config::{Config, Robot as Named};
 use coloc_sensors::Moment;
 use coloc_shm_types::{
     BeliefState, Clock, DriverStatus, Estimate, Limits, Present, RelativePose, RobotName, Sender,
-    Space, boot,
+    Sighting, Space, boot,
 };
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -37,7 +40,8 @@ impl Robot {
             root.display()
         );
         std::fs::write(home.path().join("robot.toml"), text).unwrap();
-        std::fs::write(home.path().join("room.log"), log()).unwrap();
+        let is_round = laser.contains("cylinder");
+        std::fs::write(home.path().join("room.log"), log(is_round)).unwrap();
         Self {
             home,
             space,
@@ -82,11 +86,27 @@ impl Drop for Robot {
 
 const RECTANGLE: &str = "[[laser.look]]\nshape = \"rectangle\"\nlength_m = 0.7\nwidth_m = 0.5\n";
 
-/// A hall of 5 m with one rectangle in it, over and over, ten times a second.
-fn log() -> String {
+const CYLINDER: &str = "[[laser.look]]\nshape = \"cylinder\"\nradius_m = 0.25\n";
+
+/// A hall of 5 m with one rectangle or cylinder in it, over and over, ten times a second.
+fn log(is_round: bool) -> String {
     let mut ranges = String::new();
     for place in 0..180 {
         let (sin, cos) = (-0.5 * PI + f64::from(place) * PI / 180.0).sin_cos();
+        if is_round {
+            let (along, aside) = (
+                OTHER[0] * cos + OTHER[1] * sin,
+                OTHER[1] * cos - OTHER[0] * sin,
+            );
+            let inside = 0.0625 - aside * aside;
+            let range = if inside > 0.0 {
+                along - inside.sqrt()
+            } else {
+                5.0
+            };
+            write!(ranges, " {range:.3}").unwrap();
+            continue;
+        }
         let (s, c) = OTHER[2].sin_cos();
         let from = [-c * OTHER[0] - s * OTHER[1], s * OTHER[0] - c * OTHER[1]];
         let way = [c * cos + s * sin, c * sin - s * cos];
@@ -155,16 +175,54 @@ fn assert_is_the_other(seen: &RelativePose) {
     assert_eq!((seen.observed, seen.header.source), (2, 4));
     let off = [0, 1, 2].map(|it| (seen.pose[it] - OTHER[it]).abs());
     assert!(off[0] < 0.03 && off[1] < 0.03 && off[2] < 0.05, "{seen:?}");
-    let now_ns = Moment::now().boottime_ns;
-    let limits = Limits {
-        now: Present::only(Clock::Boottime, now_ns),
+    sighting(seen, &limits()).expect("colocd takes it");
+}
+
+/// Those of a robot that hears this.
+fn limits() -> Limits<'static> {
+    Limits {
+        now: Present::only(Clock::Boottime, Moment::now().boottime_ns),
         boot: boot(),
         history_ns: 60_000_000_000,
         future_tolerance_ns: 1_000_000_000,
         own: 1,
         robots: &[1, 2],
-    };
-    sighting(seen, &limits).expect("colocd takes it");
+    }
+}
+
+#[test]
+fn a_cylinder_becomes_a_range_and_a_bearing_that_colocd_takes() {
+    let mut robot = Robot::new(&format!(
+        "{CYLINDER}[relative_pose]\nmount = [0.1, 0.0, 0.0]\n[sighting]\nheard = true\n"
+    ));
+    let name = RobotName::new("a").unwrap();
+    let sightings = robot.space.subscriber::<Sighting>(&name).unwrap();
+    let (run, mut play) = (robot.command("run"), robot.command("play"));
+    robot.start(run);
+    play.arg(robot.home.path().join("room.log"));
+    robot.start(play);
+    let seen = until(&robot.space, || {
+        sightings.wait(Duration::from_millis(20)).unwrap()
+    });
+    assert_eq!((seen.observed, seen.header.source), (2, 4));
+    assert_eq!(
+        (seen.who, seen.has),
+        (Sighting::ROBOT, Sighting::RANGE | Sighting::BEARING)
+    );
+    let off = [
+        seen.range - OTHER[0].hypot(OTHER[1]),
+        seen.bearing - OTHER[1].atan2(OTHER[0]),
+    ];
+    assert!(off[0].abs() < 0.03 && off[1].abs() < 0.02, "{seen:?}");
+    assert_eq!(
+        seen.mount.map(f64::to_bits),
+        [0.1, 0.0, 0.0].map(f64::to_bits)
+    );
+    assert!(seen.slow[0] > 0.0 && seen.slow[2] > 0.0);
+    let config = Config::of(Named { name, id: 1 });
+    let taken = parts::sighting(&seen, &limits(), &Sensors::of(&config), &Landmarks::of(&[]));
+    taken.expect("colocd takes it");
+    assert_eq!(robot.stop().status.code(), Some(0));
 }
 
 #[test]
@@ -222,11 +280,13 @@ fn check_says_what_it_understood_and_what_is_unlikely() {
     let (status, words) = said(RECTANGLE);
     assert_eq!(status, Some(0), "{words}");
     assert!(words.contains("b: a rectangle, 0.7 m long"), "{words}");
-    let (status, words) = said("[[laser.look]]\nshape = \"cylinder\"\nradius_m = 0.2\n");
+    let (status, words) = said(CYLINDER);
     assert!(
-        status == Some(1) && words.contains("all looks are cylinders"),
+        status == Some(1) && words.contains("write [sighting] heard = true"),
         "{words}"
     );
+    let (status, words) = said(&format!("{CYLINDER}[sighting]\nheard = true\n"));
+    assert_eq!(status, Some(0), "{words}");
     let (status, words) = said("look = []\n");
     assert!(
         status == Some(2) && words.contains("laser.look: say what"),

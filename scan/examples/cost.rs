@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use coloc_scan::beams::ScannerMotion;
+use coloc_scan::finder::OwnHeading;
 use coloc_scan::{Finder, Look, Prior, Raw, Settings, View};
 
 /// What a robot's computer must manage, in microseconds.
@@ -41,10 +42,20 @@ fn meet(look: &Look, [x, y, heading]: [f64; 3], angle: f64) -> Option<f64> {
 
 fn main() -> ExitCode {
     let mut is_met = true;
-    for (name, look) in [
-        ("cylinders", Look::Cylinder { radius_m: 0.25 }),
-        ("rectangles", LONG),
+    let round = Look::Cylinder { radius_m: 0.25 };
+    // A robot that knows its heading to 10° hardly knows where it looks: what that costs is shown, and held to nothing.
+    for (name, look, heading_sigma_rad) in [
+        ("cylinders", round, 0.0),
+        ("rectangles", LONG, 0.0),
+        ("cylinders, own heading known to 1°", round, 0.017),
+        ("cylinders, own heading known to 10°", round, 0.17),
+        ("rectangles, own heading known to 1°", LONG, 0.017),
+        ("rectangles, own heading known to 10°", LONG, 0.17),
     ] {
+        let own = OwnHeading {
+            variance: heading_sigma_rad * heading_sigma_rad,
+            about_m: [0.0; 2],
+        };
         let robots = [
             [2.0, 1.0, 0.3],
             [-3.0, 1.0, 0.5],
@@ -80,7 +91,23 @@ fn main() -> ExitCode {
             robot,
             look: 0,
             pose: *pose,
-            covariance: [[0.09, 0.0, 0.0], [0.0, 0.09, 0.0], [0.0, 0.0, 0.03]],
+            covariance: [
+                [
+                    0.09 + pose[1] * pose[1] * own.variance,
+                    -pose[0] * pose[1] * own.variance,
+                    -pose[1] * own.variance,
+                ],
+                [
+                    -pose[0] * pose[1] * own.variance,
+                    0.09 + pose[0] * pose[0] * own.variance,
+                    pose[0] * own.variance,
+                ],
+                [
+                    -pose[1] * own.variance,
+                    pose[0] * own.variance,
+                    0.03 + own.variance,
+                ],
+            ],
         };
         let team: Vec<Prior> = (1..).zip(&robots).map(prior).collect();
         let mut finder = Finder::new(Settings::of(vec![look]));
@@ -89,7 +116,8 @@ fn main() -> ExitCode {
         for _ in 0..SCANS {
             let begin = Instant::now();
             let view = View::check(raw).unwrap();
-            seen = finder.find(&view, ScannerMotion::default(), &team).len();
+            let found = finder.find_turned(&view, ScannerMotion::default(), &team, own);
+            seen = found.len();
             spent.push(begin.elapsed().as_secs_f64() * 1e6);
         }
         spent.sort_by(f64::total_cmp);
@@ -98,7 +126,7 @@ fn main() -> ExitCode {
             "360 beams, five {name}, {seen} seen: {median:.0} µs, one of a hundred {late:.0} µs\n"
         );
         std::io::stdout().write_all(text.as_bytes()).unwrap();
-        is_met &= median <= MOST_US;
+        is_met &= median <= MOST_US || heading_sigma_rad > 0.1;
     }
     ExitCode::from(u8::from(!is_met))
 }

@@ -59,20 +59,28 @@ impl Associator {
         }
     }
 
-    /// The odds of each pair, into `odds`. `missed` is the probability that a robot is not seen. Pairs of robots beyond those that
+    /// The odds of each pair, into `odds`, and the logarithm of the sum over all ways. `missed` is the probability that a robot is not seen. Pairs of robots beyond those that
     /// there is room for are passed over.
-    pub fn work_out(&mut self, robots: usize, pairs: &[Pair], missed: f64, odds: &mut Vec<Odds>) {
+    pub fn work_out(
+        &mut self,
+        robots: usize,
+        pairs: &[Pair],
+        missed: f64,
+        odds: &mut Vec<Odds>,
+    ) -> f64 {
         let robots = robots.min(self.most_robots);
         odds.clear();
         odds.resize(pairs.len().min(odds.capacity()), Odds::default());
         let pairs = &pairs[..odds.len().min(self.order.capacity())];
         self.sort(robots, pairs, missed);
+        let mut evidence = -self.scales.iter().map(|it| it.ln()).sum::<f64>();
         for first in 0..robots {
             if self.cluster[first] == first {
-                self.cluster_odds(first, robots, pairs, odds);
+                evidence += self.cluster_odds(first, robots, pairs, odds);
             }
         }
         self.sum_others(pairs, odds);
+        evidence
     }
 
     /// The pairs of each robot one after another, and which robots hang together.
@@ -121,7 +129,14 @@ impl Associator {
         }
     }
 
-    fn cluster_odds(&mut self, first: usize, robots: usize, pairs: &[Pair], odds: &mut [Odds]) {
+    /// The logarithm of the sum over the ways of one cluster; nothing of one that has too many.
+    fn cluster_odds(
+        &mut self,
+        first: usize,
+        robots: usize,
+        pairs: &[Pair],
+        odds: &mut [Odds],
+    ) -> f64 {
         self.members.clear();
         let members = (0..robots).filter(|robot| self.cluster[*robot] == first);
         self.members.extend(members);
@@ -137,7 +152,7 @@ impl Associator {
                     };
                 }
             }
-            return;
+            return 0.0;
         }
         for member in 0..self.members.len() {
             for place in self.pairs_of(self.members[member]) {
@@ -145,6 +160,7 @@ impl Associator {
                 odds[pair].own = self.sums[pair] / total;
             }
         }
+        total.ln()
     }
 
     fn pairs_of(&self, robot: usize) -> std::ops::Range<usize> {

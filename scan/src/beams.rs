@@ -111,16 +111,27 @@ impl Beams {
         self.step_rad
     }
 
+    /// Whether the beam after the last one is the first.
+    pub(crate) fn is_round(&self) -> bool {
+        self.is_round
+    }
+
+    /// The beam in that place; after the last one they begin again.
+    fn at(&self, place: usize) -> &Beam {
+        let count = self.all.len();
+        &self.all[if place < count { place } else { place - count }]
+    }
+
     pub(crate) fn met(&self, place: usize) -> Met {
-        self.all[place].met
+        self.at(place).met
     }
 
     pub(crate) fn time_s(&self, place: usize) -> f64 {
-        self.all[place].time_s
+        self.at(place).time_s
     }
 
     pub(crate) fn intensity(&self, place: usize) -> f32 {
-        self.all[place].intensity
+        self.at(place).intensity
     }
 
     /// The place `by` beams further, round where the scanner sees all round.
@@ -137,15 +148,15 @@ impl Beams {
 
     /// Where the beam in that place ended, as the scanner saw it.
     pub(crate) fn point(&self, place: usize) -> Option<Vector2<f64>> {
-        match self.all[place].met {
-            Met::Surface(range) => Some(self.all[place].direction * range),
+        match self.at(place).met {
+            Met::Surface(range) => Some(self.at(place).direction * range),
             Met::Nothing | Met::Unknown => None,
         }
     }
 
     /// The beam in that place, seen from where the scanner was at `time_s`.
     pub(crate) fn ray(&self, place: usize, time_s: f64) -> Ray {
-        let beam = &self.all[place];
+        let beam = self.at(place);
         let later_s = beam.time_s - time_s;
         let turned = self.motion.turn_rad_s * later_s;
         let [forward, left] = self.motion.velocity_m_s;

@@ -1,5 +1,7 @@
 //! Reflective marks: bright beams next to each other are one, and some of them lie as those of a pattern do.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 use crate::beams::Beams;
@@ -12,6 +14,8 @@ use crate::view::Met;
 pub(crate) const MOST_SEEN: usize = 32;
 /// So many marks of a pattern must be seen: two would fit by chance.
 const LEAST_MARKS: usize = 3;
+/// What a pattern's other marks are off by is their own error and that of the guess, which two marks make: so much more.
+const GUESSED: f64 = 1.25;
 const SIGMAS: f64 = 4.0;
 /// Beams next to each other on one mark end no farther apart \[m\].
 const WIDEST_M: f64 = 0.05;
@@ -43,9 +47,14 @@ pub(crate) fn find(
 ) -> u64 {
     marks.clear();
     let mut left_out = 0;
-    let mut place = 0;
-    while place < beams.count() {
-        let count = bright_from(beams, place, bright);
+    // Where the scanner sees all round, a mark may lie across the first beam: the round begins beside it.
+    let is_dark = |place: &usize| beams.intensity(*place) < bright;
+    let begin = (0..beams.count()).find(is_dark);
+    let begin = begin.filter(|_| beams.is_round()).unwrap_or(0);
+    let end = begin + beams.count();
+    let mut place = begin;
+    while place < end {
+        let count = bright_from(beams, place..end, bright);
         if count == 0 {
             place += 1;
             continue;
@@ -60,9 +69,8 @@ pub(crate) fn find(
     left_out
 }
 
-fn bright_from(beams: &Beams, first: usize, bright: f32) -> usize {
+fn bright_from(beams: &Beams, rest: Range<usize>, bright: f32) -> usize {
     let mut before: Option<Vector2<f64>> = None;
-    let rest = first..beams.count();
     rest.take_while(|place| {
         let point = beams.point(*place);
         let is_near = before.is_none_or(|before| {
@@ -192,9 +200,8 @@ fn matched(marks: &[Mark], pattern: &Pattern, pose: Vector3<f64>, noise: &Noise)
             .iter()
             .enumerate()
             .min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
-        // The guess is of two marks: it errs about as much as they do.
         let is_near =
-            |mark: &Mark| off(mark) <= 2.0 * SIGMAS * (mark.sigma() + noise.shape_sigma_m);
+            |mark: &Mark| off(mark) <= GUESSED * SIGMAS * (mark.sigma() + noise.shape_sigma_m);
         *of = nearest
             .filter(|(_, mark)| is_near(mark))
             .map(|(place, _)| place);

@@ -11,10 +11,13 @@ use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{
     self as shm, Clock, Header, Position, Publisher, RelativePose, RobotName, Space,
 };
+use coloc_sim::laser::hall::{Hall, TURN_S};
 use coloc_sim::{StepInputs, sensors};
 
 use super::clock::{now_ns, sleep_until};
+use super::eye::Eye;
 use super::robot_file::{METRES_PER_TICK, TRACK_M, name};
+use super::scene::{Camera, Eyes};
 use super::world::{Received, Stage};
 use super::{DemoError, PREFIX};
 
@@ -33,6 +36,8 @@ pub(crate) struct Signals {
 pub(crate) struct Feed {
     stage: Arc<Stage>,
     robots: Vec<Robot>,
+    /// Of one scan.
+    ranges: Vec<f32>,
 }
 
 /// Of one robot, at most.
@@ -43,7 +48,7 @@ struct Robot {
     wheels: WheelFrames,
     /// Ways of the left and the right wheel so far \[m\].
     ways_m: [f64; 2],
-    sightings: Publisher<RelativePose>,
+    eye: Eye,
     fixes: Publisher<Position>,
     /// They stamp what goes out on these ports.
     sights: shm::Sender,
@@ -54,13 +59,17 @@ impl Feed {
     /// Opens every bus and port.
     fn open(stage: Arc<Stage>, root: &Path, buses: &[BusSpec]) -> Result<Self, DemoError> {
         let space = Space::open(root, PREFIX, "coloc-demo-feed").map_err(DemoError::shm)?;
-        let open = |(index, bus): (usize, &BusSpec)| Robot::open(&space, index, bus);
+        let open = |(index, bus): (usize, &BusSpec)| Robot::open(&space, index, bus, stage.eyes());
         let robots = buses
             .iter()
             .enumerate()
             .map(open)
             .collect::<Result<_, _>>()?;
-        Ok(Self { stage, robots })
+        Ok(Self {
+            stage,
+            robots,
+            ranges: Vec::new(),
+        })
     }
 
     /// Sends until told to stop. Reports on `opened` as soon as all buses and ports are there.
@@ -102,7 +111,7 @@ impl Feed {
                 self.roll(&inputs);
                 stage.received(&inputs, &mut received);
                 let due_ns = due_ns(start_ns, step, step_ns);
-                self.send_sightings(&inputs, due_ns);
+                self.look(&inputs, due_ns);
                 self.send_fixes(&received, due_ns);
                 step += 1;
             }
@@ -123,6 +132,45 @@ impl Feed {
         self.robots.iter_mut().try_for_each(Robot::send_frames)
     }
 
+    /// What the sensors see that look at others.
+    fn look(&mut self, inputs: &StepInputs, stamp_ns: i64) {
+        let stage = Arc::clone(&self.stage);
+        let step = inputs.step;
+        match stage.eyes() {
+            Eyes::Poses => self.send_sightings(inputs, stamp_ns),
+            Eyes::Camera(camera) if is_due(step, Camera::EVERY_S, stage.step_s()) => {
+                self.send_glances(camera, step, stamp_ns);
+            }
+            Eyes::Scans(hall) if is_due(step, TURN_S, stage.step_s()) => {
+                self.send_scans(hall, step, stamp_ns);
+            }
+            Eyes::Camera(_) | Eyes::Scans(_) => {}
+        }
+    }
+
+    fn send_glances(&mut self, camera: &Camera, step: usize, stamp_ns: i64) {
+        for glance in self.stage.glances(camera, step) {
+            if let Some(robot) = self.robots.get_mut(glance.observer) {
+                let header = robot.sights.header(stamp_ns);
+                robot.eye.say_glance(header, &glance, id(glance.observed));
+            }
+        }
+    }
+
+    /// The turn that ends now.
+    #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation)] // Steps of a run, a tenth of a second.
+    fn send_scans(&mut self, hall: &Hall, step: usize, stamp_ns: i64) {
+        let begin_s = step as f64 * self.stage.step_s() - TURN_S;
+        let begin_ns = stamp_ns.saturating_sub((TURN_S * 1e9).round() as i64);
+        let pose = |robot, later_s| self.stage.truth_at(robot, begin_s + later_s);
+        for (index, robot) in self.robots.iter_mut().enumerate() {
+            hall.scan(index, step, pose, &mut self.ranges);
+            robot
+                .eye
+                .say_scan(robot.sights.header(begin_ns), &self.ranges);
+        }
+    }
+
     fn send_sightings(&mut self, inputs: &StepInputs, stamp_ns: i64) {
         let scenario = self.stage.scenario();
         let stage = &self.stage;
@@ -130,7 +178,7 @@ impl Feed {
             if let Some(robot) = self.robots.get_mut(sighting.observer) {
                 let header = robot.sights.header(stamp_ns);
                 let message = relative_pose(header, sighting, scenario.sightings.sigma);
-                robot.send_sighting(message);
+                robot.eye.say_pose(message);
             }
         }
     }
@@ -150,7 +198,7 @@ impl Feed {
 }
 
 impl Robot {
-    fn open(space: &Space, index: usize, bus: &BusSpec) -> Result<Self, DemoError> {
+    fn open(space: &Space, index: usize, bus: &BusSpec, eyes: &Eyes) -> Result<Self, DemoError> {
         let robot = RobotName::new(&name(index + 1)).map_err(DemoError::shm)?;
         let sender = shm::Sender::start(0, Clock::Boottime).map_err(DemoError::shm)?;
         let second = shm::Sender::start(1, Clock::Boottime).map_err(DemoError::shm)?;
@@ -158,7 +206,7 @@ impl Robot {
             bus: Sender::open(bus).map_err(|error| DemoError::Bus(error.to_string()))?,
             wheels: WheelFrames::new(METRES_PER_TICK),
             ways_m: [0.0; 2],
-            sightings: space.publisher(&robot).map_err(DemoError::shm)?,
+            eye: Eye::open(space, &robot, eyes).map_err(DemoError::shm)?,
             fixes: space.publisher(&robot).map_err(DemoError::shm)?,
             sights: sender.beside(),
             receivers: [sender, second],
@@ -182,13 +230,16 @@ impl Robot {
 
     // A message that did not reach everybody was for somebody who just died or was too slow: the others have it.
 
-    fn send_sighting(&self, message: RelativePose) {
-        let _ = self.sightings.send(message);
-    }
-
     fn send_fix(&self, message: Position) {
         let _ = self.fixes.send(message);
     }
+}
+
+/// Whether something that comes every so often comes at that step.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A few steps.
+fn is_due(step: usize, every_s: f64, step_s: f64) -> bool {
+    let every = (every_s / step_s).round().max(1.0) as usize;
+    step > 0 && step.is_multiple_of(every)
 }
 
 fn due_ns(start_ns: i64, step: usize, step_ns: i64) -> i64 {

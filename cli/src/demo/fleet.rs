@@ -10,10 +10,34 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::DemoError;
-use crate::daemon::PARENT_VARIABLE;
+use crate::daemon::{self, PARENT_VARIABLE};
 
 /// How long a daemon may take to leave shared memory as it found it.
 const PATIENCE: Duration = Duration::from_secs(3);
+
+/// A program that this one can be.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Program {
+    Daemon,
+    Laser,
+}
+
+impl Program {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Daemon => daemon::NAME,
+            Self::Laser => daemon::LASER,
+        }
+    }
+
+    /// What follows the robot's name in that of its log.
+    fn log(self) -> &'static str {
+        match self {
+            Self::Daemon => "log",
+            Self::Laser => "laser.log",
+        }
+    }
+}
 
 /// A process for each robot; all end with it.
 pub(crate) struct Fleet {
@@ -28,15 +52,23 @@ pub(crate) struct Daemon {
 }
 
 impl Fleet {
-    /// Starts a daemon for each configuration; what they log goes into `logs`.
-    pub(crate) fn start(files: &[PathBuf], logs: &Path) -> Result<Self, DemoError> {
+    /// Starts the program for each configuration; what they log goes into `logs`.
+    pub(crate) fn start(
+        program: Program,
+        files: &[PathBuf],
+        logs: &Path,
+    ) -> Result<Self, DemoError> {
         let mut fleet = Self {
             daemons: Vec::new(),
         };
         for file in files {
-            let log = logs.join(file.with_extension("log").file_name().unwrap_or_default());
-            let daemon =
-                Daemon::start(file, &log).map_err(|error| DemoError::Spawn(error.to_string()))?;
+            let log = logs.join(
+                file.with_extension(program.log())
+                    .file_name()
+                    .unwrap_or_default(),
+            );
+            let daemon = Daemon::start(program, file, &log)
+                .map_err(|error| DemoError::Spawn(error.to_string()))?;
             fleet.daemons.push(daemon);
         }
         Ok(fleet)
@@ -89,10 +121,10 @@ impl Drop for Fleet {
 }
 
 impl Daemon {
-    fn start(file: &Path, log: &Path) -> io::Result<Self> {
+    fn start(program: Program, file: &Path, log: &Path) -> io::Result<Self> {
         let output = File::create(log)?;
         let child = Command::new(std::env::current_exe()?)
-            .args(["colocd", "run"])
+            .args([program.name(), "run"])
             .arg(file)
             .env(PARENT_VARIABLE, std::process::id().to_string())
             // A Ctrl-C is for the demo, which then ends them in order.

@@ -13,9 +13,11 @@ mod bystanders;
 mod children;
 pub(crate) mod clock;
 mod console;
+mod eye;
 mod feed;
 mod feed_thread;
 mod fleet;
+mod glimpses;
 pub(crate) mod interrupt;
 mod out;
 mod process;
@@ -66,6 +68,8 @@ pub(crate) enum DemoError {
     Spawn(String),
     #[error("the daemon of {robot} did not come up: {last_words}")]
     NotUp { robot: String, last_words: String },
+    #[error("coloc-laser of {robot} has ended: {last_words}")]
+    Laser { robot: String, last_words: String },
     #[error("the feed of sensors broke down")]
     Feed,
     #[error(transparent)]

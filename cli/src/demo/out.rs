@@ -84,7 +84,7 @@ impl Out {
         };
         let times = records.iter().filter_map(Record::latest_comparison);
         let until_s = times.map(|c| c.time_s).fold(0.0, f64::max);
-        draw_drives(&file, &words, &drives, &stage.glimpses(until_s)).map(|()| file)
+        draw_drives(&file, &words, &drives, &stage.glimpses(until_s, records)).map(|()| file)
     }
 
     fn draw_errors(

@@ -1,6 +1,6 @@
 //! What was heard of one robot in the course of the demo.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
 use coloc_shm_types::{Estimate, Input, Reject, Status, Timing};
@@ -20,6 +20,8 @@ pub(crate) struct Record {
     pub(crate) latest: Option<(Estimate, Instant)>,
     /// Who stood against the belief since the world started, and when that was first heard \[s\].
     pub(crate) against: BTreeMap<(Input, u16), f64>,
+    /// When which robot was found in this one's scans \[s\].
+    seen: Vec<(f64, usize)>,
     /// The newest counters of every start of the daemon, by its session.
     statuses: BTreeMap<u64, Status>,
     /// Deadlines that were missed, by session.
@@ -63,6 +65,7 @@ impl Record {
             moments: Vec::new(),
             latest: None,
             against: BTreeMap::new(),
+            seen: Vec::new(),
             statuses: BTreeMap::new(),
             missed: BTreeMap::new(),
             late: Vec::new(),
@@ -103,6 +106,19 @@ impl Record {
             late.lateness_ns / late.period_ns - own_ns / late.period_ns
         };
         self.late.iter().map(of_the_machine).sum()
+    }
+
+    /// Notes that the robot with that place was seen.
+    pub(crate) fn hear_seen(&mut self, time_s: f64, robot: usize) {
+        self.seen.push((time_s, robot));
+    }
+
+    /// Who was seen after the one moment and until the other, each once.
+    pub(crate) fn seen_between(&self, after_s: f64, until_s: f64) -> BTreeSet<usize> {
+        let seen = self.seen.iter();
+        seen.filter(|(time_s, _)| (after_s..until_s).contains(time_s))
+            .map(|(_, robot)| *robot)
+            .collect()
     }
 
     /// Notes that somebody stands against the belief.
@@ -252,6 +268,16 @@ mod tests {
         }
         let lengths: Vec<usize> = record.pieces().iter().map(|piece| piece.len()).collect();
         assert_eq!(lengths, [3, 2]);
+    }
+
+    #[test]
+    fn who_was_seen_in_a_turn_is_named_once() {
+        let mut record = Record::new();
+        for (time_s, robot) in [(0.5, 1), (1.0, 2), (1.05, 2), (1.06, 4), (1.1, 3)] {
+            record.hear_seen(time_s, robot);
+        }
+        let seen: Vec<_> = record.seen_between(1.0, 1.1).into_iter().collect();
+        assert_eq!(seen, [2, 4]);
     }
 
     #[test]

@@ -111,6 +111,8 @@ fn meet(robots: u16, seconds: f64, seed: u64) -> Vec<RobotSummary> {
         seed,
         scene: SceneName::Meet,
         data: None,
+        laser: false,
+        camera: false,
         out: None,
         json: false,
     };
@@ -172,6 +174,8 @@ fn everybody_is_seen_early_and_often() {
         seed: 1,
         scene: SceneName::Meet,
         data: None,
+        laser: false,
+        camera: false,
         out: None,
         json: false,
     };

@@ -3,16 +3,21 @@
 use std::path::{Path, PathBuf};
 
 use coloc_daemon::config::{
-    Clock, ClockSource, Config, Initial, InitialPose, Position, Shm, Telemetry,
+    Clock, ClockSource, Config, Initial, InitialPose, Position, RelativePose, Shm, Sighting,
+    Telemetry,
 };
 use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
+use coloc_laser::section::{Laser, LookSection, Shape};
+use coloc_scan::Look;
+use coloc_sim::laser::hall::Hall;
 
 use super::PREFIX;
+use super::scene::{Eyes, MOUNT};
 use super::tale::Tale;
 use super::world::Stage;
 use crate::result_file::WriteError;
-use crate::robot_file::{robot, team, write};
+use crate::robot_file::{robot, team, write, write_with};
 
 /// Distance of the wheels of the recorded robots \[m\].
 pub(crate) const TRACK_M: f64 = 0.258;
@@ -35,7 +40,11 @@ pub(crate) fn write_all(
 ) -> Result<Vec<PathBuf>, WriteError> {
     let write = |(index, bus): (usize, &BusSpec)| {
         let path = directory.join(format!("{}.toml", name(index + 1)));
-        write(&path, describe(index, directory, root, stage, bus))?;
+        let config = describe(index, directory, root, stage, bus);
+        match stage.eyes() {
+            Eyes::Scans(hall) => write_with(&path, config, &laser(hall))?,
+            Eyes::Poses | Eyes::Camera(_) => write(&path, config)?,
+        }
         Ok(path)
     };
     buses.iter().enumerate().map(write).collect()
@@ -69,6 +78,35 @@ fn describe(
     })
 }
 
+/// `[laser]`: how a scanner in that hall errs, and what it looks for.
+fn laser(hall: &Hall) -> Laser {
+    let look = |(robot, look): (u16, &Look)| {
+        let mut section = LookSection {
+            robots: vec![robot],
+            ..LookSection::default()
+        };
+        match look {
+            Look::Rectangle {
+                length_m,
+                width_m,
+                centre_m,
+            } => {
+                section.shape = Shape::Rectangle;
+                (section.length_m, section.width_m) = (*length_m, *width_m);
+                section.centre_m = *centre_m;
+            }
+            Look::Cylinder { radius_m } => section.radius_m = *radius_m,
+            Look::Marks(pattern) => {
+                section.shape = Shape::Marks;
+                section.marks = pattern.marks().to_vec();
+                section.mark_radius_m = pattern.radius_m();
+            }
+        }
+        section
+    };
+    Laser::of((1..).zip(hall.looks()).map(look).collect())
+}
+
 /// What the robot believes before it hears anything.
 pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
     let number = |count: usize| u16::try_from(count).map_err(|error| error.to_string());
@@ -91,6 +129,17 @@ pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
             receivers: tale.map_or(0, Tale::receivers),
             trust_jump: tale.map(Tale::trust_jump).unwrap_or_default(),
             ..Position::default()
+        },
+        sighting: Sighting {
+            heard: !matches!(stage.eyes(), Eyes::Poses),
+            ..Sighting::default()
+        },
+        relative_pose: RelativePose {
+            mount: match stage.eyes() {
+                Eyes::Scans(_) => MOUNT,
+                Eyes::Poses | Eyes::Camera(_) => [0.0; 3],
+            },
+            ..RelativePose::default()
         },
         // What the worlds' wheels are made with.
         motion: stage.motion(),

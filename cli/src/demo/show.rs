@@ -14,11 +14,12 @@ use super::children::ChildrenTime;
 use super::clock::now_ns;
 use super::console::Console;
 use super::feed_thread::FeedThread;
-use super::fleet::{Fleet, signal};
+use super::fleet::{Fleet, Program, signal};
 use super::interrupt::Interrupt;
 use super::process::running;
 use super::record::Record;
 use super::robot_file::{name, write_all};
+use super::scene::Eyes;
 use super::table::{Progress, Shown, State, line, lines};
 use super::watch::Watch;
 use super::world::Stage;
@@ -41,6 +42,8 @@ pub(crate) struct Show {
     robots_time: ChildrenTime,
     feed: FeedThread,
     fleet: Fleet,
+    /// Each robot's coloc-laser, where robots have scanners.
+    lasers: Option<Fleet>,
     watch: Watch,
     /// The robots' configurations.
     files: Vec<PathBuf>,
@@ -80,7 +83,9 @@ impl Show {
         let files = write_all(home.path(), &root, stage, &buses.specs)?;
         let watch = Watch::open(Arc::clone(stage), &root, seconds)?;
         let feed = FeedThread::start(stage, &root, &buses.specs)?;
-        let fleet = Fleet::start(&files, logs)?;
+        let fleet = Fleet::start(Program::Daemon, &files, logs)?;
+        let has_scanners = matches!(stage.eyes(), Eyes::Scans(_));
+        let lasers = has_scanners.then(|| Fleet::start(Program::Laser, &files, logs));
         let command = run_command(buses.private);
         let bystanders = Bystanders::start();
         Ok(Self {
@@ -89,6 +94,7 @@ impl Show {
             robots_time: ChildrenTime::start(),
             feed,
             fleet,
+            lasers: lasers.transpose()?,
             watch,
             files,
             command,
@@ -120,6 +126,7 @@ impl Show {
     }
 
     fn complain_of_absentees(&mut self, too_long: bool) -> Result<(), DemoError> {
+        self.complain_of_lasers()?;
         let ended = self.fleet.look().iter().position(Result::is_err);
         let silent = self
             .watch
@@ -132,6 +139,20 @@ impl Show {
         Err(DemoError::NotUp {
             robot: name(robot + 1),
             last_words: self.fleet.last_words(robot),
+        })
+    }
+
+    /// None of them ends by itself.
+    fn complain_of_lasers(&mut self) -> Result<(), DemoError> {
+        let Some(lasers) = &mut self.lasers else {
+            return Ok(());
+        };
+        let ended = lasers.look().iter().position(Result::is_err);
+        ended.map_or(Ok(()), |robot| {
+            Err(DemoError::Laser {
+                robot: name(robot + 1),
+                last_words: lasers.last_words(robot),
+            })
         })
     }
 
@@ -161,6 +182,7 @@ impl Show {
 
     fn advance(&mut self) -> Result<ControlFlow<()>, DemoError> {
         self.watch.listen(self.feed.start_ns())?;
+        self.complain_of_lasers()?;
         if self.feed.has_ended() {
             self.feed.stop()?;
             return Err(DemoError::Feed);
@@ -209,6 +231,13 @@ impl Show {
         let (seconds, states) = (self.progress().time_s, self.states());
         let start_ns = self.feed.start_ns();
         let stopped = self.feed.stop();
+        let lasers = self.lasers.as_mut().map(Fleet::stop).unwrap_or_default();
+        for robot in lasers {
+            console.say(&format!(
+                "coloc-laser of {} did not end when asked and was killed",
+                name(robot + 1)
+            ));
+        }
         for robot in self.fleet.stop() {
             console.say(&format!(
                 "{} did not end when asked and was killed",

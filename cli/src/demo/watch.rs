@@ -4,11 +4,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use coloc_estimator::Pose;
-use coloc_shm_types::{Estimate, RobotName, Space, Status, Subscriber, Timing};
+use coloc_shm_types::{
+    Estimate, RelativePose, RobotName, Sighting, Space, Status, Subscriber, Timing,
+};
 
 use super::clock::world_time_s;
 use super::record::Record;
 use super::robot_file::name;
+use super::scene::Eyes;
 use super::wheels::WheelsAlone;
 use super::world::Stage;
 use super::{DemoError, PREFIX};
@@ -28,6 +31,8 @@ struct Ears {
     estimates: Subscriber<Estimate>,
     timings: Subscriber<Timing>,
     statuses: Subscriber<Status>,
+    /// What its coloc-laser finds, if it has one.
+    found: Option<(Subscriber<RelativePose>, Subscriber<Sighting>)>,
     wheels: WheelsAlone,
 }
 
@@ -36,7 +41,7 @@ impl Watch {
     pub(crate) fn open(stage: Arc<Stage>, root: &Path, seconds: f64) -> Result<Self, DemoError> {
         let space = Space::open(root, PREFIX, "coloc-demo-watch").map_err(DemoError::shm)?;
         let ears = (0..stage.robots())
-            .map(|robot| Ears::open(&space, robot))
+            .map(|robot| Ears::open(&space, robot, stage.eyes()))
             .collect::<Result<Vec<_>, _>>()?;
         let records = ears.iter().map(|_| Record::new()).collect();
         Ok(Self {
@@ -76,6 +81,9 @@ impl Watch {
                 }
                 record.hear_status(&status);
             }
+            if let (Some(found), Some(start_ns)) = (&ears.found, start_ns) {
+                hear_found(found, record, start_ns)?;
+            }
         }
         Ok(())
     }
@@ -102,15 +110,42 @@ impl Watch {
 }
 
 impl Ears {
-    fn open(space: &Space, robot: usize) -> Result<Self, DemoError> {
+    fn open(space: &Space, robot: usize, eyes: &Eyes) -> Result<Self, DemoError> {
         let robot = RobotName::new(&name(robot + 1)).map_err(DemoError::shm)?;
+        let found = match eyes {
+            Eyes::Scans(_) => Some((
+                space.subscriber(&robot).map_err(DemoError::shm)?,
+                space.subscriber(&robot).map_err(DemoError::shm)?,
+            )),
+            Eyes::Poses | Eyes::Camera(_) => None,
+        };
         Ok(Self {
+            found,
             estimates: space.subscriber(&robot).map_err(DemoError::shm)?,
             timings: space.subscriber(&robot).map_err(DemoError::shm)?,
             statuses: space.subscriber(&robot).map_err(DemoError::shm)?,
             wheels: WheelsAlone::default(),
         })
     }
+}
+
+/// Which robots a coloc-laser has found, with or without a heading.
+fn hear_found(
+    (poses, parts): &(Subscriber<RelativePose>, Subscriber<Sighting>),
+    record: &mut Record,
+    start_ns: i64,
+) -> Result<(), DemoError> {
+    let mut note = |stamp_ns, observed: u16| {
+        let robot = usize::from(observed).saturating_sub(1);
+        record.hear_seen(world_time_s(stamp_ns, start_ns), robot);
+    };
+    while let Some(it) = poses.receive().map_err(DemoError::shm)? {
+        note(it.header.stamp_ns, it.observed);
+    }
+    while let Some(it) = parts.receive().map_err(DemoError::shm)? {
+        note(it.header.stamp_ns, it.observed);
+    }
+    Ok(())
 }
 
 /// `None` before the world starts, after it ends, and where nobody knows the truth.

@@ -8,11 +8,10 @@ use coloc_sim::{Scenario, Sensors, StepInputs, World};
 
 use super::DemoError;
 use super::robot_file::name;
-use super::scene::{Help, Part, Scene};
+use super::scene::{Camera, Eyes, Glance, Help, Part, Scene};
 use super::table::Shown;
 use super::tale::Tale;
 use crate::args::DemoArgs;
-use crate::pictures::{GLIMPSES, Glimpse};
 
 /// Of what a receiver that jumped says the picture shows a part \[s\].
 const LIES_PERIOD_S: f64 = 0.4;
@@ -48,7 +47,7 @@ impl Stage {
         Ok(stage)
     }
 
-    fn world(&self) -> &(dyn World + Send + 'static) {
+    pub(super) fn world(&self) -> &(dyn World + Send + 'static) {
         self.scene.world.as_ref()
     }
 
@@ -106,6 +105,22 @@ impl Stage {
         &self.scene.sensors
     }
 
+    /// By what robots see one another.
+    pub(crate) fn eyes(&self) -> &Eyes {
+        &self.scene.eyes
+    }
+
+    /// What cameras see at that step.
+    pub(crate) fn glances(&self, camera: &Camera, step: usize) -> Vec<Glance> {
+        let all = 0..self.robots();
+        let truth = |robot| Some((robot, self.world().truth(step, robot)?));
+        let there: Vec<_> = all.filter_map(truth).collect();
+        let pairs = there.iter().flat_map(|a| there.iter().map(move |b| (a, b)));
+        pairs
+            .filter_map(|((a, from), (b, seen))| camera.glance(step, (*a, from), (*b, seen)))
+            .collect()
+    }
+
     /// What the daemons believe of the wheels.
     pub(crate) fn motion(&self) -> Motion {
         self.scene.wheels.motion()
@@ -156,6 +171,11 @@ impl Stage {
     }
 
     fn story_of_help(&self) -> String {
+        match self.eyes() {
+            Eyes::Poses => {}
+            Eyes::Scans(_) => return "All that robots know of one another is what coloc-laser finds in their scans.".into(),
+            Eyes::Camera(_) => return "All that robots know of one another is range and bearing from cameras that look ahead.".into(),
+        }
         let untold = self.parts().iter().position(|it| it.help == Help::Nobody);
         let but =
             untold.map(|robot| format!("; {} is seen too, and told nothing", name(robot + 1)));
@@ -163,47 +183,6 @@ impl Stage {
             "Who is seen learns from who sees it{}.",
             but.unwrap_or_default()
         )
-    }
-
-    /// Who saw whom until `until_s`, at moments that are spread evenly.
-    #[allow(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss
-    )] // Steps of a run.
-    pub(crate) fn glimpses(&self, until_s: f64) -> Vec<Glimpse> {
-        let (sensors, mut inputs) = (self.sensors(), StepInputs::default());
-        // Where there are sightings: a multiple of their period.
-        let period = (1.0 / self.scenario().sightings.rate_hz / self.step_s())
-            .round()
-            .max(1.0);
-        let mut glimpses = Vec::new();
-        for moment in 1..=GLIMPSES {
-            let steps = moment as f64 / GLIMPSES as f64 * until_s / self.step_s();
-            sensors.fill(((steps / period).floor() * period) as usize, &mut inputs);
-            glimpses.extend(
-                inputs
-                    .sightings
-                    .iter()
-                    .filter_map(|it| self.glimpse(moment, inputs.step, it)),
-            );
-        }
-        glimpses
-    }
-
-    /// Nothing of those who do not take part.
-    fn glimpse(&self, moment: usize, step: usize, sighting: &Sighting) -> Option<Glimpse> {
-        let place = |robot| {
-            let pose = self.world().truth(step, robot)?;
-            (robot < self.robots()).then_some((pose.x, pose.y))
-        };
-        Some(Glimpse {
-            moment,
-            seer: sighting.observer,
-            seen: sighting.observed,
-            places: [place(sighting.observer)?, place(sighting.observed)?],
-            told: self.is_told_of(sighting),
-        })
     }
 
     /// What is told of a robot beside how it is helped.
@@ -319,6 +298,8 @@ mod tests {
             seed: 3,
             scene: SceneName::Meet,
             data: None,
+            laser: false,
+            camera: false,
             out: None,
             json: false,
         }

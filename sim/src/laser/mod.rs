@@ -7,6 +7,7 @@
 //! of 15 mm and come in centimetres; half of the beams that light up a rim give a range in between; robots are 5 mm larger or smaller
 //! than they are said to be.
 
+pub mod hall;
 mod room;
 mod scene;
 mod score;
@@ -289,9 +290,8 @@ fn bars(row: &Row, score: &Score, chance: f64) -> Vec<String> {
             100.0 * none
         ),
     );
-    // An own heading that is off moves all priors alike, which the odds do not know yet.
     hold(
-        score.wrong == 0 || row.turned,
+        score.wrong == 0,
         format!("{} wrong names, none is allowed", score.wrong),
     );
     let (mean, outside, count) = honesty(score);

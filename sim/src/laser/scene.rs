@@ -1,6 +1,7 @@
 //! A recorded room with robots in it, and what a scanner makes of it.
 
 use coloc_scan::beams::ScannerMotion;
+use coloc_scan::finder::OwnHeading;
 use coloc_scan::{Look, Prior, Raw};
 
 use super::Row;
@@ -280,6 +281,15 @@ impl Scene {
             cos * dy - sin * dx,
             robot.pose[2] - turn,
         ]
+    }
+}
+
+/// How far off the scanner's own heading may be.
+pub(super) fn own_heading(row: &Row) -> OwnHeading {
+    let sigma = if row.turned { PRIOR_SIGMAS[2] } else { 0.0 };
+    OwnHeading {
+        variance: sigma * sigma,
+        ..OwnHeading::default()
     }
 }
 

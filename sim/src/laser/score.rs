@@ -4,7 +4,7 @@ use coloc_scan::{Finder, Look, Seen, View};
 
 use super::Row;
 use super::room::Room;
-use super::scene::{Robot, Scene};
+use super::scene::{Robot, Scene, own_heading};
 use crate::random::Draws;
 
 /// Within which bars ask for robots \[m\].
@@ -63,7 +63,8 @@ pub(super) fn try_once(room: &Room, row: &Row, finder: &mut Finder, draws: &mut 
     let Ok(view) = View::check(scene.raw()) else {
         return Score::default();
     };
-    let seen: Vec<Seen> = finder.find(&view, scene.motion, &scene.priors).to_vec();
+    let found = finder.find_turned(&view, scene.motion, &scene.priors, own_heading(row));
+    let seen: Vec<Seen> = found.to_vec();
     let bodies: Vec<[f64; 2]> = finder.bodies().map(|(centre, _)| centre).collect();
     let mut score = Score {
         scans: 1,

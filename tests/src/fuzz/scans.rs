@@ -3,9 +3,8 @@
 use coloc_laser::beliefs::Beliefs;
 use coloc_laser::driver::{LaserDriver, Outlet};
 use coloc_laser::section::{Laser, LookSection, Shape};
-use coloc_scan::finder::RangeBearing;
 use coloc_sensors::{Driver, EndError, Moment};
-use coloc_shm_types::{BeliefState, Clock, Estimate, Header, RelativePose};
+use coloc_shm_types::{BeliefState, Clock, Estimate, Header, RelativePose, Sighting};
 
 use super::Target;
 
@@ -21,7 +20,7 @@ const BOOT: u64 = 7;
 #[derive(Debug, Default, PartialEq)]
 struct Said {
     poses: Vec<(i64, RelativePose)>,
-    parts: Vec<(i64, RangeBearing)>,
+    parts: Vec<(i64, Sighting)>,
 }
 
 impl Outlet for Said {
@@ -49,9 +48,9 @@ impl Outlet for Said {
         true
     }
 
-    fn range_bearing(&mut self, stamp_ns: i64, _: u16, seen: &RangeBearing) -> Option<bool> {
-        self.parts.push((stamp_ns, *seen));
-        Some(true)
+    fn range_bearing(&mut self, stamp_ns: i64, sighting: Sighting) -> bool {
+        self.parts.push((stamp_ns, sighting));
+        true
     }
 }
 
@@ -126,9 +125,9 @@ fn check(said: &Said) {
         );
     }
     for (_, it) in &said.parts {
-        let [[range, _], [_, bearing]] = it.covariance;
+        let [range, bearing] = it.white;
         assert!(
-            it.range_m > 0.0 && it.bearing_rad.is_finite() && range > 0.0 && bearing > 0.0,
+            it.range > 0.0 && it.bearing.is_finite() && range > 0.0 && bearing > 0.0,
             "{it:?}"
         );
     }

@@ -115,6 +115,8 @@ fn stage(seed: u64) -> Stage {
         seed,
         scene: SceneName::Lost,
         data: None,
+        laser: false,
+        camera: false,
         out: None,
         json: false,
     };

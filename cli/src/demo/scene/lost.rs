@@ -8,7 +8,7 @@ use coloc_sim::sensors::relative;
 use coloc_sim::{Scenario, Synthetic, SyntheticConfig, Ways, World};
 
 use super::meet::{Figure, oval};
-use super::{Help, Part, Scene};
+use super::{Eyes, Help, Part, Scene};
 use crate::args::DemoArgs;
 use crate::demo::DemoError;
 use crate::demo::tale::{EVENT_S, SHIFT_M, Tale};
@@ -144,6 +144,7 @@ pub(super) fn scene(args: &DemoArgs) -> Result<Scene, DemoError> {
         world: Box::new(Carried::new(world, carried.unwrap_or(robots), step)),
         parts: TALES[..robots].iter().copied().map(part).collect(),
         sensors: sensors(robots),
+        eyes: Eyes::Poses,
         wheels,
     })
 }

@@ -6,7 +6,7 @@ use coloc_daemon::config::Preset;
 use coloc_sim::scenario::{Fixes, Sightings};
 use coloc_sim::{Scenario, Synthetic, SyntheticConfig, Ways};
 
-use super::{Help, Part, Scene};
+use super::{Eyes, Help, Part, Scene};
 use crate::args::DemoArgs;
 use crate::demo::bars::Expectation;
 
@@ -188,6 +188,7 @@ pub(super) fn scene(args: &DemoArgs) -> Scene {
         world: Box::new(Synthetic::along(&ways, &config)),
         parts: (0..robots).map(|robot| part(robot, robots)).collect(),
         sensors: sensors(),
+        eyes: Eyes::Poses,
         wheels,
     }
 }

@@ -3,12 +3,16 @@
 //! A new scene is a function that fills a [`Scene`], and its name in [`SceneName`]. Something that can happen to a robot and that no
 //! scene had before is a field here, and a line where the robots are fed or started.
 
+mod camera;
+mod laser;
 mod lost;
 mod meet;
 mod recorded;
+mod rings;
 
 use clap::ValueEnum;
 use coloc_daemon::config::Preset;
+use coloc_sim::laser::hall::Hall;
 use coloc_sim::{Scenario, World};
 use serde::Serialize;
 
@@ -16,6 +20,8 @@ use super::DemoError;
 use super::bars::Expectation;
 use super::tale::Tale;
 use crate::args::DemoArgs;
+pub(crate) use camera::{Camera, Glance};
+pub(crate) use laser::MOUNT;
 
 /// The scenes that are made up, as the command line calls them.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, ValueEnum)]
@@ -24,6 +30,20 @@ pub(crate) enum SceneName {
     Meet,
     /// Robots start from nowhere, are carried away, have receivers that jump: who notices, and when
     Lost,
+    /// Robots find one another in the scans of their laser scanners
+    Laser,
+    /// Robots see range and bearing of those in front of their cameras, and nothing else
+    Camera,
+}
+
+/// By what robots see one another.
+pub(crate) enum Eyes {
+    /// They are given whole poses.
+    Poses,
+    /// They have scanners in this hall, and a coloc-laser each.
+    Scans(Hall),
+    /// They are given range and bearing.
+    Camera(Camera),
 }
 
 /// What a robot has to go by, besides its wheels.
@@ -77,6 +97,8 @@ pub(crate) struct Scene {
     pub(crate) parts: Vec<Part>,
     /// What sees them.
     pub(crate) sensors: Scenario,
+    /// How.
+    pub(crate) eyes: Eyes,
     /// Whose wheels they have.
     pub(crate) wheels: Preset,
 }
@@ -85,7 +107,7 @@ impl SceneName {
     /// As long as it takes to tell \[s\].
     pub(crate) fn length_s(self) -> f64 {
         match self {
-            Self::Meet => 30.0,
+            Self::Meet | Self::Laser | Self::Camera => 30.0,
             Self::Lost => 40.0,
         }
     }
@@ -94,10 +116,12 @@ impl SceneName {
 impl Scene {
     /// The one that `args` ask for.
     pub(crate) fn new(args: &DemoArgs) -> Result<Self, DemoError> {
-        match (&args.data, args.scene) {
+        match (&args.data, args.played()) {
             (Some(folder), _) => recorded::scene(folder, args.robots),
             (None, SceneName::Meet) => Ok(meet::scene(args)),
             (None, SceneName::Lost) => lost::scene(args),
+            (None, SceneName::Laser) => laser::scene(args),
+            (None, SceneName::Camera) => camera::scene(args),
         }
     }
 }

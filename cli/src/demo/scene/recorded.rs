@@ -6,7 +6,7 @@ use coloc_daemon::config::Preset;
 use coloc_sim::mrclam::Recording;
 use coloc_sim::{Scenario, World};
 
-use super::{Help, Part, Scene};
+use super::{Eyes, Help, Part, Scene};
 use crate::demo::DemoError;
 use crate::demo::bars::Expectation;
 
@@ -46,6 +46,7 @@ pub(super) fn scene(folder: &Path, robots: Option<u16>) -> Result<Scene, DemoErr
         parts: (0..robots).map(part).collect(),
         world: Box::new(world),
         sensors,
+        eyes: Eyes::Poses,
         wheels: Preset::Paper,
     })
 }
