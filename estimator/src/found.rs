@@ -79,6 +79,9 @@ pub(crate) const OPEN: f64 = 2.0 * 2.0;
 /// Words that the belief has to take before the wheels stand by it.
 const CONFIRMED: u32 = 5;
 
+/// Words that a belief takes so soon after it was followed from nowhere do not count: they are from the way that it was found by.
+const TRIAL: Span = Span::from_millis(5_000);
+
 /// Nothing was heard for so long: lost, if it is not known where.
 const SILENT: Span = Span::from_millis(10_000);
 
@@ -95,6 +98,9 @@ const SAME_HEADING: f64 = 4.0;
 
 /// A hypothesis whose heading is known better than this has one to compare \[rad\].
 const COMPARABLE: f64 = 0.5;
+
+/// And better than this before it may end a disagreement: what is known to half a radian agrees with any heading \[rad\].
+const TELLS_APART: f64 = 0.25;
 
 /// Words after which a hypothesis tells where a shift is.
 const TOLD: u32 = 20;
@@ -130,6 +136,8 @@ pub(crate) struct Found {
     /// When the belief took its last word; at first, the start.
     last_taken: Stamp,
     last_word: Stamp,
+    /// Until then the words that the belief takes do not count.
+    tried_until: Stamp,
     /// Who is not fused.
     suspended: FixedList<Source, SEATS>,
     /// Whether there is a seed or a hypothesis, which the wheels drive.
@@ -156,6 +164,7 @@ impl Found {
             confirmed: 0,
             last_taken: stamp,
             last_word: stamp,
+            tried_until: stamp,
             suspended: FixedList::new(filler),
             driven: seed.is_some(),
             finding: Finding::beginning(stamp, start.is_known()),
@@ -213,7 +222,7 @@ impl Found {
         } else {
             seat.mean
         };
-        if mean.disagrees() {
+        if mean.disagrees() || mean.is_doubtful() {
             return None;
         }
         seat.mean = mean;
@@ -253,6 +262,9 @@ impl Found {
         let mut ruling = self.rule(at, word, prior, refused, settings);
         if ruling == Ruling::Stands && self.knows && !was_against {
             ruling = self.undo_drag(at, word, prior);
+        }
+        if ruling == Ruling::Stands && self.knows && !refused {
+            ruling = self.doubt(at, word, prior);
         }
         if !refused {
             self.reconcile(at, prior);
@@ -341,7 +353,8 @@ impl Found {
     }
 
     fn took(&mut self, now: Stamp) {
-        self.confirmed = self.confirmed.saturating_add(1);
+        let counts = now >= self.tried_until;
+        self.confirmed = self.confirmed.saturating_add(u32::from(counts));
         self.last_taken = now;
     }
 
@@ -584,7 +597,7 @@ fn is_back(hypothesis: &Hypothesis, belief: &Belief) -> bool {
 fn is_same_heading(hypothesis: &Hypothesis, belief: &Belief) -> bool {
     let direction = hypothesis.lifted.direction();
     let sigma = direction.sigma();
-    if sigma >= COMPARABLE {
+    if sigma >= TELLS_APART {
         return hypothesis.has_stood();
     }
     let apart = crate::angle::wrap(direction.heading() - belief.pose.phi);
@@ -607,7 +620,8 @@ fn planar_trace(a: &crate::symmetric::Symmetric3) -> f64 {
 mod tests {
     use super::*;
     use crate::covariance::Covariance3;
-    use crate::kind::{Measurement, Origin, PositionFix, SlowError};
+    use crate::kind::{Measurement, NeighbourPose, Origin, PositionFix, SlowError};
+    use crate::parts::Parts;
     use crate::pose::Pose;
 
     const NEAR: Gauge = Gauge {
@@ -632,6 +646,21 @@ mod tests {
             slow: SlowError::default(),
         };
         Word::of(stamp, &Measurement::Fix(fix), gauge).unwrap()
+    }
+
+    /// A neighbour has the robot where it is believed to be.
+    fn neighbour(number: u16, tick: i64) -> Word {
+        let stamp = Stamp::from_nanos(200_000_000 * tick);
+        let said = NeighbourPose {
+            stamp,
+            origin: Origin {
+                source: number,
+                ..Origin::default()
+            },
+            pose: Pose::default(),
+            parts: Parts::dependent(Covariance3::diagonal([0.01; 3]).unwrap()),
+        };
+        Word::of(stamp, &Measurement::Neighbour(said), NEAR).unwrap()
     }
 
     /// The belief takes the place of a hypothesis that somebody stood against: of the new one nobody has said anything.
@@ -719,6 +748,70 @@ mod tests {
         stands.step(&Stride::of(&ahead, 1.0), 1.0);
         let _ = stands.feed(&fix(0, 5, 0.1, NEAR), 4.0);
         assert!(!is_back(&stands, &belief));
+    }
+
+    /// It is where the belief is, and looks where that looks as far as it knows: half a radian of doubt agrees with too much.
+    #[test]
+    fn who_hardly_knows_its_heading_is_not_back_and_who_does_is() {
+        let is_back_with = |sigma: f64| {
+            let covariance = Covariance3::diagonal([0.01, 0.01, sigma * sigma]).unwrap();
+            let belief = Belief::independent(Pose::default(), covariance);
+            let mut back = Hypothesis::from(
+                &Lifted::of(&belief),
+                Turned::default(),
+                &fix(0, 0, 0.0, NEAR),
+                Span::ZERO,
+            );
+            back.tellings = 9;
+            is_back(&back, &belief)
+        };
+        assert!(is_back_with(0.2) && !is_back_with(0.3));
+    }
+
+    /// It was found by the way that it drove: that way confirms nothing. What comes later does.
+    #[test]
+    fn who_was_found_from_nowhere_is_on_trial_for_five_seconds() {
+        let settings = Settings::default();
+        let belief = Belief::independent(Pose::default(), Covariance3::default());
+        let mut found = Found::new(Stamp::default(), &Start::Unknown);
+        let ahead = Motion::Holonomic {
+            velocity: [1.0, 0.0, 0.0],
+            noise: Covariance3::default(),
+        };
+        let mut heard = (1..60_u32).map(|tick| {
+            found.drive(&ahead, 0.2);
+            let word = fix(0, tick.into(), 0.2 * f64::from(tick), NEAR);
+            let _ = found.hear(&word, &belief, &settings);
+            (found.knows, found.confirmed)
+        });
+        assert!(heard.any(|(knows, _)| knows));
+        assert_eq!(heard.nth(23), Some((true, 0)));
+        assert_eq!(heard.next(), Some((true, 1)));
+        assert_eq!(heard.nth(4), Some((true, 6)));
+    }
+
+    /// A mean that is not yet enough for a name is as much doubt, if neighbours alone stand by the belief.
+    #[test]
+    fn a_mean_that_chance_hardly_explains_is_doubted_beside_neighbours() {
+        let covariance = Covariance3::diagonal([0.001; 3]).unwrap();
+        let belief = Belief::independent(Pose::default(), covariance);
+        let settings = Settings::default();
+        let dragged = Gauge {
+            normalised: [0.8, 0.0],
+            ..NEAR
+        };
+        let doubts = |beside: &dyn Fn(i64) -> Option<Word>| {
+            let mut found = Found::new(Stamp::default(), &Start::Known(belief));
+            (0..50).any(|tick| {
+                if let Some(word) = beside(tick) {
+                    let _ = found.hear(&word, &belief, &settings);
+                }
+                let ruling = found.hear(&fix(0, tick, 0.0, dragged), &belief, &settings);
+                matches!(ruling.0, Ruling::Replaced(wider) if wider.total().variances()[0] > 0.003)
+            })
+        };
+        assert!(doubts(&|tick| Some(neighbour(1, tick))));
+        assert!(!doubts(&|tick| Some(fix(1, tick, 0.0, NEAR))) && !doubts(&|_| None));
     }
 
     /// It is refused soon after the start and ever since, and refusals count for next to nothing. It is not left so.

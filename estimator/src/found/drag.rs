@@ -4,11 +4,17 @@
 //! not fused any more, but what it did would stay: of a belief that is certain of itself, and of others whose errors may be its own,
 //! little is changed by each of their words. So the belief's doubt grows by the mean of the liar's innovations, as long as that is,
 //! and those who stand by the belief pull it back within a second.
+//!
+//! Before that, when the mean is more than chance explains and not yet enough for a name, the belief claims no less doubt than that
+//! mean, if neighbours alone stand by it: a certain belief hardly listens to them. Another receiver is heard as it is, and beside one a
+//! belief in doubt would follow whichever neighbour lies.
 
+use super::seat::Seat;
 use super::word::Word;
 use super::{Found, Ruling, planar_trace};
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
+use crate::kind::Kind;
 use crate::symmetric::Symmetric3;
 
 impl Found {
@@ -34,6 +40,30 @@ impl Found {
         }
         let innovation = planar_trace(&prior.total().symmetric()) + planar_trace(&word.noise());
         Ruling::Replaced(wider(prior, 0.5 * innovation * mean))
+    }
+
+    /// The belief before `word`, whose source has a mean that chance hardly explains, claims no less doubt than that.
+    pub(super) fn doubt(&self, at: usize, word: &Word, prior: &Belief) -> Ruling {
+        let seat = self.seats[at].as_ref();
+        let suspect = seat.filter(|it| it.mean.is_doubtful() && !it.disagrees(word.stamp));
+        let Some(seat) = suspect.filter(|_| self.only_neighbours_stand_by(word)) else {
+            return Ruling::Stands;
+        };
+        let own = planar_trace(&prior.total().symmetric());
+        let innovation = own + planar_trace(&word.noise());
+        let lacks = innovation * seat.mean.norm_squared() - own;
+        if lacks > 0.0 {
+            Ruling::Replaced(wider(prior, 0.5 * lacks))
+        } else {
+            Ruling::Stands
+        }
+    }
+
+    /// Others stand by the belief, and none of them is a receiver.
+    fn only_neighbours_stand_by(&self, word: &Word) -> bool {
+        let stands = |it: &&Seat| it.source != word.source && it.stands_by(word.stamp);
+        let mut others = self.taken().filter(stands).peekable();
+        others.peek().is_some() && others.all(|it| it.source.kind != Kind::Fix)
     }
 }
 

@@ -7,6 +7,9 @@ const COUNTED: f64 = 39.0;
 /// χ² with two degrees of freedom, 3e-7.
 const LIMIT: f64 = 30.0;
 
+/// The same, 2.5e-3.
+const DOUBTFUL: f64 = 12.0;
+
 /// No innovation counts as longer.
 const LONGEST: f64 = 3.0;
 
@@ -47,6 +50,11 @@ impl Mean {
     pub(crate) fn after(mut self, innovation: [f64; 2]) -> Self {
         self.take(innovation);
         self
+    }
+
+    /// Chance hardly explains it.
+    pub(crate) fn is_doubtful(&self) -> bool {
+        COUNTED * self.norm_squared() > DOUBTFUL
     }
 
     pub(crate) fn disagrees(&self) -> bool {

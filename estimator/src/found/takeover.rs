@@ -7,7 +7,7 @@
 
 use super::lifted::Lifted;
 use super::seat::Seat;
-use super::{CONFIRMED, Decision, Found, Ruling, SEATS, TrustJump, Word};
+use super::{CONFIRMED, Decision, Found, Ruling, SEATS, TRIAL, TrustJump, Word};
 use crate::belief::Belief;
 use crate::output::Source;
 use crate::settings::Settings;
@@ -164,7 +164,11 @@ impl Found {
         let (source, lifted) = self.hypothesis_of(at)?;
         let count = self.count(at, now);
         let distance_m = self.distance(&lifted, prior);
-        self.confirmed = self.taken_by(at);
+        if self.knows {
+            self.confirmed = self.taken_by(at);
+        } else {
+            (self.confirmed, self.tried_until) = (0, now + TRIAL);
+        }
         (self.knows, self.seed, self.last_taken) = (true, None, now);
         self.hand_votes_over(at, now);
         self.finding.decide(

@@ -20,7 +20,7 @@ struct Args {
     /// Where all chance comes from
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// These parts alone: start, carried, outage, liar, alone, honest
+    /// These parts alone: start, carried, outage, liar, alone, honest, exact
     #[arg(long, value_name = "PART")]
     only: Vec<String>,
     /// Rows alone whose names contain this

@@ -9,6 +9,7 @@
 
 mod aloud;
 mod bar;
+mod exact;
 mod experiment;
 mod outages;
 mod outcome;
@@ -100,7 +101,7 @@ pub struct Part {
 }
 
 /// All of them.
-pub const PARTS: [Part; 6] = [
+pub const PARTS: [Part; 7] = [
     Part {
         name: "start",
         title: "Unknown starts",
@@ -136,6 +137,12 @@ pub const PARTS: [Part; 6] = [
         title: "All are honest",
         rows: |form| run(&rows::honest(), form),
         pooled: &[Bar::NeesAtMost],
+    },
+    Part {
+        name: "exact",
+        title: "What can be known: a filter that is as good as exact",
+        rows: exact::rows,
+        pooled: &[],
     },
 ];
 

@@ -177,7 +177,7 @@ pub(super) fn run(experiment: &Experiment, form: &Form, number: usize) -> Outcom
 }
 
 /// All chance of an experiment, by its name: rows may come and go without changing the others.
-fn run_of(name: &str) -> u16 {
+pub(super) fn run_of(name: &str) -> u16 {
     let hash = name.bytes().fold(0x811c_9dc5_u32, |hash, byte| {
         (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
     });
@@ -186,7 +186,7 @@ fn run_of(name: &str) -> u16 {
 }
 
 /// What it knows, and where it is.
-fn beginning(start: Start, chance: &mut Draws) -> (Known, Place) {
+pub(super) fn beginning(start: Start, chance: &mut Draws) -> (Known, Place) {
     let [x, y] = [0, 1].map(|_| chance.uniform(-50.0, 50.0));
     let heading = any_heading(chance);
     let place = Place {

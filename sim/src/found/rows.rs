@@ -354,6 +354,17 @@ fn standing() -> Vec<Experiment> {
     ]
 }
 
+/// Of which it is asked what can be known.
+pub(super) fn for_exact() -> Vec<Experiment> {
+    let start = Experiment {
+        start: Start::Nothing,
+        ..Experiment::new("pose unknown, fixes", MANY)
+    };
+    let mut rows = vec![start];
+    rows.extend(standing().into_iter().filter(|it| !it.beyond));
+    rows
+}
+
 /// After it was carried \[s\].
 const DRIVES_OFF_S: f64 = 15.0;
 
