@@ -73,8 +73,8 @@ fn a_leader_tells_the_child_that_it_sees_where_that_one_is() {
     laser.send(sighting(world.header(0))).unwrap();
     leader.tick();
     let told = child.tick();
-    assert!((told.pose[0] - 2.0).abs() < 0.05, "{:?}", told.pose);
-    assert!(told.total()[0] < 0.01, "{:?}", told.total());
+    assert!((told.pose[0] - 2.0).abs() < 0.1, "{:?}", told.pose);
+    assert!(told.total()[0] < 0.02, "{:?}", told.total());
     assert_eq!(told.health_of(Input::Assist), Health::Ok);
     let [leader, child] = [leader, child].map(|it| it.robot.account().status());
     assert_eq!(leader.accepted_of(Input::RelativePose), 1);

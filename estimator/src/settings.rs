@@ -187,6 +187,7 @@ impl Settings {
             propagation: Propagation::Paper,
             fusion: FusionSettings::paper(),
             partial: PositionSettings::paper(),
+            assist: Rule::paper(),
             found: FoundSettings::OFF,
             ..Self::default()
         }

@@ -459,6 +459,20 @@ mod tests {
         Covariance3::diagonal([0.1 * scale, 1.0 / 3.0, -0.0]).unwrap()
     }
 
+    fn compass(stamp: Stamp) -> HeadingFix {
+        HeadingFix {
+            stamp,
+            origin: origin(6, 5, 4),
+            heading_rad: 2.0 / 3.0,
+            variance: 1e-4 / 3.0,
+            slow: SlowError {
+                variance: 0.1,
+                memory: Span::from_nanos(7),
+            },
+            of: HeadingOf::Body,
+        }
+    }
+
     fn word(stamp: Stamp, third: Pose, known: u8) -> Heard {
         let mut heard = Heard {
             origin: origin(3, u64::MAX, 8),
@@ -499,17 +513,7 @@ mod tests {
             stamp,
             motion: OdometryNoise::paper().nonholonomic([0.1, -0.7]),
         };
-        let compass = HeadingFix {
-            stamp,
-            origin: origin(6, 5, 4),
-            heading_rad: 2.0 / 3.0,
-            variance: 1e-4 / 3.0,
-            slow: SlowError {
-                variance: 0.1,
-                memory: Span::from_nanos(7),
-            },
-            of: HeadingOf::Body,
-        };
+        let compass = compass(stamp);
         let tick = RecordedTick {
             step: Step::Own,
             tick: 0,

@@ -48,6 +48,12 @@ impl Default for Rule {
 }
 
 impl Rule {
+    /// The thesis.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self::Kalman { gate: CHI2_3_999 }
+    }
+
     /// After an event with a pose nothing is independent.
     pub(crate) fn resets(&self) -> bool {
         matches!(self, Self::Split { reset: true, .. })
