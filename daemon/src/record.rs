@@ -311,9 +311,9 @@ pub enum Record {
     },
     /// Where the leader of the last `assist` was; its transitions follow.
     Leader {
-        /// x_l
+        /// `x_l`
         pose: [f64; 3],
-        /// P_l
+        /// `P_l`
         covariance: [f64; 9],
     },
     /// What became of its error since an event, the last one first.

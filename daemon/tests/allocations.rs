@@ -18,6 +18,15 @@ use coloc_shm_types::{
 
 const TICKS: u64 = 10_000;
 
+/// What is seen in part is in the whole's own test of allocations, leaders and children are below.
+const ELSEWHERE: [Input; 5] = [
+    Input::Sighting,
+    Input::Seen,
+    Input::Answer,
+    Input::Assist,
+    Input::AssistAck,
+];
+
 /// What telemetry does with the ring: empties it and gives the ledgers back.
 fn drain(link: &Link, done: &AtomicBool) {
     while !done.load(Ordering::Relaxed) {
@@ -167,15 +176,7 @@ fn ticks_allocate_nothing() {
     telemetry.join().unwrap();
     let status = robot.robot.account().status();
     assert_eq!(counted, Calls::NONE);
-    // What is seen in part is in the whole's own test of allocations, leaders and children are below.
-    let elsewhere = [
-        Input::Sighting,
-        Input::Seen,
-        Input::Answer,
-        Input::Assist,
-        Input::AssistAck,
-    ];
-    for input in Input::ALL.into_iter().filter(|it| !elsewhere.contains(it)) {
+    for input in Input::ALL.into_iter().filter(|it| !ELSEWHERE.contains(it)) {
         assert!(
             status.accepted_of(input) >= TICKS / 2 - 2,
             "{input}: {} accepted",
@@ -240,7 +241,7 @@ fn ticks_of_leaders_and_children_allocate_nothing() {
         }
     }
     done.store(true, Ordering::Relaxed);
-    telemetry.map(|it| it.join().unwrap());
+    telemetry.into_iter().for_each(|it| it.join().unwrap());
     assert_eq!(counted, Calls::NONE);
     let [leader, child] = robots.map(|it| it.robot.account().status());
     let told = leader.assist.forwarded;

@@ -15,6 +15,9 @@ const LIMITS: Limits = Limits {
 
 const SOUND: [f64; 9] = [0.5, 0.1, 0.0, 0.1, 0.5, 0.0, 0.0, 0.0, 0.01];
 
+/// What makes a message one that is refused, and why.
+type Case<M> = (fn(&mut M), Reject);
+
 fn header(stamp_ns: i64) -> Header {
     Header {
         stamp_ns,
@@ -44,7 +47,7 @@ fn assist() -> Assist {
 #[test]
 fn every_field_of_what_a_leader_says_is_checked() {
     assert_eq!(assist().validate(&LIMITS), Ok(()));
-    let cases: [(fn(&mut Assist), Reject); 17] = [
+    let cases: [Case<Assist>; 17] = [
         (|it| it.pose[2] = f64::NAN, Reject::NotFinite),
         (|it| it.leader_pose[0] = f64::INFINITY, Reject::NotFinite),
         (|it| it.transitions[0][4] = f64::NAN, Reject::NotFinite),
@@ -88,7 +91,7 @@ fn every_field_of_an_answer_is_checked() {
         ..AssistAck::default()
     };
     assert_eq!(sound.validate(&LIMITS), Ok(()));
-    let cases: [(fn(&mut AssistAck), Reject); 5] = [
+    let cases: [Case<AssistAck>; 5] = [
         (|it| it.taken = 2, Reject::Unsupported),
         (|it| it.reserved[0] = 1, Reject::Unsupported),
         (|it| it.header.source = 1, Reject::UnknownRobot),
