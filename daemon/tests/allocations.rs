@@ -241,7 +241,9 @@ fn ticks_of_leaders_and_children_allocate_nothing() {
         }
     }
     done.store(true, Ordering::Relaxed);
-    telemetry.into_iter().for_each(|it| it.join().unwrap());
+    for it in telemetry {
+        it.join().unwrap();
+    }
     assert_eq!(counted, Calls::NONE);
     let [leader, child] = robots.map(|it| it.robot.account().status());
     let told = leader.assist.forwarded;
