@@ -1,5 +1,6 @@
 //! Step 2 of the tick: everything that has arrived, checked, converted and stamped by the inner clock.
 
+pub mod assist;
 pub(crate) mod backlog;
 mod base;
 mod drives;
@@ -16,7 +17,8 @@ pub mod wheels;
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 
-use coloc_estimator::{Measurement, Stamp, TickInputs};
+use coloc_estimator::assist::assistant::Words;
+use coloc_estimator::{Measurement, Span, Stamp, TickInputs};
 use coloc_shm_types::{Input, Space};
 
 use crate::account::Account;
@@ -140,6 +142,13 @@ impl Collect {
     /// Puts the samples that wait to the messages.
     pub fn gather(&mut self) {
         self.way.gather(&mut self.measurements);
+        self.messages.gather();
+    }
+
+    /// What leaders say and children answer, if that is heard; `ahead`: how far the team's clock is ahead of the stamps.
+    #[must_use]
+    pub fn words(&self, ahead: impl FnOnce() -> Span) -> Words<'_> {
+        self.messages.words(ahead)
     }
 
     /// All that was collected, for the tick at `moment`.

@@ -6,6 +6,7 @@
 //! [`understood`] how `colocd check` shows what it understood.
 //! Nothing behind this module sees an unchecked value.
 
+pub mod assist;
 mod check;
 mod defaults;
 pub mod error;
@@ -39,6 +40,7 @@ use toml::de::DeTable;
 
 use error::Fault;
 
+pub use assist::{Assist, AssistFusion, AssistMode};
 pub use error::ConfigError;
 pub use gyro::{Gyro, GyroSource};
 pub use others::{Section, SomebodyElses};
@@ -101,6 +103,9 @@ pub struct Config {
     #[serde(default)]
     #[schemars(example = [Landmark::example()])]
     pub landmark: Vec<Landmark>,
+    /// Leaders and children: robots that know where they are carry those that do not, also where none of them sees them.
+    #[serde(default)]
+    pub assist: Assist,
     /// Sensors of the heading: compass, two antennas, course over ground.
     #[serde(default)]
     pub heading: Heading,
@@ -162,6 +167,7 @@ impl Config {
             relative_pose: RelativePose::default(),
             sighting: Sighting::default(),
             landmark: Vec::new(),
+            assist: Assist::default(),
             heading: Heading::default(),
             fusion: Fusion::default(),
             history: History::default(),

@@ -2,6 +2,7 @@
 
 use std::hint::black_box;
 
+use coloc_estimator::assist::assistant::{self, Assistant, Carried, Counts, Words};
 use coloc_estimator::partial::PositionSettings;
 use coloc_estimator::settings::{Criterion, GateWeight};
 use coloc_estimator::{
@@ -16,6 +17,8 @@ use crate::config::{self, Config, InitialHeading, nanos};
 #[derive(Debug)]
 pub struct Estimate {
     estimator: Box<Estimator<Box<[Slot]>>>,
+    /// The robot's part in its team, if it has one.
+    assistant: Option<Box<Assistant>>,
 }
 
 impl Estimate {
@@ -32,7 +35,32 @@ impl Estimate {
         let storage = vec![Slot::default(); capacity].into_boxed_slice();
         Self {
             estimator: Box::new(Estimator::starting(settings, stamp, start, storage)),
+            assistant: None,
         }
+    }
+
+    /// With a part in the team, if it has one.
+    #[must_use]
+    pub fn with_part(self, assistant: Option<Box<Assistant>>) -> Self {
+        Self { assistant, ..self }
+    }
+
+    /// What the robot believes after `inputs` and what others say of it, and what it has to tell those.
+    pub fn step_among(
+        &mut self,
+        inputs: &TickInputs<'_>,
+        words: &Words<'_>,
+    ) -> (TickOutputs<'_>, Carried<'_>) {
+        match &mut self.assistant {
+            None => (step(&mut self.estimator, inputs), Carried::default()),
+            Some(assistant) => assistant::step(&mut self.estimator, assistant, inputs, words),
+        }
+    }
+
+    /// What became of what leaders said.
+    #[must_use]
+    pub fn assisted(&self) -> Option<Counts> {
+        self.assistant.as_ref().map(|it| it.counts())
     }
 
     /// What the robot believes after `inputs`.
@@ -97,6 +125,7 @@ pub fn settings(config: &Config) -> Settings {
         propagation: propagation(&config.fusion),
         fusion: fusion(&config.fusion),
         partial: partial(&config.fusion),
+        assist: config.assist.rule(config.fusion.paper),
         position_gate: config.fusion.position_gate,
         heading_gate: config.fusion.heading_gate,
         found: found(config),

@@ -1,5 +1,6 @@
 //! Step 4 of the tick: the estimate to anyone, and to each robot that was seen what is known about it.
 
+use coloc_estimator::assist::assistant::{Ack, Carried, Message as AssistMessage, Told};
 use coloc_estimator::partial::SplitPosition;
 use coloc_estimator::{Estimate, OutgoingAnswer, OutgoingPose, OutgoingSeen, TickOutputs};
 use coloc_shm_types::{
@@ -34,6 +35,17 @@ struct Peer {
     sender: Sender,
     /// Where this robot takes part in the exchange of what is seen in part.
     parts: Option<Parts>,
+    /// Where this robot has a part in `[assist]`.
+    assists: Option<Assists>,
+}
+
+/// To a peer, of what leaders say; likewise.
+#[derive(Debug)]
+struct Assists {
+    data: Option<Publisher<shm::Assist>>,
+    acks: Option<Publisher<shm::AssistAck>>,
+    data_sender: Sender,
+    ack_sender: Sender,
 }
 
 /// To a peer, of what is seen in part; likewise.
@@ -68,7 +80,7 @@ impl Publish {
         let _ = estimates.refresh();
         let peers = config
             .peers()
-            .map(|peer| Peer::open(space, peer.id, &peer.name, sender, config.sighting.heard))
+            .map(|peer| Peer::open(space, (peer.id, &peer.name), sender, config))
             .collect::<Result<_, PortError>>()?;
         Ok(Self {
             sender: sender.beside(),
@@ -143,6 +155,23 @@ impl Publish {
         }
     }
 
+    /// Tells children where leaders have them, and answers what children have told.
+    pub fn carried(&mut self, carried: &Carried<'_>, moment: &Moment) {
+        let clock = self.sender.clock().into();
+        for told in carried.data {
+            let stamp_ns = moment.on(clock, told.message.stamp.as_nanos());
+            let assists = assists_of(&mut self.peers, told.to.0);
+            let sent = assists.is_none_or(|it| it.tell(stamp_ns, told));
+            self.undelivered += u64::from(!sent);
+        }
+        for ack in carried.acks {
+            let stamp_ns = moment.on(clock, ack.stamp.as_nanos());
+            let assists = assists_of(&mut self.peers, ack.robot.0);
+            let sent = assists.is_none_or(|it| it.answer(stamp_ns, ack));
+            self.undelivered += u64::from(!sent);
+        }
+    }
+
     fn neighbours(&mut self, outgoing: &[OutgoingPose], moment: &Moment) {
         for pose in outgoing {
             let Some(peer) = self.peers.iter_mut().find(|peer| peer.id == pose.to.0) else {
@@ -202,17 +231,23 @@ fn page(
 impl Peer {
     fn open(
         space: &Space,
-        id: u16,
-        name: &RobotName,
+        (id, name): (u16, &RobotName),
         sender: &Sender,
-        takes_part: bool,
+        config: &Config,
     ) -> Result<Self, PortError> {
         Ok(Self {
             id,
             port: port(space, name)?,
             sender: sender.beside(),
-            parts: takes_part
+            parts: config
+                .sighting
+                .heard
                 .then(|| Parts::open(space, name, sender))
+                .transpose()?,
+            assists: config
+                .assist
+                .is_on()
+                .then(|| Assists::open(space, name, sender))
                 .transpose()?,
         })
     }
@@ -222,6 +257,10 @@ impl Peer {
         if let Some(parts) = &self.parts {
             parts.seen.iter().for_each(Publisher::ring);
             parts.answers.iter().for_each(Publisher::ring);
+        }
+        if let Some(assists) = &self.assists {
+            assists.data.iter().for_each(Publisher::ring);
+            assists.acks.iter().for_each(Publisher::ring);
         }
     }
 
@@ -291,6 +330,61 @@ impl Parts {
         let port = self.answers.as_ref();
         port.is_some_and(|port| port.put(message).is_ok())
     }
+}
+
+impl Assists {
+    fn open(space: &Space, name: &RobotName, sender: &Sender) -> Result<Self, PortError> {
+        Ok(Self {
+            data: port(space, name)?,
+            acks: port(space, name)?,
+            data_sender: sender.beside(),
+            ack_sender: sender.beside(),
+        })
+    }
+
+    fn tell(&mut self, stamp_ns: i64, told: &Told) -> bool {
+        let AssistMessage { said, word, .. } = &told.message;
+        let row = |[[a, b, c], [d, e, f], [g, h, i]]: [[f64; 3]; 3]| [a, b, c, d, e, f, g, h, i];
+        let message = shm::Assist {
+            header: self.data_sender.header(stamp_ns),
+            slot: told.message.slot.0,
+            pose: said.pose.to_vector().into(),
+            independent: said.parts.independent.to_row_major(),
+            dependent: said.parts.dependent.to_row_major(),
+            leader_pose: word.leader.pose.to_vector().into(),
+            leader_covariance: word.leader.covariance.to_row_major(),
+            transitions: word.past.transitions.map(row),
+            path: told.message.path.map(|it| it.0),
+            robots: told.message.robots,
+            known: word.past.known,
+            flags: if told.message.is_final {
+                shm::Assist::FINAL
+            } else {
+                0
+            },
+            reserved: [0; 5],
+        };
+        let port = self.data.as_ref();
+        port.is_some_and(|port| port.put(message).is_ok())
+    }
+
+    fn answer(&mut self, stamp_ns: i64, ack: &Ack) -> bool {
+        let message = shm::AssistAck {
+            header: self.ack_sender.header(stamp_ns),
+            slot: ack.slot.0,
+            leader: ack.leader.0,
+            taken: u8::from(ack.taken),
+            reserved: [0; 5],
+        };
+        let port = self.acks.as_ref();
+        port.is_some_and(|port| port.put(message).is_ok())
+    }
+}
+
+/// Of a robot without a part there are none.
+fn assists_of(peers: &mut [Peer], robot: u16) -> Option<&mut Assists> {
+    let peer = peers.iter_mut().find(|peer| peer.id == robot)?;
+    peer.assists.as_mut()
 }
 
 /// Of a robot that does not take part there are none.

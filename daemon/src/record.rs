@@ -4,16 +4,19 @@
 //! that they read back exactly.
 //!
 //! ```text
-//! begin ( tick (odometry | gyro | sighting | neighbour | partial | seen | answer | landmark | heading | fix | pose)* estimate )*
+//! begin ( tick (odometry | gyro | sighting | neighbour | partial | seen | answer | landmark | heading | fix | pose)*
+//!         team_clock? (assist leader transition*)* assist_ack* estimate )*
 //! ```
 //!
 //! The real-time thread only puts [`Record`]s into the ring. Where a full ring or a slow disk has lost lines there is a line
 //! `lost`, and a reader goes on with the next whole tick; a tick says how many lines belong to it.
 
+mod assist;
 mod part;
 mod read;
 mod write;
 
+use coloc_estimator::assist::assistant::Words;
 use coloc_estimator::{
     Estimate, GyroSample, GyroSettings, HeadingFix, HeadingOf, Measurement, Motion, NeighbourPose,
     OdometrySample, PoseSaid, PositionFix, Sighting, SlowError, Start, TickInputs,
@@ -276,6 +279,61 @@ pub enum Record {
         /// Of it.
         covariance: [f64; 4],
     },
+    /// So much is the team's clock ahead of the stamps; nothing where it is not.
+    TeamClock {
+        /// \[ns\]
+        ahead_ns: i64,
+    },
+    /// Pose from a leader; `leader` follows.
+    Assist {
+        /// When it holds.
+        stamp_ns: i64,
+        /// Who sent it.
+        sender: u16,
+        /// Which life of it.
+        session: u64,
+        /// Its count of what it sent to us.
+        sequence: u64,
+        /// Of which event.
+        slot: i64,
+        /// The leader, every child on the way, and this robot.
+        path: [u16; 16],
+        /// How many they are.
+        robots: u8,
+        /// Whether it is not to be handed on.
+        is_final: bool,
+        /// y*
+        pose: [f64; 3],
+        /// R*_i
+        independent: [f64; 9],
+        /// R*_d
+        dependent: [f64; 9],
+    },
+    /// Where the leader of the last `assist` was; its transitions follow.
+    Leader {
+        /// `x_l`
+        pose: [f64; 3],
+        /// `P_l`
+        covariance: [f64; 9],
+    },
+    /// What became of its error since an event, the last one first.
+    Transition {
+        /// Φ
+        phi: [f64; 9],
+    },
+    /// What became of what this robot handed on.
+    AssistAck {
+        /// When that holds.
+        stamp_ns: i64,
+        /// Who answers.
+        sender: u16,
+        /// Of which event.
+        slot: i64,
+        /// Whose pose it was.
+        leader: u16,
+        /// Whether it is used.
+        taken: bool,
+    },
     /// Yaw rate.
     Gyro {
         /// When.
@@ -374,6 +432,23 @@ pub fn of_inputs(tick: u64, step: Step, inputs: &TickInputs<'_>) -> impl Iterato
     std::iter::once(head).chain(inputs.measurements.iter().map(Record::from))
 }
 
+/// The same, with what others say of the robot.
+pub fn of_words(
+    tick: u64,
+    step: Step,
+    inputs: &TickInputs<'_>,
+    words: &Words<'_>,
+) -> impl Iterator<Item = Record> {
+    let more = assist::count(words);
+    let lines = of_inputs(tick, step, inputs).map(move |mut record| {
+        if let Record::Tick { inputs, .. } = &mut record {
+            *inputs += more;
+        }
+        record
+    });
+    lines.chain(assist::lines(words))
+}
+
 impl Record {
     /// The first line.
     #[must_use]
@@ -411,6 +486,7 @@ impl From<&Measurement> for Record {
             Measurement::Seen(seen) => seen.into(),
             Measurement::Answer(answer) => answer.into(),
             Measurement::Landmark(sighting) => sighting.into(),
+            Measurement::Assist(pose) => pose.into(),
         }
     }
 }

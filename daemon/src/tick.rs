@@ -5,7 +5,8 @@
 
 use std::sync::Arc;
 
-use coloc_estimator::{Stamp, Start, TickInputs};
+use coloc_estimator::assist::assistant::{Carried, Words};
+use coloc_estimator::{Span, Stamp, Start, TickInputs};
 use coloc_shm_types::{Sender, Space, Timing};
 
 use crate::account::Account;
@@ -119,7 +120,8 @@ impl Robot {
             timeline: Timeline::new(&now),
             clock: config.clock.source,
             collect,
-            estimate: Estimate::with(settings, config.history.capacity, stamp, &start),
+            estimate: Estimate::with(settings, config.history.capacity, stamp, &start)
+                .with_part(config.assistant()),
             publish,
             account,
             timings: sender.beside(),
@@ -323,16 +325,22 @@ impl Robot {
             self.collect.gather();
             self.collect.inputs(moment)
         };
+        let words = if behind {
+            Words::default()
+        } else {
+            self.collect.words(|| ahead(moment, self.clock))
+        };
         let mut stages = Stages {
             collect_ns: watch.lap(&*self.time),
             ..Stages::default()
         };
         // estimate
-        let (step, outputs) = if behind {
+        let (step, (outputs, carried)) = if behind {
             // A step up to now would make the frames that are left older than the history.
-            (Step::Behind, self.estimate.idle(&inputs))
+            let idle = self.estimate.idle(&inputs);
+            (Step::Behind, (idle, Carried::default()))
         } else {
-            (Step::Own, self.estimate.step(&inputs))
+            (Step::Own, self.estimate.step_among(&inputs, &words))
         };
         stages.estimate_ns = watch.lap(&*self.time);
         let since_tick_ns = watch.since(moment);
@@ -349,10 +357,11 @@ impl Robot {
             .estimate(&outputs.estimate, &circumstances, moment);
         let sent_ns = self.time.now_ns();
         self.publish.others(&outputs, moment);
+        self.publish.carried(&carried, moment);
         self.publish.ring();
         stages.publish_ns = watch.lap(&*self.time);
         // account
-        let lines = record::of_inputs(self.account.tick(), step, &inputs);
+        let lines = record::of_words(self.account.tick(), step, &inputs, &words);
         self.account.record(lines);
         self.account.record([Record::from(&outputs.estimate)]);
         self.account.outputs(&outputs, inputs.measurements);
@@ -376,6 +385,9 @@ impl Robot {
     fn close_books(&mut self, moment: &Moment, latency_ns: u64) {
         let now = moment.stamp;
         self.account.undelivered(self.publish.undelivered);
+        if let Some(counts) = self.estimate.assisted() {
+            self.account.assisted(&counts);
+        }
         if self.account.is_report_due(now.as_nanos()) {
             self.collect.tell_sessions(now, &mut self.account);
         }
@@ -419,6 +431,12 @@ impl Robot {
         }
         moment
     }
+}
+
+/// How far a clock is ahead of the inner one.
+fn ahead(moment: &Moment, clock: ClockSource) -> Span {
+    let inner_ns = moment.stamp.as_nanos();
+    Span::from_nanos(moment.on(clock, inner_ns).saturating_sub(inner_ns))
 }
 
 fn sender(config: &Config) -> Result<Sender, StartError> {

@@ -12,10 +12,20 @@ use coloc_daemon::event::{Event, Link};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{
-    Gyro, Header, Heading, Input, Neighbour, Odometry, OdometryKind, Pose, Position, RelativePose,
+    AssistAck, Gyro, Header, Heading, Input, Neighbour, Odometry, OdometryKind, Pose, Position,
+    RelativePose,
 };
 
 const TICKS: u64 = 10_000;
+
+/// What is seen in part is in the whole's own test of allocations, leaders and children are below.
+const ELSEWHERE: [Input; 5] = [
+    Input::Sighting,
+    Input::Seen,
+    Input::Answer,
+    Input::Assist,
+    Input::AssistAck,
+];
 
 /// What telemetry does with the ring: empties it and gives the ledgers back.
 fn drain(link: &Link, done: &AtomicBool) {
@@ -166,9 +176,7 @@ fn ticks_allocate_nothing() {
     telemetry.join().unwrap();
     let status = robot.robot.account().status();
     assert_eq!(counted, Calls::NONE);
-    // What is seen in part is in the whole's own test of allocations.
-    let elsewhere = [Input::Sighting, Input::Seen, Input::Answer];
-    for input in Input::ALL.into_iter().filter(|it| !elsewhere.contains(it)) {
+    for input in Input::ALL.into_iter().filter(|it| !ELSEWHERE.contains(it)) {
         assert!(
             status.accepted_of(input) >= TICKS / 2 - 2,
             "{input}: {} accepted",
@@ -179,5 +187,72 @@ fn ticks_allocate_nothing() {
     assert!(
         status.accepted_of(Input::Odometry) > TICKS * 3 / 2,
         "of both"
+    );
+}
+
+/// A leader that sees a child at every tick, and a child that it tells; somebody answers what was never asked.
+#[test]
+fn ticks_of_leaders_and_children_allocate_nothing() {
+    const ROUNDS: u64 = 2000;
+    let world = World::new();
+    let part = "[assist]\nleaders = [1]\nchildren = [2]\nperiod_s = 0.04\n[initial]\npose = ";
+    let mut robots = [("a", 1, "[0.0, 0.0, 0.0]\n"), ("b", 2, "[2.0, 0.0, 0.0]\n")]
+        .map(|(name, id, pose)| world.robot(name, id, &format!("{part}{pose}")));
+    let laser = world.publisher::<RelativePose>("a");
+    let acks = world.publisher::<AssistAck>("b");
+    let done = Arc::new(AtomicBool::new(false));
+    let telemetry = robots.each_ref().map(|robot| {
+        let (link, ended) = (Arc::clone(&robot.link), Arc::clone(&done));
+        std::thread::spawn(move || drain(&link, &ended))
+    });
+    let mut counted = Calls::NONE;
+    for sequence in 0..ROUNDS {
+        let header = world.header(sequence);
+        laser
+            .send(RelativePose {
+                header,
+                observed: 2,
+                pose: [2.0, 0.0, 0.0],
+                covariance: diagonal([0.01; 3]),
+                ..RelativePose::default()
+            })
+            .unwrap();
+        acks.send(AssistAck {
+            header: Header {
+                source: 1,
+                ..header
+            },
+            leader: 1,
+            ..AssistAck::default()
+        })
+        .unwrap();
+        for robot in &mut robots {
+            world.time.run(PERIOD / 2);
+            let wake = Wake::Deadline {
+                deadline_ns: 0,
+                missed: 0,
+            };
+            let (_, calls) = calls_during(|| robot.robot.wake(wake));
+            assert!(robot.estimates.receive().unwrap().is_some());
+            // The first ticks connect the ports of this test, and of each other.
+            if sequence > 1 {
+                counted += calls;
+            }
+        }
+    }
+    done.store(true, Ordering::Relaxed);
+    for it in telemetry {
+        it.join().unwrap();
+    }
+    assert_eq!(counted, Calls::NONE);
+    let [leader, child] = robots.map(|it| it.robot.account().status());
+    let told = leader.assist.forwarded;
+    assert!(
+        told > ROUNDS / 4 && child.assist.accepted > ROUNDS / 4,
+        "{told}"
+    );
+    assert!(
+        child.rejected_total(Input::Assist) > ROUNDS / 2,
+        "who never asked"
     );
 }

@@ -18,9 +18,11 @@
 //! | [`tree`] | which pose goes where, if leaders know all readings |
 //! | [`search`], [`path`] | the same without a centre, at one child and one event |
 //! | [`events`], [`slot`], [`refusal`] | all events that are open at a child, and what it does not listen to |
+//! | [`assistant`] | a robot's part in all that, beside its estimator |
 //! | [`wait`] | when the thesis's child fuses what has come |
 //! | [`team`] | robots as bits |
 
+pub mod assistant;
 pub mod cross;
 pub mod datum;
 pub mod events;

@@ -1,5 +1,6 @@
 //! The pure step: `step(&mut Estimator, &TickInputs) -> TickOutputs`.
 
+use crate::assist::datum::Reading;
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::filter::Filter;
@@ -107,14 +108,26 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         self.found.finding()
     }
 
-    fn take_in(&mut self, inputs: &TickInputs<'_>) {
+    /// A tick begins.
+    pub(crate) fn begin(&mut self, stamp: Stamp) {
+        self.outbox.clear();
+        self.found.begin_tick();
+        self.now = stamp;
+    }
+
+    /// Puts every measurement in its place but those that somebody `keeps_back`.
+    pub(crate) fn take_in(
+        &mut self,
+        inputs: &TickInputs<'_>,
+        keeps_back: impl Fn(&Measurement) -> bool,
+    ) {
         let has_floors = self.settings.floors != Floors::default();
         // What drives first: should the storage run full, what is folded early has been driven by it. Answers last: what they answer
         // has to be there.
         let mut answers = 0;
         for drives in [true, false] {
             for measurement in inputs.measurements {
-                if measurement.drives() != drives {
+                if measurement.drives() != drives || keeps_back(measurement) {
                     continue;
                 }
                 if matches!(measurement, Measurement::Answer(_)) {
@@ -127,7 +140,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         if answers > 0 {
             let answers = inputs.measurements.iter();
             answers
-                .filter(|it| matches!(it, Measurement::Answer(_)))
+                .filter(|it| matches!(it, Measurement::Answer(_)) && !keeps_back(it))
                 .for_each(|it| self.admit(it, has_floors));
         }
     }
@@ -137,6 +150,33 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
             self.outbox
                 .report(measurement.source(), measurement.stamp(), verdict);
         }
+    }
+
+    /// Takes in what somebody has made of what came.
+    pub(crate) fn add(&mut self, measurement: &Measurement) {
+        self.admit(measurement, self.settings.floors != Floors::default());
+    }
+
+    /// A measurement that was kept back, as it would be taken in.
+    pub(crate) fn checked<M: Measured>(&self, measurement: &M) -> Result<M, Verdict> {
+        self.check_time(measurement.key().stamp)?;
+        measurement.check()?;
+        Ok(measurement.with_floor(&self.settings.floors))
+    }
+
+    pub(crate) fn outbox(&mut self) -> &mut Outbox {
+        &mut self.outbox
+    }
+
+    /// The belief after all of `stamp`, which is in the history; `None` where it is not known where the robot is.
+    pub(crate) fn known_at(&self, stamp: Stamp) -> Option<Belief> {
+        self.belief_at(stamp).filter(|_| self.found.is_ok())
+    }
+
+    /// The robot's own way between two stamps of the history, by its odometry.
+    pub(crate) fn way(&self, from: Stamp, to: Stamp) -> Option<Reading> {
+        let known = self.history.begins() <= from && to <= self.now && from <= to;
+        known.then(|| self.history.way_between(from, to, &self.settings))
     }
 
     fn try_admit(&mut self, measurement: &Measurement, has_floors: bool) -> Result<(), Verdict> {
@@ -199,7 +239,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         inserted.then_some(()).ok_or(Verdict::NoRoom)
     }
 
-    fn check_time(&self, stamp: Stamp) -> Result<(), Verdict> {
+    pub(crate) fn check_time(&self, stamp: Stamp) -> Result<(), Verdict> {
         if stamp > self.now + self.settings.future_tolerance {
             return Err(Verdict::FromFuture);
         }
@@ -219,7 +259,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         made.then_some(()).ok_or(Verdict::NoRoom)
     }
 
-    fn bring_up_to_date(&mut self) {
+    pub(crate) fn bring_up_to_date(&mut self) {
         let horizon = self.now - self.settings.history;
         let mut court = Court {
             found: &mut self.found,
@@ -232,6 +272,20 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
         self.history.replay(self.now, &terms, &mut self.outbox);
         if !self.found.is_ok() {
             self.history.keep_ways(self.now, &self.settings);
+        }
+    }
+
+    /// What comes of the tick.
+    pub(crate) fn outputs(&self) -> TickOutputs<'_> {
+        TickOutputs {
+            estimate: self.extrapolated(self.now),
+            finding: self.found.finding(),
+            outgoing: self.outbox.outgoing(),
+            seen: self.outbox.seen(),
+            answers: self.outbox.answers(),
+            reports: self.outbox.reports(),
+            overflowed: self.outbox.overflowed(),
+            folded_early: self.outbox.folded_early(),
         }
     }
 }
@@ -248,19 +302,8 @@ pub fn step<'a, S: AsRef<[Slot]> + AsMut<[Slot]>>(
     estimator: &'a mut Estimator<S>,
     inputs: &TickInputs<'_>,
 ) -> TickOutputs<'a> {
-    estimator.outbox.clear();
-    estimator.found.begin_tick();
-    estimator.now = inputs.stamp;
-    estimator.take_in(inputs);
+    estimator.begin(inputs.stamp);
+    estimator.take_in(inputs, |_| false);
     estimator.bring_up_to_date();
-    TickOutputs {
-        estimate: estimator.extrapolated(estimator.now),
-        finding: estimator.found.finding(),
-        outgoing: estimator.outbox.outgoing(),
-        seen: estimator.outbox.seen(),
-        answers: estimator.outbox.answers(),
-        reports: estimator.outbox.reports(),
-        overflowed: estimator.outbox.overflowed(),
-        folded_early: estimator.outbox.folded_early(),
-    }
+    estimator.outputs()
 }

@@ -190,6 +190,39 @@ impl Filter {
         (verdict(accepted, fusion.d2), gauge)
     }
 
+    /// What a leader says, fused as the settings have it. Whom it does not trust it does not fuse.
+    #[inline(never)]
+    pub(crate) fn hear_leader(
+        &mut self,
+        said: &GlobalPose,
+        trusted: bool,
+        settings: &Settings,
+    ) -> (Verdict, Gauge) {
+        if self.state.nowhere {
+            return (Verdict::Heard, Gauge::default());
+        }
+        let gauge = if settings.found.enabled {
+            Gauge::of_pose(&self.state.belief, said)
+        } else {
+            Gauge::default()
+        };
+        let mut left = None;
+        let fusion = settings
+            .assist
+            .fuse_and_leave(&self.state.belief, said, &mut left);
+        self.state.exchanged |= settings.assist.resets();
+        let accepted = fusion.accepted && trusted;
+        if accepted {
+            match (&mut self.bias, &left) {
+                (Some(bias), Some(left)) => bias.hear(left),
+                (Some(_), None) => self.learn(&fusion.belief, &Learnt::OfAll),
+                (None, _) => {}
+            }
+            self.state.belief = fusion.belief;
+        }
+        (verdict(accepted, fusion.d2), gauge)
+    }
+
     /// Where what was seen in part stands. Of who has `told` something later, that holds what is independent of the belief.
     pub(crate) fn tell_part(&self, sighting: &BodySighting, told: bool) -> SplitPosition {
         partial::tell(&self.said_of(told), sighting)

@@ -9,6 +9,9 @@ pub const CHI2_2_99: f64 = 9.210_340_371_976_182;
 /// χ² with three degrees of freedom, 99 %: neighbours' poses.
 pub const CHI2_3_99: f64 = 11.344_866_730_144_373;
 
+/// χ² with three degrees of freedom, 99.9 %.
+pub const CHI2_3_999: f64 = 16.266_236_196_238_13;
+
 /// Whether the normalised innovation squared `d2` is within `gate`; what is not a number never is.
 pub(crate) fn accepts(d2: f64, gate: f64) -> bool {
     d2 <= gate

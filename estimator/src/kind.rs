@@ -5,6 +5,7 @@
 
 mod answer;
 mod ask;
+mod assist;
 mod fix;
 mod gyro;
 mod heading;
@@ -18,6 +19,7 @@ mod sighting;
 
 pub use answer::Answer;
 pub use ask::Ask;
+pub use assist::LeaderPose;
 pub use fix::{PositionFix, SlowError};
 pub use gyro::GyroSample;
 pub use heading::{HeadingFix, HeadingOf};
@@ -173,6 +175,8 @@ kinds! {
     Answer(Answer),
     /// Own sighting of a place that is known.
     Landmark(LandmarkSighting),
+    /// Own pose, as a leader has it.
+    Assist(LeaderPose),
     /// Own heading, from a compass, two antennas or the course over ground. It comes before the fixes: it turns their lever arms
     /// the right way, and a heading that is too uncertain for a fix is not so any more.
     Heading(HeadingFix),

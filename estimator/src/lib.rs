@@ -74,9 +74,9 @@ pub use history::{GYRO_SAMPLES, MOST_SLOTS, Slot};
 pub use honest::{Bend, Increments};
 pub use input::TickInputs;
 pub use kind::{
-    Answer, Ask, GyroSample, HeadingFix, HeadingOf, Kind, LandmarkSighting, Measurement,
-    NeighbourPose, OdometrySample, Origin, PartialSighting, PoseSaid, PositionFix, RobotId,
-    SeenPart, Sighting, SightingId, SlowError,
+    Answer, Ask, GyroSample, HeadingFix, HeadingOf, Kind, LandmarkSighting, LeaderPose,
+    Measurement, NeighbourPose, OdometrySample, Origin, PartialSighting, PoseSaid, PositionFix,
+    RobotId, SeenPart, Sighting, SightingId, SlowError,
 };
 pub use motion::{Motion, propagate};
 pub use noise::OdometryNoise;

@@ -1,5 +1,6 @@
 //! What a tick hands back: where the robot is, what to tell the others, what became of each measurement.
 
+use crate::assist::refusal::Refusal;
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::found::Finding;
@@ -115,6 +116,8 @@ pub enum Verdict {
     NotMoving,
     /// An answer to a sighting that is not in the history.
     NotAsked,
+    /// Nothing that a robot of this part in its team may be told ([`crate::assist`]).
+    Refused(Refusal),
     /// The history's storage is full of newer entries, or of entries that wait for a later tick.
     NoRoom,
 }

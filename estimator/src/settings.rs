@@ -1,5 +1,6 @@
 //! How the estimator is to behave. `Default` is coloc's own choice; [`Settings::paper`] is the paper to the letter.
 
+use crate::assist::fusion::Rule;
 use crate::found::FoundSettings;
 use crate::gate::{CHI2_1_99, CHI2_2_99, CHI2_3_99};
 use crate::gyro::GyroSettings;
@@ -99,6 +100,8 @@ pub struct Settings {
     pub fusion: FusionSettings,
     /// How what says a part only is fused ([`crate::partial`]).
     pub partial: PositionSettings,
+    /// How what a leader says is fused ([`crate::assist`]).
+    pub assist: Rule,
     /// Accept a fix if d² is at most this (χ² with two degrees of freedom).
     pub position_gate: f64,
     /// Accept a heading if d² is at most this (χ² with one degree of freedom).
@@ -184,6 +187,7 @@ impl Settings {
             propagation: Propagation::Paper,
             fusion: FusionSettings::paper(),
             partial: PositionSettings::paper(),
+            assist: Rule::paper(),
             found: FoundSettings::OFF,
             ..Self::default()
         }
@@ -196,6 +200,7 @@ impl Default for Settings {
             propagation: Propagation::default(),
             fusion: FusionSettings::default(),
             partial: PositionSettings::default(),
+            assist: Rule::default(),
             position_gate: CHI2_2_99,
             heading_gate: CHI2_1_99,
             found: FoundSettings::default(),

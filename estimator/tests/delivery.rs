@@ -6,10 +6,11 @@ use std::collections::BTreeMap;
 
 use coloc_estimator::partial::{Alone, BodySighting, Reading, ReadingNoise, SplitPosition};
 use coloc_estimator::{
-    Answer, Belief, Covariance2, Covariance3, Estimator, GyroSample, GyroSettings, HeadingFix,
-    HeadingOf, LandmarkSighting, Measurement, Motion, NeighbourPose, OdometrySample, Origin,
-    PartialSighting, Parts, Pose, PoseSaid, PositionFix, RobotId, SeenPart, Settings, Sighting,
-    SightingId, Slot, SlowError, Span, Stamp, TickInputs, Verdict, step,
+    Answer, Belief, Covariance2, Covariance3, Estimator, GlobalPose, GyroSample, GyroSettings,
+    HeadingFix, HeadingOf, LandmarkSighting, LeaderPose, Measurement, Motion, NeighbourPose,
+    OdometrySample, Origin, PartialSighting, Parts, Pose, PoseSaid, PositionFix, RobotId, SeenPart,
+    Settings, Sighting, SightingId, Slot, SlowError, Span, Stamp, TickInputs, Verdict, assist,
+    step,
 };
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -348,6 +349,19 @@ fn measurement() -> impl Strategy<Value = Measurement> {
             })
         },
     );
+    let leaders = (stamps(), robots(), poses(), covariances(), 0.0..1.0);
+    let leader = leaders.prop_map(|(stamp, leader, pose, total, own)| {
+        let parts = Parts {
+            independent: total.scaled(own),
+            dependent: total.scaled(1.0 - own),
+        };
+        Measurement::Assist(LeaderPose {
+            stamp,
+            leader,
+            slot: assist::slot::Slot::default(),
+            said: GlobalPose { pose, parts },
+        })
+    });
     let fix = (stamps(), -0.5..0.5, -0.5..0.5, levers(), slow_errors()).prop_map(
         |(stamp, x, y, lever, slow)| {
             let covariance = Covariance2::diagonal([0.01, 0.01]).unwrap();
@@ -384,7 +398,7 @@ fn measurement() -> impl Strategy<Value = Measurement> {
             })
         },
     );
-    prop_oneof![2 => sighting, 6 => neighbour, 4 => fix, 3 => heading, 1 => said, 8 => part()]
+    prop_oneof![2 => sighting, 6 => neighbour, 3 => leader, 4 => fix, 3 => heading, 1 => said, 8 => part()]
 }
 
 fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
@@ -393,6 +407,7 @@ fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
         Measurement::Gyro(sample) => sample.origin.sequence = sequence,
         Measurement::Sighting(sighting) => sighting.origin.sequence = sequence,
         Measurement::Neighbour(neighbour) => neighbour.origin.sequence = sequence,
+        Measurement::Assist(pose) => pose.slot = assist::slot::Slot(sequence.cast_signed()),
         Measurement::Heading(heading) => heading.origin.sequence = sequence,
         Measurement::Fix(fix) => fix.origin.sequence = sequence,
         Measurement::Pose(said) => said.origin.sequence = sequence,

@@ -5,8 +5,8 @@ use core::fmt::Debug;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    Answer, DriverStatus, Estimate, Gyro, Header, Heading, Increment, Neighbour, Odometry, Pose,
-    Position, RelativePose, Scan, Seen, Sighting, Status, Timing, Tracked,
+    Answer, Assist, AssistAck, DriverStatus, Estimate, Gyro, Header, Heading, Increment, Neighbour,
+    Odometry, Pose, Position, RelativePose, Scan, Seen, Sighting, Status, Timing, Tracked,
 };
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
@@ -32,6 +32,10 @@ pub enum Channel {
     Seen,
     /// What robots say that this one has seen so.
     Answer,
+    /// What leaders say of it.
+    Assist,
+    /// What became of that where it was handed on.
+    AssistAck,
     /// The belief.
     Estimate,
     /// Where the daemon's time goes.
@@ -264,6 +268,26 @@ impl Channel {
             ..DRIVERS
         },
         Told {
+            channel: Self::Assist,
+            name: "assist",
+            what: "where leaders have this robot, through whatever chain of children",
+            by: Speaker::Neighbours,
+            size: size_of::<Assist>(),
+            publishers: Self::TEAM + 16,
+            buffer: 16,
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::AssistAck,
+            name: "assist_ack",
+            what: "whether a child has used what this one handed on to it",
+            by: Speaker::Neighbours,
+            size: size_of::<AssistAck>(),
+            publishers: Self::TEAM + 16,
+            buffer: 16,
+            ..DRIVERS
+        },
+        Told {
             channel: Self::Estimate,
             name: "estimate",
             what: "both poses, velocity, covariances, and whether to drive on them, at every tick",
@@ -443,9 +467,11 @@ travels! {
     Sighting "v1",
     Seen "v1",
     Answer "v1",
+    Assist "v1",
+    AssistAck "v1",
     Estimate "v5",
     Timing "v2",
-    Status "v4",
+    Status "v5",
     DriverStatus "v1" [said_ns],
     Scan "v1",
     Increment "v1" [start_ns],
@@ -489,6 +515,8 @@ mod tests {
         assert_named::<Sighting>();
         assert_named::<Seen>();
         assert_named::<Answer>();
+        assert_named::<Assist>();
+        assert_named::<AssistAck>();
         assert_named::<Estimate>();
         assert_named::<Timing>();
         assert_named::<Status>();
@@ -498,7 +526,13 @@ mod tests {
 
     #[test]
     fn a_whole_team_can_speak_to_one_robot_and_some_may_have_died() {
-        for channel in [Channel::Neighbour, Channel::Seen, Channel::Answer] {
+        for channel in [
+            Channel::Neighbour,
+            Channel::Seen,
+            Channel::Answer,
+            Channel::Assist,
+            Channel::AssistAck,
+        ] {
             assert!(channel.quality().publishers > Channel::TEAM);
         }
     }

@@ -26,11 +26,15 @@ pub enum Input {
     Seen = 8,
     /// Where robots believed to be that this one has seen in part.
     Answer = 9,
+    /// Where leaders have this robot.
+    Assist = 10,
+    /// What became of what this robot handed on of leaders' words.
+    AssistAck = 11,
 }
 
 impl Input {
     /// How many there are.
-    pub const COUNT: usize = 10;
+    pub const COUNT: usize = 12;
     /// So many have a place in the payloads; those without a name are spare.
     pub const PLACES: usize = 16;
     /// All of them, in the order of their numbers.
@@ -45,6 +49,8 @@ impl Input {
         Self::Sighting,
         Self::Seen,
         Self::Answer,
+        Self::Assist,
+        Self::AssistAck,
     ];
 
     /// As it is printed.
@@ -61,6 +67,8 @@ impl Input {
             Self::Sighting => "sighting",
             Self::Seen => "seen",
             Self::Answer => "answer",
+            Self::Assist => "assist",
+            Self::AssistAck => "assist_ack",
         }
     }
 }
@@ -91,7 +99,9 @@ mod tests {
                 "gyro",
                 "sighting",
                 "seen",
-                "answer"
+                "answer",
+                "assist",
+                "assist_ack"
             ]
         );
     }

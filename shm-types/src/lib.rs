@@ -51,9 +51,9 @@ pub use identity::{Sender, Sessions, SourceState};
 pub use input::Input;
 pub use matrix::all_finite;
 pub use payload::{
-    Answer, CanCounters, DriverStatus, Estimate, Gyro, Header, Heading, Increment, Latency, Losses,
-    Neighbour, Odometry, OdometryKind, Pose, Position, RelativePose, Scan, Seen, Sighting,
-    SourceHealth, Status, Timing, Tracked,
+    Answer, Assist, AssistAck, AssistCounters, CanCounters, DriverStatus, Estimate, Gyro, Header,
+    Heading, Increment, Latency, Losses, Neighbour, Odometry, OdometryKind, Pose, Position,
+    RelativePose, Scan, Seen, Sighting, SourceHealth, Status, Timing, Tracked,
 };
 pub use reject::Reject;
 pub use rhythm::Rhythm;

@@ -79,6 +79,14 @@ reasons! {
     NoRange = 22, "no_range", "its range is not more than zero";
     /// An answer to nothing that is in the history.
     NotAsked = 23, "not_asked", "it answers a sighting that is not in the history";
+    /// Who says it, or of whom it is, has another part in the team.
+    NotForRole = 24, "not_for_role", "by [assist] it cannot come from there: from a robot that does not lead, or from a child to a leader";
+    /// Its stamp does not fit its event.
+    WrongEvent = 25, "wrong_event", "its stamp is not of the event that it names; is assist.period_s the same on all robots?";
+    /// A robot is twice in its path.
+    Looped = 26, "looped", "a robot is twice in its path";
+    /// Its path is none from its leader through its sender to this robot.
+    BadPath = 27, "bad_path", "its path does not go from a leader through its sender to this robot, or is too long";
 }
 
 impl Reject {

@@ -6,7 +6,7 @@ use coloc_drivers::can::Sender;
 use coloc_drivers::encoder::WheelFrames;
 use coloc_estimator::Pose;
 use coloc_shm_types::{
-    Estimate, Header, Input, Position, Publisher, RelativePose, Sighting, Status,
+    AssistCounters, Estimate, Header, Input, Position, Publisher, RelativePose, Sighting, Status,
 };
 use coloc_sim::StepInputs;
 use rustix::thread::clock_nanosleep_absolute;
@@ -39,6 +39,8 @@ pub(crate) struct Heard {
     pub(crate) estimates: BTreeMap<u64, Estimate>,
     /// Of each status those that stand against the belief.
     pub(crate) against: Vec<Vec<(Input, u16)>>,
+    /// Of the last status.
+    pub(crate) assist: AssistCounters,
 }
 
 impl Heard {
@@ -48,6 +50,7 @@ impl Heard {
         }
         while let Some(status) = listener.statuses.receive().unwrap() {
             self.against.push(against(&status));
+            self.assist = status.assist;
         }
     }
 }

@@ -7,6 +7,7 @@
 #![allow(clippy::unwrap_used)] // What fails here fails the test.
 
 mod feed;
+mod leaders;
 mod log;
 mod lost;
 mod replay;

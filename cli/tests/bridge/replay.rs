@@ -187,7 +187,7 @@ fn received(tick: &RecordedTick, robot: usize, mail: &Mail) -> Option<Vec<Measur
                 ..*sighting
             }),
             Measurement::Seen(_) | Measurement::Answer(_) => mail.note(measurement, robot)?,
-            Measurement::Ask(_) => panic!("it comes with what is told"),
+            Measurement::Ask(_) | Measurement::Assist(_) => panic!("it comes with what is told"),
             Measurement::Odometry(_)
             | Measurement::Heading(_)
             | Measurement::Fix(_)

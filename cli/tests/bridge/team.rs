@@ -5,8 +5,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use coloc_daemon::config::{
-    Clock, ClockSource, Config, Initial, Member, Preset, Realtime, Robot, Scheduler, Shm, Sighting,
-    Telemetry,
+    Assist, Clock, ClockSource, Config, Initial, Member, Preset, Realtime, Robot, Scheduler, Shm,
+    Sighting, Telemetry,
 };
 use coloc_daemon::record::{Gaps, Recording};
 use coloc_drivers::can::BusSpec;
@@ -26,6 +26,8 @@ pub(crate) struct Team {
     daemons: Vec<Child>,
     /// Whether they see one another in part.
     in_part: bool,
+    /// Who leads, and who is carried.
+    assist: Assist,
 }
 
 /// What hears a daemon.
@@ -37,19 +39,25 @@ pub(crate) struct Listener {
 impl Team {
     /// Starts them; what each is told of where it starts is `initial`'s to say.
     pub(crate) fn start(initial: impl Fn(usize) -> Initial) -> Self {
-        Self::seeing(false, initial)
+        Self::having(false, Assist::default(), initial)
     }
 
     /// The same, of robots that see one another by range and bearing alone.
     pub(crate) fn in_part(initial: impl Fn(usize) -> Initial) -> Self {
-        Self::seeing(true, initial)
+        Self::having(true, Assist::default(), initial)
     }
 
-    fn seeing(in_part: bool, initial: impl Fn(usize) -> Initial) -> Self {
+    /// Leaders and children.
+    pub(crate) fn led(assist: Assist, initial: impl Fn(usize) -> Initial) -> Self {
+        Self::having(false, assist, initial)
+    }
+
+    fn having(in_part: bool, assist: Assist, initial: impl Fn(usize) -> Initial) -> Self {
         let mut team = Self {
             home: tempfile::tempdir().unwrap(),
             daemons: Vec::new(),
             in_part,
+            assist,
         };
         for robot in 0..ROBOTS {
             let file = team.file(robot, "toml");
@@ -98,6 +106,7 @@ impl Team {
                 heard: self.in_part,
                 ..Sighting::default()
             },
+            assist: self.assist.clone(),
             odometry: Some(odometry),
             ..Config::of(Robot { name, id })
         }

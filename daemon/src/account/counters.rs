@@ -1,6 +1,6 @@
 //! How many inputs of each kind changed the belief, and how many did not, by reason; each of the latter is told.
 
-use coloc_shm_types::{CanCounters, Input, Reject, Status};
+use coloc_shm_types::{AssistCounters, CanCounters, Input, Reject, Status};
 
 use super::losses::Teller;
 use crate::event::{Event, Gated};
@@ -12,6 +12,8 @@ pub(super) struct Counters {
     rejected: [[u64; Reject::PLACES]; Input::COUNT],
     /// Of the frames and messages that odometry is made of.
     pub(super) odometry: CanCounters,
+    /// Of what leaders say.
+    pub(super) assist: AssistCounters,
 }
 
 impl Counters {
@@ -43,6 +45,7 @@ impl Counters {
 
     pub(super) fn write_to(&self, status: &mut Status) {
         status.can = self.odometry;
+        status.assist = self.assist;
         for (place, count) in status.accepted.iter_mut().zip(self.accepted) {
             *place = count;
         }

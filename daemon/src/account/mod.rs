@@ -20,12 +20,14 @@ use std::sync::Arc;
 
 use coloc_drivers::canopen::CanopenEvent;
 use coloc_drivers::encoder::Slip;
+use coloc_estimator::assist::assistant::Counts;
 use coloc_estimator::{
     Belief, Decision, Estimate, Finding, FindingState, Kind, Measurement, Report, Stamp,
     TickOutputs,
 };
 use coloc_shm_types::{
-    BusState, CanCounters, Health, Input, Reject, Sender, SourceState, Status, Timing,
+    AssistCounters, BusState, CanCounters, Health, Input, Reject, Sender, SourceState, Status,
+    Timing,
 };
 
 use crate::config::Config;
@@ -284,6 +286,18 @@ impl Account {
     /// So many messages have not reached everybody, since the start.
     pub fn undelivered(&mut self, messages: u64) {
         self.teller.losses.undelivered = messages;
+    }
+
+    /// What became of what leaders said, since the start.
+    pub fn assisted(&mut self, counts: &Counts) {
+        self.counters.assist = AssistCounters {
+            accepted: counts.accepted,
+            declined: counts.declined,
+            forwarded: counts.forwarded,
+            timed_out: counts.timed_out,
+            freed_late: counts.freed_late,
+            closed_early: counts.closed_early,
+        };
     }
 
     /// Whether the next tick that is closed at `now_ns` closes the books of a second.

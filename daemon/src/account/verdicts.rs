@@ -1,5 +1,6 @@
 //! The estimator's verdicts in the words of what is counted.
 
+use coloc_estimator::assist::refusal::Refusal;
 use coloc_estimator::{Kind, Verdict};
 use coloc_shm_types::{Input, Reject};
 
@@ -18,6 +19,7 @@ pub(super) fn input(kind: Kind) -> Input {
         Kind::Partial | Kind::Landmark => Input::Sighting,
         Kind::Seen | Kind::Ask => Input::Seen,
         Kind::Answer => Input::Answer,
+        Kind::Assist => Input::Assist,
     }
 }
 
@@ -49,5 +51,22 @@ pub(super) fn reason(verdict: Verdict) -> Option<Reject> {
         Verdict::NotMoving => Some(Reject::NotMoving),
         Verdict::NotAsked => Some(Reject::NotAsked),
         Verdict::NoNoise => Some(Reject::NoCovariance),
+        Verdict::Refused(refusal) => Some(refused(refusal)),
+    }
+}
+
+fn refused(refusal: Refusal) -> Reject {
+    match refusal {
+        Refusal::NotALeader | Refusal::LeaderRelays | Refusal::NotAChild | Refusal::NotForRole => {
+            Reject::NotForRole
+        }
+        Refusal::PathTooShort | Refusal::PathTooLong | Refusal::NotForMe | Refusal::NotOfSender => {
+            Reject::BadPath
+        }
+        Refusal::UnknownRobot => Reject::UnknownRobot,
+        Refusal::Looped => Reject::Looped,
+        Refusal::NotFinal | Refusal::NotHandedOn => Reject::Unsupported,
+        Refusal::WrongEvent => Reject::WrongEvent,
+        Refusal::NotFinite => Reject::NotFinite,
     }
 }

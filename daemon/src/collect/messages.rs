@@ -1,5 +1,6 @@
 //! The subscribers: drained, validated, and turned into what the estimator computes on.
 
+use coloc_estimator::assist::assistant::Words;
 use coloc_estimator::{
     Covariance2, Covariance3, GyroSample, HeadingFix, Measurement, NeighbourPose, NotACovariance,
     Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Sighting, Span, Stamp,
@@ -9,6 +10,7 @@ use coloc_shm_types::{
     Reject, RelativePose, Sessions, Space,
 };
 
+use super::assist::Assists;
 use super::list::List;
 use super::parts::{self, Landmarks, Parts as PartPorts};
 use super::port::Port;
@@ -42,6 +44,8 @@ pub struct Messages {
     turns: Option<Port<Gyro>>,
     /// Where what is seen in part is heard.
     parts: Option<PartPorts>,
+    /// Where leaders carry children.
+    assists: Option<Assists>,
     team: Team,
 }
 
@@ -70,6 +74,11 @@ impl Messages {
                 .heard
                 .then(|| PartPorts::open(space, name, robots, Landmarks::of(&config.landmark)))
                 .transpose()?,
+            assists: config
+                .assist
+                .is_on()
+                .then(|| Assists::open(space, name, robots, &config.assist))
+                .transpose()?,
             team,
         })
     }
@@ -85,7 +94,8 @@ impl Messages {
             self.turns.as_ref().and_then(Port::deaf),
         ];
         let parts = self.parts.iter().flat_map(PartPorts::deaf);
-        inputs.into_iter().flatten().chain(parts)
+        let assists = self.assists.iter().flat_map(Assists::deaf);
+        inputs.into_iter().flatten().chain(parts).chain(assists)
     }
 
     /// Says who speaks on the channels.
@@ -100,6 +110,9 @@ impl Messages {
         }
         if let Some(parts) = &self.parts {
             parts.tell_sessions(now, account);
+        }
+        if let Some(assists) = &self.assists {
+            assists.tell_sessions(now, account);
         }
     }
 
@@ -130,6 +143,9 @@ impl Messages {
         if let Some(parts) = &mut self.parts {
             parts.receive(moment, (&limits, sensors), into, account);
         }
+        if let Some(assists) = &mut self.assists {
+            assists.receive(moment, &limits, account);
+        }
     }
 
     /// The tick is over: the next one takes in as many again.
@@ -144,6 +160,28 @@ impl Messages {
         }
         if let Some(parts) = &mut self.parts {
             parts.clear();
+        }
+        if let Some(assists) = &mut self.assists {
+            assists.clear();
+        }
+    }
+
+    /// Puts in order what leaders say and children answer.
+    pub(super) fn gather(&mut self) {
+        if let Some(assists) = &mut self.assists {
+            assists.gather();
+        }
+    }
+
+    /// What leaders say and children answer, if that is heard.
+    pub(super) fn words(&self, ahead: impl FnOnce() -> Span) -> Words<'_> {
+        match &self.assists {
+            None => Words::default(),
+            Some(assists) => Words {
+                ahead: ahead(),
+                data: assists.data(),
+                acks: assists.acks(),
+            },
         }
     }
 }
@@ -283,7 +321,7 @@ pub fn turn(message: &Gyro, limits: &Limits<'_>, sensors: &Sensors) -> Result<Me
     }))
 }
 
-fn pose([x, y, phi]: [f64; 3]) -> Pose {
+pub(super) fn pose([x, y, phi]: [f64; 3]) -> Pose {
     Pose::new(x, y, phi)
 }
 

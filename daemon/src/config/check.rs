@@ -1,5 +1,6 @@
 //! What is allowed beyond a value by itself: the values against one another, and what only a program can look up.
 
+mod assist;
 mod canopen;
 mod files;
 mod gyro;
@@ -24,6 +25,7 @@ pub(super) fn check(config: &Config, own: &Path) -> Vec<Finding> {
         odometry::refusal(config),
         canopen::refusal(config),
         gyro::refusal(config),
+        assist::refusal(config),
         history::refusal(config),
         polling(config),
     ];

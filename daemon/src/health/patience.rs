@@ -24,7 +24,9 @@ impl Patience {
             Input::Odometry | Input::Gyro => config.odometry_stale_s,
             Input::RelativePose | Input::Sighting => config.relative_pose_stale_s,
             Input::Position | Input::Pose | Input::Heading => config.position_stale_s,
-            Input::Neighbour | Input::Seen | Input::Answer => config.neighbours_stale_s,
+            Input::Neighbour | Input::Seen | Input::Answer | Input::Assist | Input::AssistAck => {
+                config.neighbours_stale_s
+            }
         };
         Self {
             least: Span::from_nanos(config::nanos(least_s)),

@@ -6,7 +6,7 @@ use coloc_shm_types::{Health, Input, SourceHealth, SourceState};
 use super::fact::Fact;
 use super::patience::Patience;
 use super::sensor::Sensor;
-use crate::config::{Config, Fusion};
+use crate::config::Config;
 
 /// One source, or an empty place.
 #[derive(Copy, Clone, Debug, Default)]
@@ -23,7 +23,7 @@ impl Row {
     pub(super) fn blank(input: Input, config: &Config) -> Self {
         Self {
             sensor: Sensor::new(Patience::of(input, &config.health)),
-            gate: gate(input, &config.fusion),
+            gate: gate(input, config),
             counted: SourceHealth {
                 input: input as u8,
                 ..SourceHealth::default()
@@ -128,12 +128,14 @@ impl Row {
     }
 }
 
-fn gate(input: Input, fusion: &Fusion) -> f64 {
+fn gate(input: Input, config: &Config) -> f64 {
+    let fusion = &config.fusion;
     match input {
+        Input::Assist => config.assist.gate,
         Input::Position => fusion.position_gate,
         Input::Heading => fusion.heading_gate,
         Input::Neighbour | Input::Pose => fusion.neighbour_gate,
         Input::Sighting | Input::Seen | Input::Answer => fusion.position.gate,
-        Input::Odometry | Input::RelativePose | Input::Gyro => 0.0,
+        Input::Odometry | Input::RelativePose | Input::Gyro | Input::AssistAck => 0.0,
     }
 }

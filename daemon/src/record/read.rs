@@ -3,6 +3,7 @@
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
+use coloc_estimator::assist::assistant::{Ack, Heard, Words};
 use coloc_estimator::{
     Belief, Bend, Covariance2, Covariance3, GyroSample, HeadingFix, HeadingOf, Measurement, Motion,
     NeighbourPose, NotACovariance, OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix,
@@ -48,6 +49,12 @@ pub struct RecordedTick {
     pub stamp: Stamp,
     /// What it took in.
     pub measurements: Vec<Measurement>,
+    /// What leaders said of the robot.
+    pub data: Vec<Heard>,
+    /// What children answered.
+    pub acks: Vec<Ack>,
+    /// How far the team's clock was ahead of the stamps \[ns\].
+    pub ahead_ns: i64,
     /// What was published.
     pub belief: Belief,
 }
@@ -88,6 +95,16 @@ impl RecordedTick {
         }
     }
 
+    /// What others said of the robot.
+    #[must_use]
+    pub fn words(&self) -> Words<'_> {
+        Words {
+            ahead: Span::from_nanos(self.ahead_ns),
+            data: &self.data,
+            acks: &self.acks,
+        }
+    }
+
     fn estimate(&mut self, record: Record) -> Result<(), Broken> {
         let Record::Estimate {
             pose,
@@ -104,6 +121,9 @@ impl RecordedTick {
     }
 
     fn take(&mut self, record: Record) -> Result<(), Broken> {
+        if let Some(taken) = super::assist::take(self, record) {
+            return Ok(taken?);
+        }
         self.measurements.push(match record {
             Record::Odometry { .. } => odometry(record)?.into(),
             Record::Sighting {
@@ -427,13 +447,60 @@ fn missing(ticks: &[RecordedTick]) -> u64 {
 mod tests {
     use std::time::Duration;
 
-    use coloc_estimator::{Estimate, GyroSettings, OdometryNoise};
+    use coloc_estimator::assist::assistant::Message;
+    use coloc_estimator::assist::cross::Leader;
+    use coloc_estimator::assist::slot::Slot;
+    use coloc_estimator::{Estimate, GlobalPose, GyroSettings, OdometryNoise};
 
-    use super::super::{Recorder, of_inputs};
+    use super::super::{Recorder, of_words};
     use super::*;
 
     fn cov(scale: f64) -> Covariance3 {
         Covariance3::diagonal([0.1 * scale, 1.0 / 3.0, -0.0]).unwrap()
+    }
+
+    fn compass(stamp: Stamp) -> HeadingFix {
+        HeadingFix {
+            stamp,
+            origin: origin(6, 5, 4),
+            heading_rad: 2.0 / 3.0,
+            variance: 1e-4 / 3.0,
+            slow: SlowError {
+                variance: 0.1,
+                memory: Span::from_nanos(7),
+            },
+            of: HeadingOf::Body,
+        }
+    }
+
+    fn word(stamp: Stamp, third: Pose, known: u8) -> Heard {
+        let mut heard = Heard {
+            origin: origin(3, u64::MAX, 8),
+            message: Message {
+                slot: Slot(i64::MIN),
+                stamp,
+                robots: 16,
+                path: core::array::from_fn(|it| RobotId(u16::try_from(it).unwrap())),
+                said: GlobalPose {
+                    pose: third,
+                    parts: Parts {
+                        independent: cov(3.0),
+                        dependent: cov(0.7),
+                    },
+                },
+                ..Message::default()
+            },
+        };
+        heard.message.word.leader = Leader {
+            pose: third,
+            covariance: cov(0.1),
+        };
+        let past = &mut heard.message.word.past;
+        past.known = known;
+        for (place, scale) in past.transitions.iter_mut().zip(0..known) {
+            *place = [[1.0 / 3.0 + f64::from(scale), 0.1, -0.0]; 3];
+        }
+        heard
     }
 
     /// Two ticks, with numbers that no short decimal holds.
@@ -446,17 +513,7 @@ mod tests {
             stamp,
             motion: OdometryNoise::paper().nonholonomic([0.1, -0.7]),
         };
-        let compass = HeadingFix {
-            stamp,
-            origin: origin(6, 5, 4),
-            heading_rad: 2.0 / 3.0,
-            variance: 1e-4 / 3.0,
-            slow: SlowError {
-                variance: 0.1,
-                memory: Span::from_nanos(7),
-            },
-            of: HeadingOf::Body,
-        };
+        let compass = compass(stamp);
         let tick = RecordedTick {
             step: Step::Own,
             tick: 0,
@@ -513,6 +570,15 @@ mod tests {
                     noise: 1e-9,
                 }),
             ],
+            data: vec![word(stamp, third, 0), word(stamp, third, 3)],
+            acks: vec![Ack {
+                robot: RobotId(3),
+                slot: Slot(-1),
+                stamp,
+                leader: RobotId(2),
+                taken: true,
+            }],
+            ahead_ns: -7,
             belief: Belief {
                 bend: Bend::from_array([1.0 / 3.0, -2e-17, 0.1, 0.2, 0.3, -1e-300]),
                 ..Belief::independent(third, cov(0.3))
@@ -549,7 +615,8 @@ mod tests {
             }),
         )];
         for tick in &recording.ticks {
-            records.extend(of_inputs(tick.tick, tick.step, &tick.inputs()));
+            let (inputs, words) = (tick.inputs(), tick.words());
+            records.extend(of_words(tick.tick, tick.step, &inputs, &words));
             records.push(Record::from(&Estimate {
                 stamp: tick.stamp,
                 belief: tick.belief,

@@ -3,6 +3,8 @@
 //! A datum is a [`GlobalPose`]: y*, and R* in two parts. The independent one is what the sightings alone make of it, composed as if the
 //! leader knew exactly where it is; the rest is the leader's own error, which all that it ever says has in common.
 
+use nalgebra::Matrix3;
+
 use crate::belief::Belief;
 use crate::compose::{Dimension, Displacement, compose};
 use crate::convert::GlobalPose;
@@ -71,6 +73,25 @@ pub fn carried(pose: &GlobalPose, way: &Reading, propagation: Propagation) -> Gl
             ..moved.parts
         },
         ..moved
+    }
+}
+
+/// A way, gone back.
+#[must_use]
+pub fn reversed(way: &Reading) -> Reading {
+    let Pose { x, y, phi } = way.relative;
+    let (sin, cos) = libm::sincos(phi);
+    let back = Pose::new(-cos * x - sin * y, sin * x - cos * y, -phi);
+    // What the turn's error does to the way back is the lever of where it comes to.
+    let by = Matrix3::new(
+        -cos, -sin, back.y, //
+        sin, -cos, -back.x, //
+        0.0, 0.0, -1.0,
+    );
+    let noise = by * way.covariance.matrix() * by.transpose();
+    Reading {
+        relative: back,
+        covariance: Covariance3::new(0.5 * (noise + noise.transpose())).unwrap_or(way.covariance),
     }
 }
 

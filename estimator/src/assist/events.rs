@@ -110,6 +110,7 @@ pub struct Events {
     /// Each at its slot modulo their number.
     open: [Option<Event>; OPEN_EVENTS],
     early: u64,
+    late: u64,
 }
 
 impl Event {
@@ -123,8 +124,15 @@ impl Event {
         }
     }
 
+    /// Ticks are counted round: one that began later than now is new.
     fn age(&self, tick: u32) -> u32 {
-        tick.saturating_sub(self.began)
+        let age = tick.wrapping_sub(self.began);
+        if age > u32::MAX / 2 { 0 } else { age }
+    }
+
+    /// What is left in the place of one that was long ago is over.
+    fn is_recent(&self, now: Now) -> bool {
+        self.slot.0 > now.slot.0.saturating_sub(SPAN)
     }
 
     fn is_over(&self, tick: u32, patience: Patience) -> bool {
@@ -230,6 +238,7 @@ impl Events {
             first,
             open: core::array::from_fn(|_| None),
             early: 0,
+            late: 0,
         }
     }
 
@@ -237,6 +246,12 @@ impl Events {
     #[must_use]
     pub fn closed_early(&self) -> u64 {
         self.early
+    }
+
+    /// How many sightings a "no" freed that came after they had counted as used.
+    #[must_use]
+    pub fn freed_late(&self) -> u64 {
+        self.late
     }
 
     /// A child is seen at an event that began in the tick `began`. False where that event is over, or the child sees too many.
@@ -308,13 +323,14 @@ impl Events {
         }
         let leader = terms.team.rank(leader).ok_or(Refusal::NotALeader)?;
         let event = self.open[at(slot)].as_mut();
-        let Some(event) = event.filter(|it| it.slot == slot) else {
+        let Some(event) = event.filter(|it| it.slot == slot && it.is_recent(now)) else {
             return Ok(Settled::Ignored);
         };
-        let age = event.age(now.tick);
-        Ok(event
-            .search
-            .answered(child, leader, taken, age, terms.patience))
+        let (age, search) = (event.age(now.tick), &mut event.search);
+        let was_late = search.has_timed_out(child);
+        let settled = search.answered(child, leader, taken, age, terms.patience);
+        self.late += u64::from(was_late && settled == Settled::Freed);
+        Ok(settled)
     }
 
     /// The end of a tick, at every open event: time-outs, whose number is returned, then what can be handed on. `way` is this child's
@@ -331,6 +347,7 @@ impl Events {
         }
         let events = self.open.iter_mut().flatten();
         events
+            .filter(|event| event.is_recent(now))
             .map(|event| event.work(terms, now.tick, &way, &mut send))
             .sum()
     }

@@ -11,9 +11,11 @@
 use super::kalman;
 use crate::belief::Belief;
 use crate::convert::GlobalPose;
-use crate::fusion::{Fusion, fuse};
+use crate::fusion::{Fusion, fuse_and_leave};
+use crate::gate::CHI2_3_999;
 use crate::kind::RobotId;
 use crate::settings::FusionSettings;
+use crate::symmetric::Square3;
 
 /// How poses are fused.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -32,10 +34,44 @@ pub enum Rule {
     },
 }
 
+/// `split`, without damping, and a gate of 99.9 %.
+impl Default for Rule {
+    fn default() -> Self {
+        Self::Split {
+            settings: FusionSettings {
+                gate: CHI2_3_999,
+                ..FusionSettings::paper()
+            },
+            reset: true,
+        }
+    }
+}
+
 impl Rule {
+    /// The thesis.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self::Kalman { gate: CHI2_3_999 }
+    }
+
+    /// After an event with a pose nothing is independent.
+    pub(crate) fn resets(&self) -> bool {
+        matches!(self, Self::Split { reset: true, .. })
+    }
+
     /// `own` after one pose.
     #[must_use]
     pub fn fuse_one(&self, own: &Belief, said: &GlobalPose) -> Fusion {
+        self.fuse_and_leave(own, said, &mut None)
+    }
+
+    /// The same; `left` becomes what is left of the error before, where the pose shares errors with the belief.
+    pub(crate) fn fuse_and_leave(
+        &self,
+        own: &Belief,
+        said: &GlobalPose,
+        left: &mut Option<Square3>,
+    ) -> Fusion {
         match self {
             Self::Kalman { gate } => {
                 let update = kalman::update(own, &said.pose, &said.total(), *gate);
@@ -46,7 +82,10 @@ impl Rule {
                     d2: update.d2,
                 }
             }
-            Self::Split { settings, .. } => fuse(own, said, settings),
+            Self::Split { settings, .. } => {
+                let left = left.insert(Square3::IDENTITY);
+                fuse_and_leave(own, said, settings, left)
+            }
         }
     }
 
@@ -66,8 +105,7 @@ impl Rule {
             belief = fusion.belief;
             last = Some(*leader);
         }
-        let resets = matches!(self, Self::Split { reset: true, .. });
-        if resets && !poses.is_empty() {
+        if self.resets() && !poses.is_empty() {
             belief.make_dependent();
         }
         belief

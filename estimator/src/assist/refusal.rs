@@ -31,6 +31,8 @@ pub enum Refusal {
     NotFinite,
     /// An acknowledgement from a robot that is no child of this team.
     NotAChild,
+    /// Leaders take nothing from children: what a child believes has the leader's error in it.
+    NotForRole,
 }
 
 impl fmt::Display for Refusal {
@@ -49,6 +51,7 @@ impl fmt::Display for Refusal {
             Self::WrongEvent => "its stamp does not fit its slot, or the slot is yet to come",
             Self::NotFinite => "a number of it is not finite or too large",
             Self::NotAChild => "only children acknowledge",
+            Self::NotForRole => "a leader takes nothing from children",
         })
     }
 }

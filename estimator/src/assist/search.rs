@@ -198,6 +198,13 @@ impl Search {
         sight.map_or(Settled::Ignored, |sight| sight.settle(leader, taken))
     }
 
+    /// Whether what was offered to the child counts as used because no answer came.
+    #[must_use]
+    pub fn has_timed_out(&self, child: Place) -> bool {
+        let of = self.sights().iter().find(|it| it.child == child);
+        of.is_some_and(|it| matches!(it.used, Use::TimedOut(_)))
+    }
+
     /// Counts as used what was not answered in time; how many there were.
     pub fn time_out(&mut self, tick: u32, patience: Patience) -> usize {
         if tick >= patience.close_after {

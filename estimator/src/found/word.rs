@@ -10,7 +10,7 @@ use crate::convert::GlobalPose;
 use crate::covariance::Covariance2;
 use crate::factor::Factor;
 use crate::gate::{CHI2_2_99, CHI2_3_99};
-use crate::kind::{Kind, Measured, Measurement, NeighbourPose, PoseSaid, PositionFix};
+use crate::kind::{Kind, LeaderPose, Measured, Measurement, NeighbourPose, PoseSaid, PositionFix};
 use crate::output::Source;
 use crate::partial::{Reading, SplitPosition};
 use crate::parts::Parts;
@@ -92,6 +92,10 @@ impl Word {
             Measurement::Neighbour(NeighbourPose { pose, parts, .. }) => Said::Pose {
                 pose: *pose,
                 parts: *parts,
+            },
+            Measurement::Assist(LeaderPose { said, .. }) => Said::Pose {
+                pose: said.pose,
+                parts: said.parts,
             },
             Measurement::Pose(said) if !said.set => Said::Pose {
                 pose: said.pose,

@@ -3,12 +3,15 @@
 use super::drive::{Drive, Leg};
 use super::entry::{Checkpoint, Entry};
 use super::{History, INSTANT, Slot};
+use crate::assist::datum::Reading;
 use crate::belief::Belief;
+use crate::covariance::Covariance3;
 use crate::filter::Filter;
 use crate::gyro::{GyroSettings, Passage};
 use crate::kind::{Measured, OdometrySample};
-use crate::motion::Motion;
+use crate::motion::{Motion, propagate};
 use crate::outbox::Outbox;
+use crate::pose::Pose;
 use crate::settings::{OdometrySettings, Settings};
 use crate::stamp::Stamp;
 use crate::terms::Terms;
@@ -107,6 +110,18 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             from = leg.until;
             let has_ended = |sample: &&OdometrySample| sample.stamp <= from;
             next += self.samples_from(next).take_while(has_ended).count();
+        }
+    }
+
+    /// Where the robot went from `from` to `to`, seen from where it was at `from`, with the noise of the wheels.
+    pub(crate) fn way_between(&self, from: Stamp, to: Stamp, settings: &Settings) -> Reading {
+        let mut moved = Belief::independent(Pose::default(), Covariance3::ZERO);
+        self.each_leg(from, to, settings, |motion, dt_s| {
+            moved = propagate(&moved, motion, dt_s, settings.propagation);
+        });
+        Reading {
+            relative: moved.pose,
+            covariance: moved.total(),
         }
     }
 

@@ -1,5 +1,8 @@
 //! The payloads: plain `#[repr(C)]`, fixed size, versioned in their type name, the same bytes in every language.
 mod answer;
+mod assist;
+mod assist_ack;
+mod assist_counters;
 mod can_counters;
 mod driver_status;
 mod estimate;
@@ -23,6 +26,9 @@ mod timing;
 mod tracked;
 
 pub use answer::Answer;
+pub use assist::Assist;
+pub use assist_ack::AssistAck;
+pub use assist_counters::AssistCounters;
 pub use can_counters::CanCounters;
 pub use driver_status::DriverStatus;
 pub use estimate::Estimate;

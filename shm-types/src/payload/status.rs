@@ -1,7 +1,7 @@
 //! What a daemon has counted.
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::{CanCounters, Header, Latency, Losses, SourceHealth};
+use super::{AssistCounters, CanCounters, Header, Latency, Losses, SourceHealth};
 use crate::layout::layout;
 use crate::{BeliefState, BusState, Health, Input, Limits, Reject, Unfit};
 
@@ -10,7 +10,7 @@ use crate::{BeliefState, BusState, Health, Input, Limits, Reject, Unfit};
 /// Counters only grow while `header.session` stays the same; a rate is the difference of two messages.
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Status.v4")]
+#[type_name("coloc.Status.v5")]
 pub struct Status {
     /// When it was counted, by the configured clock; `source` is the robot's team number.
     pub header: Header,
@@ -49,12 +49,14 @@ pub struct Status {
     pub unfit: u8,
     /// What is exceeded: the largest σ that is configured for the position (m) or the heading (rad), by `unfit`; else 0.
     pub fit_limit: f32,
+    /// What became of leaders' words.
+    pub assist: AssistCounters,
 }
 
-layout!(Status, 6672;
+layout!(Status, 6720;
     header: 0, tick: 40, deadline_misses: 48, worst_lateness_ns: 56, latency: 64, accepted: 104, rejected: 232,
     can: 4328, losses: 4520, sources: 4584, gyro_bias_radps: 6632, gyro_bias_sigma_radps: 6640, health: 6648, bus: 6664, state: 6665,
-    fit: 6666, unfit: 6667, fit_limit: 6668,
+    fit: 6666, unfit: 6667, fit_limit: 6668, assist: 6672,
 );
 
 impl Status {

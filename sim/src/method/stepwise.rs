@@ -141,7 +141,7 @@ impl Stepwise {
 
 fn tell(robot: usize, report: &Report, log: &mut dyn FnMut(Innovation)) {
     let sensor = match report.source.kind {
-        Kind::Neighbour | Kind::Seen | Kind::Answer => Sensor::Neighbour,
+        Kind::Neighbour | Kind::Seen | Kind::Answer | Kind::Assist => Sensor::Neighbour,
         Kind::Fix => Sensor::Fix,
         Kind::Odometry
         | Kind::Sighting

@@ -1,0 +1,136 @@
+//! `[assist]`: who leads and who is carried; written as the sections in [`super::sections`].
+
+use coloc_estimator::assist::assistant::{Agreement, Assistant};
+use coloc_estimator::assist::fusion::Rule;
+use coloc_estimator::assist::search::Patience;
+use coloc_estimator::gate::CHI2_3_999;
+use coloc_estimator::{FusionSettings, RobotId, Span};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Config, nanos};
+
+/// `[assist]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Assist {
+    /// Team numbers of the robots that know where they are by other means; the same list on every robot. With none, nobody is carried.
+    pub leaders: Vec<u16>,
+    /// Team numbers of the robots that they carry; the same list on every robot.
+    pub children: Vec<u16>,
+    /// How what leaders say gets around; the same on every robot.
+    pub mode: AssistMode,
+    /// All sightings of one period form an event, of which a child takes one pose of each leader; the same on every robot \[s\].
+    #[schemars(range(min = 0.01, max = 60))]
+    pub period_s: f64,
+    /// When a period begins, by the clock of the stamps; the same on every robot \[s\].
+    #[schemars(range(min = 0, max = 60))]
+    pub phase_s: f64,
+    /// A sighting counts as used if the robot seen has not answered in so long: what a datum there and its answer back take at most.
+    /// Say 1000 of a radio that takes 400 \[ms\].
+    #[schemars(range(min = 1, max = 60000))]
+    pub ack_timeout_ms: u32,
+    /// So long after the sighting a child takes what is said of it, and hands it on; no longer than the history. 0: the answer's time,
+    /// and two ticks for each child and each leader \[ms\].
+    #[schemars(range(min = 0, max = 60000))]
+    pub close_after_ms: u32,
+    /// How a child fuses what leaders say.
+    pub fusion: AssistFusion,
+    /// Poses with a d² above this are refused; the default is 99.9 % of chi-square with three degrees of freedom.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub gate: f64,
+}
+
+/// How what leaders say gets around.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AssistMode {
+    /// From robot to robot, each child handing on what it takes; what comes is fused at once.
+    #[default]
+    BoundedInstant,
+}
+
+/// How a child fuses what leaders say.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum AssistFusion {
+    /// The leader's error as one that may be correlated with anything: honest whatever happens.
+    #[default]
+    Split,
+    /// As the thesis does: each pose as news. Children come to be surer than they may be.
+    Kf,
+}
+
+impl Default for Assist {
+    fn default() -> Self {
+        Self {
+            leaders: Vec::new(),
+            children: Vec::new(),
+            mode: AssistMode::default(),
+            period_s: 0.2,
+            phase_s: 0.0,
+            ack_timeout_ms: 160,
+            close_after_ms: 0,
+            fusion: AssistFusion::default(),
+            gate: CHI2_3_999,
+        }
+    }
+}
+
+impl Assist {
+    /// Whether anybody is carried.
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        !self.leaders.is_empty()
+    }
+
+    /// How long a child listens \[ms\].
+    #[must_use]
+    pub fn closes_after_ms(&self, rate_hz: f64) -> u32 {
+        if self.close_after_ms > 0 {
+            return self.close_after_ms;
+        }
+        let robots = u32::try_from(self.leaders.len() + self.children.len()).unwrap_or(u32::MAX);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A second at most.
+        let tick_ms = (1e3 / rate_hz).ceil() as u32;
+        self.ack_timeout_ms
+            .saturating_add(2 * robots.saturating_mul(tick_ms))
+    }
+
+    pub(crate) fn rule(&self, paper: bool) -> Rule {
+        let gate = self.gate;
+        match self.fusion {
+            AssistFusion::Split if !paper => Rule::Split {
+                settings: FusionSettings {
+                    gate,
+                    ..FusionSettings::paper()
+                },
+                reset: true,
+            },
+            _ => Rule::Kalman { gate },
+        }
+    }
+}
+
+impl Config {
+    /// The robot's part in the team; `None` where it has none.
+    #[must_use]
+    pub fn assistant(&self) -> Option<Box<Assistant>> {
+        let assist = &self.assist;
+        if !assist.is_on() {
+            return None;
+        }
+        let ids = |list: &[u16]| list.iter().map(|id| RobotId(*id)).collect::<Vec<_>>();
+        let patience = Patience {
+            ack_timeout: assist.ack_timeout_ms,
+            close_after: assist.closes_after_ms(self.tick.rate_hz),
+        };
+        let [period, phase] =
+            [assist.period_s, assist.phase_s].map(|it| Span::from_nanos(nanos(it)));
+        // Lists that are no team were refused with the configuration.
+        let (leaders, children) = (ids(&assist.leaders), ids(&assist.children));
+        let agreement = Agreement::new(&leaders, &children, period, patience).ok()?;
+        let agreement = Agreement { phase, ..agreement };
+        Assistant::new(agreement, RobotId(self.robot.id)).map(Box::new)
+    }
+}

@@ -1,0 +1,181 @@
+//! From a leader's sighting to the child that it sees, over shared memory and by hand.
+#![allow(clippy::unwrap_used)] // What fails here fails the test.
+
+mod by_hand;
+
+use by_hand::{Subject, World, diagonal};
+use coloc_shm_types::{Assist, AssistAck, Header, Health, Input, Neighbour, Reject, RelativePose};
+
+const PART: &str = "[assist]\nleaders = [1]\nchildren = [2]\n";
+const SLOT_NS: i64 = 200_000_000;
+
+fn bits(pose: [f64; 3]) -> [u64; 3] {
+    pose.map(f64::to_bits)
+}
+
+fn leader(world: &World) -> Subject {
+    let lines = "[initial]\npose = [0.0, 0.0, 0.0]\nsigma = [0.02, 0.02, 0.01]\n";
+    world.robot("a", 1, &format!("{PART}{lines}"))
+}
+
+fn child(world: &World) -> Subject {
+    let lines = "[initial]\npose = [2.4, 0.0, 0.0]\nsigma = [0.5, 0.5, 0.1]\n";
+    world.robot("b", 2, &format!("{PART}{lines}"))
+}
+
+/// Past the event in which they began.
+fn pass(robots: &mut [&mut Subject]) {
+    (0..12).for_each(|_| {
+        for robot in robots.iter_mut() {
+            robot.tick();
+        }
+    });
+}
+
+fn sighting(header: Header) -> RelativePose {
+    RelativePose {
+        header,
+        observed: 2,
+        pose: [2.0, 0.0, 0.0],
+        covariance: diagonal([0.0025, 0.0025, 0.0003]),
+        ..RelativePose::default()
+    }
+}
+
+/// As the leader says it.
+fn datum(world: &World, sequence: u64) -> Assist {
+    let header = Header {
+        source: 1,
+        session: 77,
+        ..world.header(sequence)
+    };
+    let mut path = [0; 16];
+    (path[0], path[1]) = (1, 2);
+    Assist {
+        header,
+        slot: header.stamp_ns.div_euclid(SLOT_NS),
+        pose: [2.0, 0.0, 0.0],
+        independent: diagonal([0.0025, 0.0025, 0.0003]),
+        dependent: diagonal([0.0004, 0.0004, 0.0001]),
+        leader_covariance: diagonal([0.0004, 0.0004, 0.0001]),
+        path,
+        robots: 2,
+        ..Assist::default()
+    }
+}
+
+/// What makes a message one that is refused, and why.
+type Case = (fn(&mut Assist), Reject);
+
+fn rejected(robot: &Subject, input: Input, reason: Reject) -> u64 {
+    robot.robot.account().status().rejected_of(input, reason)
+}
+
+#[test]
+fn a_leader_tells_the_child_that_it_sees_where_that_one_is() {
+    let world = World::new();
+    let (mut leader, mut child) = (leader(&world), child(&world));
+    let laser = world.publisher::<RelativePose>("a");
+    pass(&mut [&mut leader, &mut child]);
+    laser.send(sighting(world.header(0))).unwrap();
+    leader.tick();
+    let told = child.tick();
+    assert!((told.pose[0] - 2.0).abs() < 0.1, "{:?}", told.pose);
+    assert!(told.total()[0] < 0.02, "{:?}", told.total());
+    assert_eq!(told.health_of(Input::Assist), Health::Ok);
+    let status = |it: &Subject| it.robot.account().status();
+    let (leader, child) = (status(&leader), status(&child));
+    assert_eq!(leader.accepted_of(Input::RelativePose), 1);
+    assert_eq!((leader.assist.forwarded, leader.assist.accepted), (1, 0));
+    assert_eq!(child.accepted_of(Input::Assist), 1);
+    assert_eq!((child.assist.accepted, child.assist.declined), (1, 0));
+    assert_eq!(
+        leader.rejected_total(Input::AssistAck),
+        0,
+        "it is not answered"
+    );
+}
+
+#[test]
+fn what_is_forged_is_refused_under_its_reason_and_changes_nothing() {
+    let world = World::new();
+    let mut child = child(&world);
+    let port = world.publisher::<Assist>("b");
+    pass(&mut [&mut child]);
+    let cases: [Case; 7] = [
+        (|it| it.path[0] = 2, Reject::NotForRole),
+        (|it| (it.path[1], it.robots) = (0, 1), Reject::BadPath),
+        (
+            |it| (it.path[1], it.path[2], it.robots) = (9, 2, 3),
+            Reject::UnknownRobot,
+        ),
+        (|it| it.robots = 17, Reject::Unsupported),
+        (|it| it.flags = Assist::FINAL, Reject::Unsupported),
+        (|it| it.slot += 1, Reject::WrongEvent),
+        (|it| (it.path[2], it.robots) = (2, 3), Reject::Looped),
+    ];
+    for (sequence, (change, reason)) in (0..).zip(cases) {
+        let before = (child.tick(), rejected(&child, Input::Assist, reason));
+        let mut message = datum(&world, sequence);
+        change(&mut message);
+        port.send(message).unwrap();
+        let after = child.tick();
+        let count = rejected(&child, Input::Assist, reason);
+        assert_eq!(count, before.1 + 1, "{reason:?}");
+        assert_eq!(bits(after.pose), bits(before.0.pose), "{reason:?}");
+    }
+    let counted = child.robot.account().status().assist;
+    assert_eq!((counted.accepted, counted.declined), (0, 0));
+    // The search is as it was: the true one is taken, once.
+    port.send(datum(&world, 20)).unwrap();
+    port.send(datum(&world, 20)).unwrap();
+    child.tick();
+    let status = child.robot.account().status();
+    assert_eq!(status.assist.accepted, 1);
+    assert_eq!(status.rejected_of(Input::Assist, Reject::Replayed), 1);
+}
+
+#[test]
+fn a_leader_takes_nothing_from_a_child() {
+    let world = World::new();
+    let mut leader = leader(&world);
+    let (words, acks) = (
+        world.publisher::<Neighbour>("a"),
+        world.publisher::<AssistAck>("a"),
+    );
+    pass(&mut [&mut leader]);
+    let before = leader.tick();
+    let from = |sequence| Header {
+        source: 2,
+        session: 77,
+        ..world.header(sequence)
+    };
+    let said = Neighbour {
+        header: from(0),
+        pose: [1.0, 0.0, 0.0],
+        independent: diagonal([0.0025, 0.0025, 0.0003]),
+        ..Neighbour::default()
+    };
+    words.send(said).unwrap();
+    let ack = AssistAck {
+        header: from(0),
+        leader: 1,
+        ..AssistAck::default()
+    };
+    acks.send(ack).unwrap();
+    let after = leader.tick();
+    assert_eq!(bits(after.pose), bits(before.pose));
+    assert_eq!(rejected(&leader, Input::Neighbour, Reject::NotForRole), 1);
+    assert_eq!(rejected(&leader, Input::Assist, Reject::NotForRole), 1);
+}
+
+#[test]
+fn who_has_no_part_hears_nothing() {
+    let world = World::new();
+    let mut robot = world.robot("b", 2, "");
+    let port = world.publisher::<Assist>("b");
+    pass(&mut [&mut robot]);
+    port.send(datum(&world, 0)).unwrap();
+    robot.tick();
+    assert_eq!(robot.robot.account().status().accepted_of(Input::Assist), 0);
+}

@@ -1,0 +1,26 @@
+//! What became of leaders' words.
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::layout::layout;
+
+/// Of a robot with a part in `[assist]`, since its start; all zero where it has none. What was refused is counted in
+/// [`Status::rejected`](super::Status::rejected), what was gated too.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("coloc.AssistCounters.v1")]
+pub struct AssistCounters {
+    /// Taken, to be fused.
+    pub accepted: u64,
+    /// Not taken: a pose of that leader was there already, or the event was over. No fault of anybody.
+    pub declined: u64,
+    /// Told to children.
+    pub forwarded: u64,
+    /// Sightings that count as used because no answer came.
+    pub timed_out: u64,
+    /// Of these, freed by a late "no".
+    pub freed_late: u64,
+    /// Events that were over before their time, because too many were open.
+    pub closed_early: u64,
+}
+
+layout!(AssistCounters, 48; accepted: 0, declined: 8, forwarded: 16, timed_out: 24, freed_late: 32, closed_early: 40);
