@@ -174,7 +174,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 17] = [
+    pub const TABLE: [Told; 19] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
