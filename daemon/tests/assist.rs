@@ -81,7 +81,8 @@ fn a_leader_tells_the_child_that_it_sees_where_that_one_is() {
     leader.tick();
     let told = child.tick();
     assert!((told.pose[0] - 2.0).abs() < 0.1, "{:?}", told.pose);
-    assert!(told.total()[0] < 0.02, "{:?}", told.total());
+    // A σ of 0.5 m came to less than half, though neither has wheels: of both the doubt grows by 0.002 m² in every tick.
+    assert!(told.total()[0] < 0.0625, "{:?}", told.total());
     assert_eq!(told.health_of(Input::Assist), Health::Ok);
     let status = |it: &Subject| it.robot.account().status();
     let (leader, child) = (status(&leader), status(&child));
