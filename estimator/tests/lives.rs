@@ -51,6 +51,8 @@ impl Random {
     }
 }
 
+type Measure = fn(&mut Life) -> Measurement;
+
 /// A robot that drives about.
 struct Life {
     random: Random,
@@ -202,7 +204,7 @@ impl Life {
             let [dx, dy] = self.random.pair(50.0); // Somebody carries it.
             self.truth = Pose::new(self.truth.x + dx, self.truth.y + dy, dx);
         }
-        let kinds: [(u64, fn(&mut Self) -> Measurement); 5] = [
+        let kinds: [(u64, Measure); 5] = [
             (10, Self::fix),
             (25, Self::heading),
             (25, Self::neighbour),
