@@ -217,17 +217,16 @@ impl Found {
         }
         let mut seats = self.seats[..self.seated].iter_mut().flatten();
         let seat = seats.find(|seat| seat.source == word.source)?;
-        let mean = if word.is_fix() {
-            seat.mean.after(word.gauge.normalised)
-        } else {
-            seat.mean
-        };
-        if mean.disagrees() || mean.is_doubtful() {
-            return None;
+        let is_fix = word.is_fix();
+        if is_fix {
+            let mean = seat.mean.after(word.gauge.normalised);
+            if mean.disagrees() || mean.is_doubtful() {
+                return None;
+            }
+            seat.mean = mean;
         }
-        seat.mean = mean;
         let news = seat.news(word);
-        let accepted = if word.is_fix() { 1.0 } else { news };
+        let accepted = if is_fix { 1.0 } else { news };
         seat.on_belief.accept(word.stamp, news, accepted, true);
         seat.d2 = test.d2;
         self.last_word = word.stamp;

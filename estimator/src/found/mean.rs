@@ -23,9 +23,9 @@ pub(crate) struct Mean {
 impl Mean {
     /// After `innovation`, normalised by its covariance.
     pub(crate) fn take(&mut self, [x, y]: [f64; 2]) {
-        let length = libm::hypot(x, y);
-        let kept = if length > LONGEST {
-            LONGEST / length
+        let squared = x * x + y * y;
+        let kept = if squared > LONGEST * LONGEST {
+            LONGEST / libm::sqrt(squared)
         } else {
             1.0
         };
@@ -40,6 +40,7 @@ impl Mean {
     }
 
     /// Its length, squared.
+    #[inline]
     pub(crate) fn norm_squared(&self) -> f64 {
         let [x, y] = self.mean;
         x * x + y * y
@@ -53,6 +54,7 @@ impl Mean {
     }
 
     /// Chance hardly explains it.
+    #[inline]
     pub(crate) fn is_doubtful(&self) -> bool {
         COUNTED * self.norm_squared() > DOUBTFUL
     }
