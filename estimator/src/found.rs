@@ -79,7 +79,8 @@ pub(crate) const OPEN: f64 = 2.0 * 2.0;
 /// Words that the belief has to take before the wheels stand by it.
 const CONFIRMED: u32 = 5;
 
-/// Words that a belief takes so soon after it was followed from nowhere do not count: they are from the way that it was found by.
+/// Words that a belief takes so soon after it was followed from nowhere do not count: they are from the way that it was found by. Who
+/// goes on from a belief that was confirmed, after an outage, is not from nowhere.
 const TRIAL: Span = Span::from_millis(5_000);
 
 /// Nothing was heard for so long: lost, if it is not known where.
@@ -393,7 +394,7 @@ impl Found {
         let lever = settings.fusion.heading_lever_m;
         let wide = self.knows && !refused && word.gauge.wide;
         let gap = word.stamp - self.last_taken;
-        let knows = self.knows;
+        let (knows, confirmed) = (self.knows, self.is_confirmed());
         let Some(seat) = &mut self.seats[at] else {
             return;
         };
@@ -404,8 +405,7 @@ impl Found {
         let needs_one = !knows || refused || seat.disagrees(word.stamp) || word.is_watched();
         match (&mut seat.hypothesis, seed) {
             (hypothesis, _) if wide => {
-                let turned = Turned::by_belief(word.stamp);
-                *hypothesis = Some(Hypothesis::from(&Lifted::of(prior), turned, word, gap));
+                *hypothesis = Some(Hypothesis::going_on(prior, word, gap, confirmed));
                 self.forget_votes_on(at);
                 self.feed(at, word, lever);
             }
@@ -476,8 +476,7 @@ impl Found {
             return Ruling::Dropped;
         }
         if refused && self.has_second_chance(at, word, prior, settings.found.trust_jump) {
-            let turned = Turned::by_belief(word.stamp);
-            let mut hypothesis = Hypothesis::from(&Lifted::of(prior), turned, word, Span::ZERO);
+            let mut hypothesis = Hypothesis::going_on(prior, word, Span::ZERO, self.is_confirmed());
             hypothesis.take(word, settings.fusion.heading_lever_m);
             if let Some(seat) = &mut self.seats[at] {
                 seat.hypothesis = Some(hypothesis);
@@ -503,7 +502,7 @@ impl Found {
             return false;
         };
         let own = planar_trace(&prior.total().symmetric());
-        let after_gap = hypothesis.gap >= CHANCE_GAP || self.confirmed < CONFIRMED;
+        let after_gap = hypothesis.gap >= CHANCE_GAP || !self.is_confirmed();
         let came_late = after_gap && hypothesis.age(word.stamp) <= CHANCE_AGE;
         let starves = word.stamp - self.last_taken >= STARVED && !seat.disagrees(word.stamp);
         let is_trusted = trust == TrustJump::Robot;
@@ -512,6 +511,11 @@ impl Found {
             && (came_late || starves && is_trusted)
             && own > planar_trace(&word.noise())
             && !word.test_belief().is_gross()
+    }
+
+    /// The wheels stand by the belief.
+    fn is_confirmed(&self) -> bool {
+        self.confirmed >= CONFIRMED
     }
 
     fn drop_belief(&mut self) {
@@ -788,6 +792,36 @@ mod tests {
         assert_eq!(heard.nth(23), Some((true, 0)));
         assert_eq!(heard.next(), Some((true, 1)));
         assert_eq!(heard.nth(4), Some((true, 6)));
+    }
+
+    /// Its heading was too uncertain for a fix after an outage. If the wheels stood by what it believed before, they do again.
+    #[test]
+    fn who_goes_on_from_a_confirmed_belief_is_not_on_trial() {
+        let settings = Settings::default();
+        let covariance = Covariance3::diagonal([0.01, 0.01, 0.2]).unwrap();
+        let belief = Belief::independent(Pose::default(), covariance);
+        let ahead = Motion::Holonomic {
+            velocity: [1.0, 0.0, 0.0],
+            noise: Covariance3::default(),
+        };
+        let confirmed_when_found = |before: i64| {
+            let mut found = Found::new(Stamp::default(), &Start::Known(belief));
+            for tick in 0..before {
+                let _ = found.hear(&fix(0, tick, 0.0, NEAR), &belief, &settings);
+            }
+            let _ = found.hear(&fix(0, before, 0.0, WIDE_AND_NEAR), &belief, &settings);
+            assert!(!found.knows);
+            let mut heard = (1..60_u32).map(|tick| {
+                found.drive(&ahead, 0.2);
+                let word = fix(0, before + i64::from(tick), 0.2 * f64::from(tick), NEAR);
+                let _ = found.hear(&word, &belief, &settings);
+                (found.knows, found.is_confirmed())
+            });
+            heard.find(|(knows, _)| *knows)
+        };
+        // The word that makes it a hypothesis is one that the belief takes.
+        assert_eq!(confirmed_when_found(4), Some((true, true)));
+        assert_eq!(confirmed_when_found(3), Some((true, false)));
     }
 
     /// A mean that is not yet enough for a name is as much doubt, if neighbours alone stand by the belief.
