@@ -133,11 +133,13 @@ pub(crate) struct Found {
     /// Whether there is a belief.
     knows: bool,
     /// Words that the belief took.
+    words: u32,
+    /// Those of them that count for the wheels.
     confirmed: u32,
     /// When the belief took its last word; at first, the start.
     last_taken: Stamp,
     last_word: Stamp,
-    /// Until then the words that the belief takes do not count.
+    /// Until then the words that the belief takes do not count for the wheels.
     tried_until: Stamp,
     /// Who is not fused.
     suspended: FixedList<Source, SEATS>,
@@ -162,6 +164,7 @@ impl Found {
             seed,
             seed_turned: Turned::default(),
             knows: start.is_known(),
+            words: 0,
             confirmed: 0,
             last_taken: stamp,
             last_word: stamp,
@@ -298,7 +301,8 @@ impl Found {
         };
         self.seats.iter_mut().for_each(|seat| *seat = None);
         self.suspended.clear();
-        (self.knows, self.seed, self.driven, self.confirmed) = (true, None, false, 0);
+        (self.knows, self.seed, self.driven) = (true, None, false);
+        (self.words, self.confirmed) = (0, 0);
         (self.last_taken, self.last_word) = (now, now);
         let set = Decision::Set { source, distance_m };
         self.finding.decide(now, set);
@@ -355,6 +359,7 @@ impl Found {
 
     fn took(&mut self, now: Stamp) {
         let counts = now >= self.tried_until;
+        self.words = self.words.saturating_add(1);
         self.confirmed = self.confirmed.saturating_add(u32::from(counts));
         self.last_taken = now;
     }
@@ -502,7 +507,7 @@ impl Found {
             return false;
         };
         let own = planar_trace(&prior.total().symmetric());
-        let after_gap = hypothesis.gap >= CHANCE_GAP || !self.is_confirmed();
+        let after_gap = hypothesis.gap >= CHANCE_GAP || self.words < CONFIRMED;
         let came_late = after_gap && hypothesis.age(word.stamp) <= CHANCE_AGE;
         let starves = word.stamp - self.last_taken >= STARVED && !seat.disagrees(word.stamp);
         let is_trusted = trust == TrustJump::Robot;
@@ -520,7 +525,7 @@ impl Found {
 
     fn drop_belief(&mut self) {
         self.knows = false;
-        self.confirmed = 0;
+        (self.words, self.confirmed) = (0, 0);
         for seat in self.seats[..self.seated].iter_mut().flatten() {
             seat.judge_anew(Vote::default());
         }

@@ -163,8 +163,9 @@ impl Found {
         let (source, lifted) = self.hypothesis_of(at)?;
         let count = self.count(at, now);
         let distance_m = self.distance(&lifted, prior);
+        self.words = self.taken_by(at);
         if self.knows || self.goes_on(at) {
-            self.confirmed = self.taken_by(at);
+            self.confirmed = self.words;
         } else {
             (self.confirmed, self.tried_until) = (0, now + TRIAL);
         }
