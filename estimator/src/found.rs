@@ -79,7 +79,8 @@ pub(crate) const OPEN: f64 = 2.0 * 2.0;
 /// Words that the belief has to take before the wheels stand by it.
 const CONFIRMED: u32 = 5;
 
-/// Words that a belief takes so soon after it was followed from nowhere do not count: they are from the way that it was found by.
+/// Words that a belief takes so soon after it was followed from nowhere do not count: they are from the way that it was found by. Who
+/// goes on from a belief that was confirmed, after an outage, is not from nowhere.
 const TRIAL: Span = Span::from_millis(5_000);
 
 /// Nothing was heard for so long: lost, if it is not known where.
@@ -132,11 +133,13 @@ pub(crate) struct Found {
     /// Whether there is a belief.
     knows: bool,
     /// Words that the belief took.
+    words: u32,
+    /// Those of them that count for the wheels.
     confirmed: u32,
     /// When the belief took its last word; at first, the start.
     last_taken: Stamp,
     last_word: Stamp,
-    /// Until then the words that the belief takes do not count.
+    /// Until then the words that the belief takes do not count for the wheels.
     tried_until: Stamp,
     /// Who is not fused.
     suspended: FixedList<Source, SEATS>,
@@ -161,6 +164,7 @@ impl Found {
             seed,
             seed_turned: Turned::default(),
             knows: start.is_known(),
+            words: 0,
             confirmed: 0,
             last_taken: stamp,
             last_word: stamp,
@@ -296,7 +300,8 @@ impl Found {
         };
         self.seats.iter_mut().for_each(|seat| *seat = None);
         self.suspended.clear();
-        (self.knows, self.seed, self.driven, self.confirmed) = (true, None, false, 0);
+        (self.knows, self.seed, self.driven) = (true, None, false);
+        (self.words, self.confirmed) = (0, 0);
         (self.last_taken, self.last_word) = (now, now);
         let set = Decision::Set { source, distance_m };
         self.finding.decide(now, set);
@@ -353,6 +358,7 @@ impl Found {
 
     fn took(&mut self, now: Stamp) {
         let counts = now >= self.tried_until;
+        self.words = self.words.saturating_add(1);
         self.confirmed = self.confirmed.saturating_add(u32::from(counts));
         self.last_taken = now;
     }
@@ -392,7 +398,7 @@ impl Found {
         let lever = settings.fusion.heading_lever_m;
         let wide = self.knows && !refused && word.gauge.wide;
         let gap = word.stamp - self.last_taken;
-        let knows = self.knows;
+        let (knows, confirmed) = (self.knows, self.is_confirmed());
         let Some(seat) = &mut self.seats[at] else {
             return;
         };
@@ -403,8 +409,7 @@ impl Found {
         let needs_one = !knows || refused || seat.disagrees(word.stamp) || word.is_watched();
         match (&mut seat.hypothesis, seed) {
             (hypothesis, _) if wide => {
-                let turned = Turned::by_belief(word.stamp);
-                *hypothesis = Some(Hypothesis::from(&Lifted::of(prior), turned, word, gap));
+                *hypothesis = Some(Hypothesis::going_on(prior, word, gap, confirmed));
                 self.forget_votes_on(at);
                 self.feed(at, word, lever);
             }
@@ -475,8 +480,7 @@ impl Found {
             return Ruling::Dropped;
         }
         if refused && self.has_second_chance(at, word, prior, settings.found.trust_jump) {
-            let turned = Turned::by_belief(word.stamp);
-            let mut hypothesis = Hypothesis::from(&Lifted::of(prior), turned, word, Span::ZERO);
+            let mut hypothesis = Hypothesis::going_on(prior, word, Span::ZERO, self.is_confirmed());
             hypothesis.take(word, settings.fusion.heading_lever_m);
             if let Some(seat) = &mut self.seats[at] {
                 seat.hypothesis = Some(hypothesis);
@@ -502,7 +506,7 @@ impl Found {
             return false;
         };
         let own = planar_trace(&prior.total().symmetric());
-        let after_gap = hypothesis.gap >= CHANCE_GAP || self.confirmed < CONFIRMED;
+        let after_gap = hypothesis.gap >= CHANCE_GAP || self.words < CONFIRMED;
         let came_late = after_gap && hypothesis.age(word.stamp) <= CHANCE_AGE;
         let starves = word.stamp - self.last_taken >= STARVED && !seat.disagrees(word.stamp);
         let is_trusted = trust == TrustJump::Robot;
@@ -513,9 +517,14 @@ impl Found {
             && !word.test_belief().is_gross()
     }
 
+    /// The wheels stand by the belief.
+    fn is_confirmed(&self) -> bool {
+        self.confirmed >= CONFIRMED
+    }
+
     fn drop_belief(&mut self) {
         self.knows = false;
-        self.confirmed = 0;
+        (self.words, self.confirmed) = (0, 0);
         for seat in self.seats[..self.seated].iter_mut().flatten() {
             seat.judge_anew(Vote::default());
         }
@@ -787,6 +796,36 @@ mod tests {
         assert_eq!(heard.nth(23), Some((true, 0)));
         assert_eq!(heard.next(), Some((true, 1)));
         assert_eq!(heard.nth(4), Some((true, 6)));
+    }
+
+    /// Its heading was too uncertain for a fix after an outage. If the wheels stood by what it believed before, they do again.
+    #[test]
+    fn who_goes_on_from_a_confirmed_belief_is_not_on_trial() {
+        let settings = Settings::default();
+        let covariance = Covariance3::diagonal([0.01, 0.01, 0.2]).unwrap();
+        let belief = Belief::independent(Pose::default(), covariance);
+        let ahead = Motion::Holonomic {
+            velocity: [1.0, 0.0, 0.0],
+            noise: Covariance3::default(),
+        };
+        let confirmed_when_found = |before: i64| {
+            let mut found = Found::new(Stamp::default(), &Start::Known(belief));
+            for tick in 0..before {
+                let _ = found.hear(&fix(0, tick, 0.0, NEAR), &belief, &settings);
+            }
+            let _ = found.hear(&fix(0, before, 0.0, WIDE_AND_NEAR), &belief, &settings);
+            assert!(!found.knows);
+            let mut heard = (1..60_u32).map(|tick| {
+                found.drive(&ahead, 0.2);
+                let word = fix(0, before + i64::from(tick), 0.2 * f64::from(tick), NEAR);
+                let _ = found.hear(&word, &belief, &settings);
+                (found.knows, found.is_confirmed())
+            });
+            heard.find(|(knows, _)| *knows)
+        };
+        // The word that makes it a hypothesis is one that the belief takes.
+        assert_eq!(confirmed_when_found(4), Some((true, true)));
+        assert_eq!(confirmed_when_found(3), Some((true, false)));
     }
 
     /// A mean that is not yet enough for a name is as much doubt, if neighbours alone stand by the belief.

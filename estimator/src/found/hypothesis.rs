@@ -32,6 +32,8 @@ pub(crate) struct Hypothesis {
     pub(crate) leads_since: Option<Stamp>,
     /// How long the belief had taken nothing when it was born.
     pub(crate) gap: Span,
+    /// It goes on from a belief that the wheels stood by.
+    pub(crate) confirmed: bool,
     /// Variance of its source's slow error \[m²\], and how long that lasts \[s\].
     slow: f64,
     memory_s: f64,
@@ -77,6 +79,15 @@ impl Hypothesis {
         }
     }
 
+    /// What was believed, and whether the wheels stood by it, before `word` is heard.
+    pub(crate) fn going_on(belief: &Belief, word: &Word, gap: Span, confirmed: bool) -> Self {
+        let turned = Turned::by_belief(word.stamp);
+        Self {
+            confirmed,
+            ..Self::from(&Lifted::of(belief), turned, word, gap)
+        }
+    }
+
     fn continuing(lifted: &Lifted, word: &Word, gap: Span) -> Self {
         let [forward, left] = word.lever();
         Self {
@@ -88,6 +99,7 @@ impl Hypothesis {
             refused: 0.0,
             leads_since: None,
             gap,
+            confirmed: false,
             slow: word.slow(),
             memory_s: word.memory_s(),
             lever_m: libm::hypot(forward, left),

@@ -5,9 +5,10 @@
 //! A majority, `S > S_p`, waits 3 s, or 12 s where S is no more than O; one source alone against the wheels alone waits 12 s
 //! and needs [`TrustJump::Robot`]. Lies of less than that never win.
 
+use super::hypothesis::Hypothesis;
 use super::lifted::Lifted;
 use super::seat::Seat;
-use super::{CONFIRMED, Decision, Found, Ruling, SEATS, TRIAL, TrustJump, Word};
+use super::{Decision, Found, Ruling, SEATS, TRIAL, TrustJump, Word};
 use crate::belief::Belief;
 use crate::output::Source;
 use crate::settings::Settings;
@@ -120,9 +121,7 @@ impl Found {
     }
 
     fn has_hypothesis(&self, at: usize) -> bool {
-        self.seats[at]
-            .as_ref()
-            .is_some_and(|seat| seat.hypothesis.is_some())
+        self.hypothesis_at(at).is_some()
     }
 
     /// Whether it has had what it takes for long enough.
@@ -148,7 +147,7 @@ impl Found {
     }
 
     fn count(&self, at: usize, now: Stamp) -> Count {
-        let wheels = u8::from(self.knows && self.confirmed >= CONFIRMED);
+        let wheels = u8::from(self.knows && self.is_confirmed());
         let mut count = Count {
             for_belief: wheels,
             ..Count::default()
@@ -164,8 +163,9 @@ impl Found {
         let (source, lifted) = self.hypothesis_of(at)?;
         let count = self.count(at, now);
         let distance_m = self.distance(&lifted, prior);
-        if self.knows {
-            self.confirmed = self.taken_by(at);
+        self.words = self.taken_by(at);
+        if self.knows || self.goes_on(at) {
+            self.confirmed = self.words;
         } else {
             (self.confirmed, self.tried_until) = (0, now + TRIAL);
         }
@@ -218,9 +218,16 @@ impl Found {
     }
 
     fn taken_by(&self, at: usize) -> u32 {
-        let seat = self.seats[at].as_ref();
-        let hypothesis = seat.and_then(|seat| seat.hypothesis.as_ref());
-        hypothesis.map_or(0, |hypothesis| hypothesis.taken)
+        self.hypothesis_at(at).map_or(0, |it| it.taken)
+    }
+
+    /// From a belief that was confirmed.
+    fn goes_on(&self, at: usize) -> bool {
+        self.hypothesis_at(at).is_some_and(|it| it.confirmed)
+    }
+
+    fn hypothesis_at(&self, at: usize) -> Option<&Hypothesis> {
+        self.seats[at].as_ref()?.hypothesis.as_ref()
     }
 
     /// So many stand by the belief, the wheels among them, and so many against it.
@@ -228,7 +235,7 @@ impl Found {
         let seats = || self.taken();
         let by = seats().filter(|seat| seat.stands_by(now)).count();
         let against = seats().filter(|seat| seat.disagrees(now)).count();
-        (by + usize::from(self.confirmed >= CONFIRMED), against)
+        (by + usize::from(self.is_confirmed()), against)
     }
 }
 
