@@ -136,9 +136,10 @@ impl<G: Samples> Turns<G> {
         both.is_some_and(|(before, it)| (it.rate_radps - before.rate_radps).abs() > jolt)
     }
 
-    /// Forgets what ended before `base` but the last.
+    /// Forgets what ended before `base` but the last ones.
     pub(crate) fn forget_before(&mut self, base: Stamp) {
-        while self.get(KEPT).is_some_and(|it| it.stamp <= base) {
+        let kept = KEPT.min(self.capacity / 2).max(1);
+        while self.get(kept).is_some_and(|it| it.stamp <= base) {
             self.head = self.at(1);
             self.len -= 1;
         }
@@ -395,6 +396,8 @@ mod tests {
         ..GyroSettings::ORDINARY
     };
 
+    const PLACES: usize = 9;
+
     fn ns(nanos: i64) -> Stamp {
         Stamp::from_nanos(nanos)
     }
@@ -408,15 +411,15 @@ mod tests {
     }
 
     /// The storage's end is never used.
-    fn turns(samples: &[(i64, f64)]) -> Turns<[GyroSample; 9]> {
-        let mut turns = Turns::new([GyroSample::default(); 9]);
+    fn turns(samples: &[(i64, f64)]) -> Turns<[GyroSample; PLACES]> {
+        let mut turns = Turns::new([GyroSample::default(); PLACES]);
         for &(stamp, rate) in samples {
             assert!(turns.insert(&of(stamp, rate), &SETTINGS).is_ok());
         }
         turns
     }
 
-    fn over(turns: &Turns<[GyroSample; 9]>, from: i64, limit: i64) -> (i64, Option<f64>) {
+    fn over(turns: &Turns<[GyroSample; PLACES]>, from: i64, limit: i64) -> (i64, Option<f64>) {
         let (until, turned) = turns.over(ns(from), ns(limit), false, &SETTINGS);
         (
             until.as_nanos(),
@@ -466,19 +469,22 @@ mod tests {
     #[test]
     fn what_is_after_the_base_is_the_same_once_it_has_moved() {
         let mut turns = turns(&[(100, 1.0), (110, 2.0), (120, 3.0)]);
+        for stamp in [90, 80, 70, 60] {
+            assert_eq!(turns.insert(&of(stamp, 4.0), &SETTINGS), Ok(()));
+        }
         let before = over(&turns, 115, 130);
         turns.forget_before(ns(115));
-        assert_eq!((over(&turns, 115, 130), turns.len), (before, 2));
+        assert_eq!((over(&turns, 115, 130), turns.len), (before, 5));
         turns.forget_before(ns(500));
-        assert_eq!(turns.len, 1);
+        assert_eq!(turns.len, 4);
         assert_eq!(turns.insert(&of(130, 0.0), &SETTINGS), Ok(()));
     }
 
     #[test]
     fn the_circle_is_filled_and_no_more() {
-        let mut turns = turns(&[(1, 0.0), (2, 0.0)]);
-        turns.forget_before(ns(2));
-        for stamp in 3..2 + 8 {
+        let mut turns = turns(&[(1, 0.0), (2, 0.0), (3, 0.0), (4, 0.0), (5, 0.0)]);
+        turns.forget_before(ns(5));
+        for stamp in 6..10 {
             assert!(turns.insert(&of(stamp, 0.0), &SETTINGS).is_ok());
         }
         let full = turns.insert(&of(5000, 0.0), &SETTINGS);
