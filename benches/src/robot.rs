@@ -5,9 +5,9 @@ use std::hint::black_box;
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::history::Slot;
 use coloc_estimator::{
-    Covariance2, Estimator, FoundSettings, GyroSample, GyroSettings, Measurement, NeighbourPose,
-    NotACovariance, OdometrySample, Origin, Pose, PositionFix, Settings, SlowError, Span, Stamp,
-    Start, TickInputs, step,
+    Covariance2, Estimator, FoundSettings, GYRO_SAMPLES, GyroSample, GyroSettings, Measurement,
+    NeighbourPose, NotACovariance, OdometrySample, Origin, Pose, PositionFix, Settings, SlowError,
+    Span, Stamp, Start, TickInputs, WithGyro, step,
 };
 
 use crate::case;
@@ -21,10 +21,13 @@ pub const DEFAULT_SLOTS: usize = 1024;
 /// So many messages the daemon takes in with one tick, at most.
 pub const BURST: usize = 480;
 
+/// Of an estimator, with a gyro or without.
+type Places = WithGyro<Vec<Slot>, Vec<GyroSample>>;
+
 /// A robot, its clock and its neighbours.
 #[derive(Clone, Debug)]
 pub struct Robot {
-    estimator: Estimator<Vec<Slot>>,
+    estimator: Estimator<Places>,
     now: Stamp,
     sequence: u64,
     word: GlobalPose,
@@ -53,8 +56,8 @@ impl Robot {
         let mut robot = Self::with_slots(SLOTS)?;
         let mut settings = *robot.estimator.settings();
         settings.found = FoundSettings::OFF;
-        let storage = vec![Slot::default(); SLOTS];
-        robot.estimator = Estimator::new(settings, robot.now, case::belief()?, storage);
+        let places = places(SLOTS, 0);
+        robot.estimator = Estimator::new(settings, robot.now, case::belief()?, places);
         robot.warmed(neighbours);
         Ok(robot)
     }
@@ -72,8 +75,7 @@ impl Robot {
     pub fn sought(receivers: u16) -> Result<Self, NotACovariance> {
         let mut robot = Self::with_slots(SLOTS)?;
         let (settings, start) = (*robot.estimator.settings(), Start::Unknown);
-        let storage = vec![Slot::default(); SLOTS];
-        robot.estimator = Estimator::starting(settings, robot.now, &start, storage);
+        robot.estimator = Estimator::starting(settings, robot.now, &start, places(SLOTS, 0));
         let (_, covariance) = case::fix()?;
         for tick in 0..200 {
             robot.heard.clear();
@@ -139,9 +141,8 @@ impl Robot {
         settings.fusion.gate = f64::INFINITY;
         settings.position_gate = f64::INFINITY;
         let now = Stamp::from_nanos(1_000_000_000);
-        let storage = vec![Slot::default(); slots];
         Ok(Self {
-            estimator: Estimator::new(settings, now, case::belief()?, storage),
+            estimator: Estimator::new(settings, now, case::belief()?, places(slots, 0)),
             now,
             sequence: 0,
             word: case::received(0.5)?,
@@ -183,8 +184,8 @@ impl Robot {
             ..*robot.estimator.settings()
         };
         let start = Start::Known(case::belief()?);
-        let storage = vec![Slot::default(); SLOTS];
-        robot.estimator = Estimator::starting(settings, robot.now, &start, storage);
+        robot.estimator =
+            Estimator::starting(settings, robot.now, &start, places(SLOTS, GYRO_SAMPLES));
         for _ in 0..60 {
             robot.tick_turning();
         }
@@ -259,5 +260,12 @@ impl Robot {
         let outputs = step(&mut self.estimator, black_box(&inputs));
         self.pose = outputs.estimate.belief.pose;
         self.pose.x
+    }
+}
+
+fn places(slots: usize, samples: usize) -> Places {
+    WithGyro {
+        slots: vec![Slot::default(); slots],
+        samples: vec![GyroSample::default(); samples],
     }
 }

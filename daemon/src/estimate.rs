@@ -7,16 +7,19 @@ use coloc_estimator::partial::PositionSettings;
 use coloc_estimator::settings::{Criterion, GateWeight};
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Finding, Floors, FoundSettings, FusionSettings,
-    OdometrySettings, Pose, Propagation, Settings, Slot, Span, Stamp, Start, TickInputs,
-    TickOutputs, TrustJump, step,
+    GYRO_SAMPLES, GyroSample, OdometrySettings, Pose, Propagation, Settings, Slot, Span, Stamp,
+    Start, TickInputs, TickOutputs, TrustJump, WithGyro, step,
 };
 
 use crate::config::{self, Config, InitialHeading, nanos};
 
+/// An estimator's storage.
+pub type Places = WithGyro<Box<[Slot]>, Box<[GyroSample]>>;
+
 /// The estimator with its storage, which is reserved once. Boxed, as it is too large to be moved over stacks.
 #[derive(Debug)]
 pub struct Estimate {
-    estimator: Box<Estimator<Box<[Slot]>>>,
+    estimator: Box<Estimator<Places>>,
     /// The robot's part in its team, if it has one.
     assistant: Option<Box<Assistant>>,
 }
@@ -32,9 +35,9 @@ impl Estimate {
     #[must_use]
     #[inline(never)]
     pub fn with(settings: Settings, capacity: usize, stamp: Stamp, start: &Start) -> Self {
-        let storage = vec![Slot::default(); capacity].into_boxed_slice();
+        let places = places(&settings, capacity);
         Self {
-            estimator: Box::new(Estimator::starting(settings, stamp, start, storage)),
+            estimator: Box::new(Estimator::starting(settings, stamp, start, places)),
             assistant: None,
         }
     }
@@ -98,6 +101,20 @@ impl Estimate {
     /// Does what a tick at `stamp` would do without new inputs.
     pub fn rehearse(&self, stamp: Stamp) {
         black_box(self.at(stamp));
+    }
+}
+
+/// So many places for measurements, and those of a gyro where there is one.
+#[must_use]
+pub fn places(settings: &Settings, capacity: usize) -> Places {
+    let samples = if settings.gyro.is_some() {
+        GYRO_SAMPLES
+    } else {
+        0
+    };
+    WithGyro {
+        slots: vec![Slot::default(); capacity].into_boxed_slice(),
+        samples: vec![GyroSample::default(); samples].into_boxed_slice(),
     }
 }
 

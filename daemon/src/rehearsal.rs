@@ -8,11 +8,11 @@
 //! for any. That takes a look at the clock after each act, and no system call. Should a frame be earlier for once, it waits for one act,
 //! which is about what the rehearsal saves.
 
-use coloc_estimator::{Estimator, Measurement, Slot, Span, Stamp, Start, TickInputs, step};
+use coloc_estimator::{Estimator, Measurement, Span, Stamp, Start, TickInputs, step};
 
 use crate::collect::list::List;
 use crate::config::Config;
-use crate::estimate::settings;
+use crate::estimate::{Places, places, settings};
 
 /// Gaps that are remembered.
 const GAPS: usize = 8;
@@ -83,7 +83,7 @@ impl Length {
 /// Plays the estimator's part: it hears what the robot hears, the wheels one tick later, and nobody asks what it believes.
 #[derive(Debug)]
 pub(crate) struct Understudy {
-    estimator: Estimator<Box<[Slot]>>,
+    estimator: Estimator<Places>,
     /// For its next step.
     script: List<Measurement>,
 }
@@ -101,9 +101,9 @@ impl Understudy {
         let mut settings = settings(config);
         let memory = Span::from_nanos(MEMORY * config.period_ns());
         settings.history = settings.history.min(memory);
-        let storage = vec![Slot::default(); SLOTS].into_boxed_slice();
+        let places = places(&settings, SLOTS);
         Box::new(Self {
-            estimator: Estimator::starting(settings, stamp, start, storage),
+            estimator: Estimator::starting(settings, stamp, start, places),
             script: List::with_capacity(LINES),
         })
     }

@@ -171,8 +171,15 @@ impl Saved {
         if velocity.iter().any(|number| number.abs() > FASTEST) {
             return Err("no robot is as fast as its velocity".into());
         }
-        if !all_finite(&self.gyro.unwrap_or_default()) {
+        let [bias, sigma] = self.gyro.unwrap_or_default();
+        if !all_finite(&[bias, sigma]) {
             return Err("the gyro's bias is not finite".into());
+        }
+        if bias.abs() > LARGEST_BIAS {
+            return Err("no gyro has as large a bias".into());
+        }
+        if sigma < 0.0 {
+            return Err("the standard deviation of the gyro's bias is negative".into());
         }
         let bend = Bend::from_array(self.bend);
         Belief::new(Pose::new(x, y, phi), self.parts()?, bend)
@@ -200,6 +207,9 @@ impl Saved {
 
 /// As fast as `odometry.max_speed_mps` and `odometry.max_turn_rate_radps` may be \[m/s, rad/s\].
 const FASTEST: f64 = 1000.0;
+
+/// Ten times what the worst of gyros reads when it stands \[rad/s\].
+const LARGEST_BIAS: f64 = 5.0;
 
 /// Far more than a belief takes (bytes).
 const LIMIT: u64 = 64 << 10;
@@ -424,6 +434,19 @@ mod tests {
             "not finite",
         );
         refused(|saved| saved.gyro = Some([f64::NAN, 1.0]), "not finite");
+        refused(
+            |saved| saved.gyro = Some([0.02, f64::INFINITY]),
+            "not finite",
+        );
+        refused(
+            |saved| saved.gyro = Some([1e6, 1e-3]),
+            "no gyro has as large",
+        );
+        refused(
+            |saved| saved.gyro = Some([-5.1, 1e-3]),
+            "no gyro has as large",
+        );
+        refused(|saved| saved.gyro = Some([0.02, -1e-3]), "bias is negative");
         refused(|saved| saved.dependent = Some([-1.0; 9]), "covariances");
         refused(|saved| saved.independent[1] = 0.5, "covariances");
         refused(|saved| saved.dependent = None, "dependent and total");

@@ -7,11 +7,11 @@ mod support;
 use std::time::{Duration, Instant};
 
 use coloc_daemon::config::Config;
-use coloc_daemon::estimate::settings_knowing;
+use coloc_daemon::estimate::{places, settings_knowing};
 use coloc_daemon::record::{Recording, Step};
 use coloc_drivers::can::{BusSpec, Frame, Sender as BusSender, StandardId};
 use coloc_drivers::encoder::WheelFrames;
-use coloc_estimator::{Belief, Estimator, Measurement, Slot, step};
+use coloc_estimator::{Belief, Estimator, Measurement, step};
 use coloc_shm_types::{
     Clock, Estimate, Gyro, Header, Heading, Health, Input, Position, Publisher, Sender,
 };
@@ -162,8 +162,8 @@ fn bits(belief: &Belief) -> Vec<u64> {
 /// Plays it again to the same bits; how much of a gyro, of wheels, headings and fixes was in it.
 fn replay(recording: &Recording, config: &Config) -> [usize; 4] {
     let settings = settings_knowing(config, recording.gyro);
-    let slots = vec![Slot::default(); config.history.capacity];
-    let mut estimator = Estimator::starting(settings, recording.stamp, &recording.start, slots);
+    let places = places(&settings, config.history.capacity);
+    let mut estimator = Estimator::starting(settings, recording.stamp, &recording.start, places);
     assert_eq!(recording.gaps.ticks, 0);
     let mut counts = [0; 4];
     for tick in &recording.ticks {

@@ -5,7 +5,7 @@ use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::filter::Filter;
 use crate::found::{Finding, Found, Start};
-use crate::history::{Court, Drive, History, Slot};
+use crate::history::{Court, Drive, History, Storage};
 use crate::input::TickInputs;
 use crate::kind::{Answer, Key, Measured, Measurement, SeenPart};
 use crate::outbox::Outbox;
@@ -14,34 +14,35 @@ use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
 use crate::terms::Terms;
 
-/// One robot's estimator. `S` is the history's storage: an array, a `Vec` or a borrowed slice of [`Slot`]s; it is
-/// filled once at start and never grows. It should hold what is measured within [`Settings::history`]: a second at
+/// One robot's estimator. `S` is the history's storage: an array, a `Vec` or a borrowed slice of [`Slot`](crate::Slot)s, with a gyro
+/// a [`WithGyro`](crate::WithGyro); it is filled once at start and never grows. It should hold what is measured within [`Settings::history`]: a second at
 /// 50 Hz of odometry, 10 Hz of fixes and 10 Hz of exchange with four robots is 140; 512 leave room for bursts.
 /// A slot takes about 400 bytes.
 #[derive(Clone, Debug)]
-pub struct Estimator<S> {
+pub struct Estimator<S: Storage> {
     settings: Settings,
-    history: History<S>,
+    history: History<S::Slots, S::Samples>,
     found: Found,
     /// The latest tick's stamp.
     now: Stamp,
     outbox: Outbox,
 }
 
-impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
+impl<S: Storage> Estimator<S> {
     /// An estimator that believes `initial` at `stamp`. Measurements must be later than `stamp`.
     #[must_use]
     pub fn new(settings: Settings, stamp: Stamp, initial: Belief, storage: S) -> Self {
         Self::starting(settings, stamp, &Start::Known(initial), storage)
     }
 
-    /// An estimator that knows no more than `start` says at `stamp`.
+    /// An estimator that knows no more than `start` says at `stamp`. Where `settings` have a gyro and `storage` has no room for its
+    /// samples, each of them is answered with [`Verdict::NoRoom`].
     #[must_use]
     pub fn starting(settings: Settings, stamp: Stamp, start: &Start, storage: S) -> Self {
         let filter = Filter::starting(stamp, start).with_gyro(settings.gyro());
         Self {
             settings,
-            history: History::new(stamp, &filter, storage),
+            history: History::new(stamp, &filter, storage.split()),
             found: Found::new(stamp, start),
             now: stamp,
             outbox: Outbox::new(),
@@ -298,7 +299,7 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Estimator<S> {
 /// A tick whose stamp goes back answers with the belief then, or, before the history's beginning, with the belief at
 /// the beginning; time never runs backwards. One far ahead extrapolates in a few legs however far it is; that
 /// extrapolation is not kept, so that a single wrong stamp does no lasting harm.
-pub fn step<'a, S: AsRef<[Slot]> + AsMut<[Slot]>>(
+pub fn step<'a, S: Storage>(
     estimator: &'a mut Estimator<S>,
     inputs: &TickInputs<'_>,
 ) -> TickOutputs<'a> {

@@ -42,7 +42,8 @@
 //!
 //! # Slip
 //!
-//! Where gyro and wheels part, the turn is the gyro's alone, and the bias learns nothing (`slip.rs`).
+//! Where gyro and wheels part, the turn is the gyro's alone, and the bias learns nothing (`slip.rs`). A single sample of the gyro that
+//! parts from the wheels and from its own neighbours is not used (`history/turns.rs`).
 
 mod slip;
 
@@ -101,6 +102,8 @@ pub struct GyroState {
     pub bias_variance: f64,
     /// Since when the wheels slip.
     pub slipping_since: Option<Stamp>,
+    /// So many of its samples were wild, since the start: they were not used.
+    pub wild: u32,
 }
 
 /// The bias, its error jointly with the pose's, and how wheels and gyro agree.
@@ -112,6 +115,8 @@ pub(crate) struct Bias {
     /// A neighbour was heard.
     heard: bool,
     parting: Parting,
+    /// So many of the gyro's samples.
+    wild: u32,
 }
 
 /// The bias in one of the two parts of the covariance.
@@ -192,7 +197,12 @@ impl Bias {
             bias: self.mean,
             bias_variance: self.variance(),
             slipping_since: self.parting.since,
+            wild: self.wild,
         }
+    }
+
+    pub(crate) fn mean(&self) -> f64 {
+        self.mean
     }
 
     #[inline]
@@ -305,6 +315,7 @@ impl Bias {
     #[inline]
     fn fuse(&mut self, passage: &Passage) -> Option<Fused> {
         let (turned, dt_s) = (passage.turned?, passage.dt_s);
+        self.wild = self.wild.saturating_add_signed(turned.wild);
         let (held, mut noise) = passage.motion.held_over(dt_s);
         let [_, _, turn] = held;
         let common = self.variance() * dt_s * dt_s;
@@ -664,6 +675,7 @@ mod tests {
             turned: (!at.is_multiple_of(11)).then_some(Turned {
                 angle: 0.02 * (if stands { 0.03 } else { turn + 0.03 }),
                 variance: 1e-8,
+                wild: 0,
             }),
         }
     }

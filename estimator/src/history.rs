@@ -45,6 +45,7 @@ mod places;
 mod replay;
 mod ring;
 mod settle;
+mod storage;
 mod turns;
 mod ways;
 
@@ -60,6 +61,8 @@ use entry::{Checkpoint, Entry};
 pub use places::MOST_SLOTS;
 use ring::Ring;
 pub(crate) use settle::Court;
+use storage::{Samples, Slots};
+pub use storage::{Storage, WithGyro};
 pub use turns::GYRO_SAMPLES;
 pub(crate) use turns::Turned;
 use turns::{NotTaken, Turns};
@@ -73,22 +76,22 @@ const INSTANT: Span = Span::from_nanos(1);
 pub struct Slot(Option<Entry>);
 
 #[derive(Clone, Debug)]
-pub(crate) struct History<S> {
+pub(crate) struct History<S, G> {
     /// The filter after everything that has left the history.
     base: Checkpoint,
     /// The last odometry sample that has left it.
     base_odometry: Option<OdometrySample>,
     entries: Ring<S>,
     /// What drives beside the wheels.
-    turns: Turns,
+    turns: Turns<G>,
     /// So many entries, from the oldest on, are up to date.
     evaluated: usize,
     ways: Ways,
 }
 
-impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
+impl<S: Slots, G: Samples> History<S, G> {
     /// An empty history that begins with `filter` at `stamp`.
-    pub(crate) fn new(stamp: Stamp, filter: &Filter, storage: S) -> Self {
+    pub(crate) fn new(stamp: Stamp, filter: &Filter, (slots, samples): (S, G)) -> Self {
         Self {
             base: Checkpoint {
                 stamp,
@@ -96,8 +99,8 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
                 samples: 0,
             },
             base_odometry: None,
-            entries: Ring::new(storage),
-            turns: Turns::new(),
+            entries: Ring::new(slots),
+            turns: Turns::new(samples),
             evaluated: 0,
             ways: Ways::new(),
         }
@@ -138,10 +141,10 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
 
     /// Takes in what a gyro said: it drives what ends no earlier.
     pub(crate) fn turn(&mut self, sample: &GyroSample, settings: &Settings) -> Result<(), Verdict> {
-        if settings.gyro().is_none() {
+        let Some(gyro) = settings.gyro() else {
             return Ok(()); // Nobody asks for it.
-        }
-        self.turns.insert(sample).map_err(|why| match why {
+        };
+        self.turns.insert(sample, gyro).map_err(|why| match why {
             NotTaken::Duplicate => Verdict::Duplicate,
             NotTaken::NoRoom => Verdict::NoRoom,
         })?;
@@ -177,7 +180,12 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             if leg.is_measured() {
                 return;
             }
-            let passage = self.turn_over(stamp, &mut leg, court.settings, gyro);
+            let passage = self.turn_over(
+                stamp,
+                &mut leg,
+                self.base.filter.bias.as_ref(),
+                court.settings,
+            );
             if leg.until >= horizon {
                 return;
             }

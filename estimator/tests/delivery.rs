@@ -6,14 +6,16 @@ use std::collections::BTreeMap;
 
 use coloc_estimator::partial::{Alone, BodySighting, Reading, ReadingNoise, SplitPosition};
 use coloc_estimator::{
-    Answer, Belief, Covariance2, Covariance3, Estimator, GlobalPose, GyroSample, GyroSettings,
-    HeadingFix, HeadingOf, LandmarkSighting, LeaderPose, Measurement, Motion, NeighbourPose,
-    OdometrySample, Origin, PartialSighting, Parts, Pose, PoseSaid, PositionFix, RobotId, SeenPart,
-    Settings, Sighting, SightingId, Slot, SlowError, Span, Stamp, TickInputs, Verdict, assist,
-    step,
+    Answer, Belief, Covariance2, Covariance3, Estimator, GYRO_SAMPLES, GlobalPose, GyroSample,
+    GyroSettings, HeadingFix, HeadingOf, LandmarkSighting, LeaderPose, Measurement, Motion,
+    NeighbourPose, OdometrySample, Origin, PartialSighting, Parts, Pose, PoseSaid, PositionFix,
+    RobotId, SeenPart, Settings, Sighting, SightingId, Slot, SlowError, Span, Stamp, TickInputs,
+    Verdict, WithGyro, assist, step,
 };
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+type Robot = Estimator<WithGyro<Vec<Slot>, Vec<GyroSample>>>;
 
 const PERIOD_NS: i64 = 20_000_000;
 /// Measurements are stamped within so many ticks.
@@ -457,12 +459,16 @@ fn settings() -> impl Strategy<Value = Settings> {
     })
 }
 
-fn start(settings: &Settings) -> Estimator<Vec<Slot>> {
+fn start(settings: &Settings) -> Robot {
     let initial = Belief::independent(
         Pose::default(),
         Covariance3::diagonal([0.01, 0.01, 0.01]).unwrap(),
     );
-    Estimator::new(*settings, ns(0), initial, vec![Slot::default(); 256])
+    let places = WithGyro {
+        slots: vec![Slot::default(); 256],
+        samples: vec![GyroSample::default(); GYRO_SAMPLES],
+    };
+    Estimator::new(*settings, ns(0), initial, places)
 }
 
 /// What a run said on its way.
@@ -475,11 +481,7 @@ struct Account {
 }
 
 /// Ticks through the schedule.
-fn run(
-    estimator: &mut Estimator<Vec<Slot>>,
-    schedule: &Schedule,
-    ticks: impl Iterator<Item = i64>,
-) -> Account {
+fn run(estimator: &mut Robot, schedule: &Schedule, ticks: impl Iterator<Item = i64>) -> Account {
     let mut account = Account::default();
     for index in ticks {
         let batch = schedule.get(&index).cloned().unwrap_or_default();
@@ -530,7 +532,7 @@ fn bits(belief: &Belief) -> Vec<u64> {
 }
 
 /// The beliefs at and between the ticks of the last 100 ms, and now.
-fn final_beliefs(estimator: &Estimator<Vec<Slot>>) -> Vec<Vec<u64>> {
+fn final_beliefs(estimator: &Robot) -> Vec<Vec<u64>> {
     let moments = (0..=20).map(|back| tick(LAST_TICK) - Span::from_millis(5 * back));
     moments
         .map(|moment| {

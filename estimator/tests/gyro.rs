@@ -2,9 +2,10 @@
 #![allow(clippy::unwrap_used)] // A test may panic.
 
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Estimate, Estimator, GyroSample, GyroSettings, GyroState,
-    Measurement, Motion, NeighbourPose, OdometrySample, Origin, Parts, Pose, PositionFix, RobotId,
-    Settings, Sighting, Slot, SlowError, Span, Stamp, TickInputs, step,
+    Belief, Covariance2, Covariance3, Estimate, Estimator, GYRO_SAMPLES, GyroSample, GyroSettings,
+    GyroState, Measurement, Motion, NeighbourPose, OdometrySample, Origin, Parts, Pose,
+    PositionFix, RobotId, Settings, Sighting, Slot, SlowError, Span, Stamp, TickInputs, WithGyro,
+    step,
 };
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -14,7 +15,7 @@ const DT_S: f64 = 0.02;
 
 type Matrix7 = SMatrix<f64, 7, 7>;
 type Vector7 = SVector<f64, 7>;
-type Robot = Estimator<Vec<Slot>>;
+type Robot = Estimator<WithGyro<Vec<Slot>, Vec<GyroSample>>>;
 
 const GYRO: GyroSettings = GyroSettings {
     noise: 4e-7,
@@ -39,7 +40,11 @@ fn settings() -> Settings {
 
 fn robot(settings: &Settings, parts: Parts) -> Robot {
     let belief = Belief::gaussian(Pose::default(), parts);
-    Estimator::new(*settings, ns(0), belief, vec![Slot::default(); 256])
+    let places = WithGyro {
+        slots: vec![Slot::default(); 256],
+        samples: vec![GyroSample::default(); GYRO_SAMPLES],
+    };
+    Estimator::new(*settings, ns(0), belief, places)
 }
 
 fn wheels(tick: i64, velocity: [f64; 3], variance: [f64; 3]) -> Measurement {
@@ -294,6 +299,7 @@ fn a_robot_that_stands_learns_the_bias() {
         bias,
         bias_variance,
         slipping_since,
+        ..
     } = state(&estimate);
     let sigma = bias_variance.sqrt();
     assert!(
@@ -451,5 +457,130 @@ fn who_has_heard_a_neighbour_learns_the_bias_from_the_wheels_alone() {
         assert_eq!(after.bias_variance < before.bias_variance, !heard);
         let later = state(&drive(&mut robot, 200..210, 0.1, 0.14));
         assert!(later.bias_variance < after.bias_variance);
+    }
+}
+
+/// A gyro beside wheels that both say the truth of a drive, but for their noise and for what `harm` makes of a sample.
+fn harmed(
+    seconds: i64,
+    turn: impl Fn(f64) -> f64,
+    mut harm: impl FnMut(i64, f64) -> f64,
+    mut look: impl FnMut(&Estimate, f64),
+) {
+    const WHITE: f64 = 2e-4;
+    let mut robot = robot(&settings(), known());
+    let mut chance = Chance(11);
+    let mut heading = 0.0;
+    // Of a uniform number: √3 σ.
+    let mut noise = |sigma: f64| 3.0_f64.sqrt() * sigma * chance.next();
+    let mut sample = 0;
+    for at in 1..=50 * seconds {
+        let stands = at <= 250;
+        let rate = if stands { 0.0 } else { turn(DT_S * nanos(at)) };
+        let velocity = if stands { [0.0; 3] } else { [0.5, 0.0, rate] };
+        let variance = if stands { [1e-10, 1e-10, 4e-6] } else { NOISE };
+        let mut told = velocity;
+        told[2] += noise(variance[2].sqrt());
+        heading += rate * DT_S;
+        let mut batch = vec![wheels(at, told, variance)];
+        batch.extend(gyro(at, rate + 0.03).map(|said| {
+            let Measurement::Gyro(said) = said else {
+                unreachable!("a gyro's")
+            };
+            sample += 1;
+            let rate_radps = harm(sample, said.rate_radps + noise(WHITE / 0.005_f64.sqrt()));
+            Measurement::Gyro(GyroSample { rate_radps, ..said })
+        }));
+        look(&tick(&mut robot, at, &batch), heading);
+    }
+}
+
+/// By how many σ the heading is off.
+fn off(estimate: &Estimate, heading: f64) -> f64 {
+    let [_, _, variance] = estimate.belief.total().variances();
+    (estimate.belief.pose.phi - heading).abs() / variance.sqrt()
+}
+
+/// One of them a second, always to the same side, wherever in a tick.
+#[test]
+fn a_lone_wild_sample_is_neither_slip_nor_a_turn() {
+    for (size, part) in [(5.0, 0), (5.0, 1), (5.0, 2), (-5.0, 3), (0.6, 1), (1e6, 3)] {
+        let (mut worst, mut last, mut spikes) = (0.0_f64, None, 0);
+        harmed(
+            65,
+            |_| 0.0,
+            |sample, rate| {
+                let is_spike = sample > 1000 && sample % 200 == 100 + part;
+                spikes += u32::from(is_spike);
+                if is_spike { rate + size } else { rate }
+            },
+            |estimate, heading| {
+                assert_eq!(state(estimate).slipping_since, None);
+                assert!(estimate.velocity[2].abs() < 0.1, "{:?}", estimate.velocity);
+                worst = worst.max(off(estimate, heading));
+                last = Some(*estimate);
+            },
+        );
+        let last = last.unwrap();
+        assert!(worst < 3.5, "{size} {part}: {worst} σ");
+        assert!(last.belief.total().variances()[2].sqrt() < 0.03);
+        assert_eq!(state(&last).wild, spikes, "{size} {part}");
+        assert!((state(&last).bias - 0.03).abs() < 1e-3);
+    }
+}
+
+/// In a tenth of all samples any number stands for the rate, on a slalom and on the spot.
+#[test]
+fn garbage_turns_nobody() {
+    for (size, swing) in [(10.0, 0.0), (10.0, 1.0), (0.5, 0.0), (1e9, 1.0)] {
+        let mut chance = Chance(5);
+        let (mut slipping, mut ticks, mut last) = (0, 0, 0.0);
+        harmed(
+            65,
+            |time_s| swing * libm::sin(time_s),
+            |_, rate| {
+                if chance.next() < -0.8 {
+                    size * chance.next()
+                } else {
+                    rate
+                }
+            },
+            |estimate, heading| {
+                ticks += 1;
+                slipping += i32::from(state(estimate).slipping_since.is_some());
+                last = (estimate.belief.pose.phi - heading).abs();
+            },
+        );
+        assert!(last < 0.05, "{size} {swing}: {last} rad");
+        assert!(
+            50 * slipping < ticks,
+            "{size} {swing}: {slipping} of {ticks}"
+        );
+    }
+}
+
+/// Somebody pushes the robot, by 2 rad/s for a fifth of a second, of which its wheels know nothing: no sample of that is wild.
+#[test]
+fn a_push_is_no_wild_sample() {
+    for begins in 0..4 {
+        let pushed = move |sample: i64| (2000 + begins..2040 + begins).contains(&sample);
+        let (mut heading, mut last) = (0.0, None);
+        harmed(
+            15,
+            |_| 0.0,
+            |sample, rate| {
+                if pushed(sample) {
+                    heading += 2.0 * 0.005;
+                    rate + 2.0
+                } else {
+                    rate
+                }
+            },
+            |estimate, _| last = Some(*estimate),
+        );
+        let last = last.unwrap();
+        let error = (last.belief.pose.phi - heading).abs();
+        let sigma = last.belief.total().variances()[2].sqrt();
+        assert!(error < 2e-3 + 3.0 * sigma, "{begins}: {error} ± {sigma}");
     }
 }

@@ -21,7 +21,7 @@ use super::team::{NotATeam, Place, Robots, Team};
 use super::transition::Past;
 use crate::convert::GlobalPose;
 use crate::estimator::Estimator;
-use crate::history;
+use crate::history::Storage;
 use crate::input::TickInputs;
 use crate::kind::{Kind, LeaderPose, Measured, Measurement, Origin, RobotId, Sighting};
 use crate::list::FixedList;
@@ -166,7 +166,7 @@ pub struct Assistant {
 }
 
 /// One tick of a robot that has a part in a team; as pure as [`crate::step`].
-pub fn step<'a, S: AsRef<[history::Slot]> + AsMut<[history::Slot]>>(
+pub fn step<'a, S: Storage>(
     estimator: &'a mut Estimator<S>,
     assistant: &'a mut Assistant,
     inputs: &TickInputs<'_>,
@@ -313,11 +313,7 @@ impl Assistant {
     }
 
     /// What was kept back of the measurements.
-    fn take_in<S: AsRef<[history::Slot]> + AsMut<[history::Slot]>>(
-        &mut self,
-        estimator: &mut Estimator<S>,
-        inputs: &TickInputs<'_>,
-    ) {
+    fn take_in<S: Storage>(&mut self, estimator: &mut Estimator<S>, inputs: &TickInputs<'_>) {
         for measurement in inputs.measurements {
             if !self.keeps_back(measurement) {
                 continue;
@@ -332,7 +328,7 @@ impl Assistant {
         }
     }
 
-    fn see<S: AsRef<[history::Slot]> + AsMut<[history::Slot]>>(
+    fn see<S: Storage>(
         &mut self,
         estimator: &Estimator<S>,
         sighting: &Sighting,
@@ -362,7 +358,7 @@ impl Assistant {
     }
 
     /// What makes the edges, then acknowledgements, then data.
-    fn hear_all<S: AsRef<[history::Slot]> + AsMut<[history::Slot]>>(
+    fn hear_all<S: Storage>(
         &mut self,
         estimator: &mut Estimator<S>,
         now: Stamp,
@@ -407,7 +403,7 @@ impl Assistant {
             .map(|_| ())
     }
 
-    fn hear<S: AsRef<[history::Slot]> + AsMut<[history::Slot]>>(
+    fn hear<S: Storage>(
         &mut self,
         estimator: &mut Estimator<S>,
         terms: &Terms,
@@ -436,7 +432,7 @@ impl Assistant {
         }
     }
 
-    fn judge<S: AsRef<[history::Slot]> + AsMut<[history::Slot]>>(
+    fn judge<S: Storage>(
         &mut self,
         estimator: &Estimator<S>,
         terms: &Terms,
@@ -466,11 +462,7 @@ impl Assistant {
     }
 
     /// What goes out.
-    fn tell<S: AsRef<[history::Slot]> + AsMut<[history::Slot]>>(
-        &mut self,
-        estimator: &mut Estimator<S>,
-        now: Stamp,
-    ) {
+    fn tell<S: Storage>(&mut self, estimator: &mut Estimator<S>, now: Stamp) {
         let Some((terms, at)) = self.terms(now, estimator.settings()) else {
             return;
         };
@@ -486,11 +478,7 @@ impl Assistant {
     }
 
     /// A leader's first hops; how many found no room.
-    fn say_first<S: AsRef<[history::Slot]> + AsMut<[history::Slot]>>(
-        &mut self,
-        estimator: &Estimator<S>,
-        terms: &Terms,
-    ) -> usize {
+    fn say_first<S: Storage>(&mut self, estimator: &Estimator<S>, terms: &Terms) -> usize {
         let mut overflowed = 0;
         let due = self.due;
         for seen in due.as_slice() {
@@ -537,12 +525,7 @@ impl Assistant {
     }
 
     /// Time-outs, then what a child can hand on; how much found no room.
-    fn hand_on<S: AsRef<[history::Slot]> + AsMut<[history::Slot]>>(
-        &mut self,
-        estimator: &Estimator<S>,
-        terms: &Terms,
-        at: Now,
-    ) -> usize {
+    fn hand_on<S: Storage>(&mut self, estimator: &Estimator<S>, terms: &Terms, at: Now) -> usize {
         let most = Span::from_nanos(self.agreement.period.as_nanos() / 2);
         let way = |from: Stamp, to: Stamp| {
             if to - from > most || from - to > most {
@@ -678,7 +661,7 @@ fn millis(stamp: Stamp) -> u32 {
     stamp.as_nanos().div_euclid(1_000_000) as u32
 }
 
-fn report<S: AsRef<[history::Slot]> + AsMut<[history::Slot]>>(
+fn report<S: Storage>(
     estimator: &mut Estimator<S>,
     sender: RobotId,
     stamp: Stamp,

@@ -1,7 +1,8 @@
 //! Whether wheels and gyro say the same.
 //!
 //! Both measure one turn. The innovation of a leg is white with a known variance, so that it, and what has come together of it in half
-//! a second, tell when one of the two lies. It is the wheels, which slip: a gyro has no ground to lose.
+//! a second, tell when one of the two lies. It is the wheels, which slip: a gyro has no ground to lose. But for a single sample that is wild:
+//! that one is not here any more (`history/turns.rs`).
 
 use crate::stamp::Stamp;
 

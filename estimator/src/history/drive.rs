@@ -1,9 +1,9 @@
 //! What drives the robot between two stamps: a sample, a sample held, or nothing that is known.
 
-use super::turns::Turned;
+use super::turns::{Expected, Turned};
 use crate::covariance::Covariance3;
 use crate::filter::Filter;
-use crate::gyro::Passage;
+use crate::gyro::{Bias, Passage};
 use crate::kind::OdometrySample;
 use crate::motion::Motion;
 use crate::output::OdometryState;
@@ -94,6 +94,26 @@ impl Leg {
             motion: self.motion(from, settings),
             is_measured: self.is_measured(),
             turned,
+        }
+    }
+
+    /// What the wheels expect a gyro of that bias to read over the leg, from its beginning `from`.
+    #[cold]
+    pub(crate) fn expected(
+        &self,
+        from: Stamp,
+        bias: Option<&Bias>,
+        settings: &OdometrySettings,
+    ) -> Expected {
+        if matches!(self.drive, Drive::Unknown) {
+            return Expected::default();
+        }
+        let dt_s = (self.until - from).as_seconds();
+        let ([_, _, turn], noise) = self.motion(from, settings).held_over(dt_s);
+        let bias = bias.map_or(0.0, Bias::mean);
+        Expected {
+            rate: self.is_measured().then_some(turn / dt_s + bias),
+            density: noise.pp / dt_s,
         }
     }
 

@@ -2,12 +2,13 @@
 
 use super::drive::{Drive, Leg};
 use super::entry::{Checkpoint, Entry};
-use super::{History, INSTANT, Slot};
+use super::storage::{Samples, Slots};
+use super::{History, INSTANT};
 use crate::assist::datum::Reading;
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::filter::Filter;
-use crate::gyro::{GyroSettings, Passage};
+use crate::gyro::{Bias, Passage};
 use crate::kind::{Measured, OdometrySample};
 use crate::motion::{Motion, propagate};
 use crate::outbox::Outbox;
@@ -16,7 +17,7 @@ use crate::settings::{OdometrySettings, Settings};
 use crate::stamp::Stamp;
 use crate::terms::Terms;
 
-impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
+impl<S: Slots, G: Samples> History<S, G> {
     /// Applies, in their order, the entries up to `until` that are not up to date. What an entry has to tell the world
     /// goes to `outbox` the first time it is applied.
     pub(crate) fn replay(&mut self, until: Stamp, terms: &Terms<'_>, outbox: &mut Outbox) {
@@ -79,7 +80,8 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
             let from = checkpoint.stamp;
             let mut leg = self.leg(from, to, checkpoint.samples, &settings.odometry);
             if let Some(gyro) = self.gyro(settings) {
-                let passage = self.turn_over(from, &mut leg, settings, gyro);
+                let passage =
+                    self.turn_over(from, &mut leg, checkpoint.filter.bias.as_ref(), settings);
                 checkpoint.filter.predict_turning(&passage, gyro);
             } else {
                 leg.predict(&mut checkpoint.filter, from, settings);
@@ -100,9 +102,11 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         let mut bias = self.base.filter.bias;
         while from < to {
             let mut leg = self.leg(from, to, next, &settings.odometry);
-            if let (Some(bias), Some(gyro)) = (&mut bias, self.gyro(settings)) {
-                let passage = self.turn_over(from, &mut leg, settings, gyro);
-                pass(&bias.drive(&passage, gyro), passage.dt_s);
+            if let Some(gyro) = self.gyro(settings) {
+                let passage = self.turn_over(from, &mut leg, bias.as_ref(), settings);
+                if let Some(bias) = &mut bias {
+                    pass(&bias.drive(&passage, gyro), passage.dt_s);
+                }
             } else {
                 let motion = leg.motion(from, &settings.odometry);
                 pass(&motion, (leg.until - from).as_seconds());
@@ -160,12 +164,20 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
         &self,
         from: Stamp,
         leg: &mut Leg,
+        bias: Option<&Bias>,
         settings: &Settings,
-        gyro: &GyroSettings,
     ) -> Passage {
+        let odometry = &settings.odometry;
+        let Some(gyro) = settings.gyro() else {
+            return leg.passage(from, None, odometry);
+        };
         let apart = matches!(leg.drive, Drive::Unknown);
-        let (until, turned) = self.turns.over(from, leg.until, apart, gyro);
+        let (until, mut turned) = self.turns.over(from, leg.until, apart, gyro);
         leg.until = until;
-        leg.passage(from, turned, &settings.odometry)
+        if turned.is_some() && self.turns.is_suspect(from, gyro) {
+            let expected = leg.expected(from, bias, odometry);
+            turned = self.turns.over_tamed([from, until], &expected, gyro);
+        }
+        leg.passage(from, turned, odometry)
     }
 }

@@ -1,7 +1,8 @@
 //! What leaves the history is judged ([`crate::found`]), and the base is what comes of it.
 
+use super::History;
 use super::entry::Checkpoint;
-use super::{History, Slot};
+use super::storage::{Samples, Slots};
 use crate::belief::Belief;
 use crate::found::{Found, Looking, Ruling, Word};
 use crate::kind::{HeadingFix, Measured, Measurement, PoseSaid};
@@ -17,7 +18,7 @@ pub(crate) struct Court<'a> {
     pub(crate) outbox: &'a mut Outbox,
 }
 
-impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
+impl<S: Slots, G: Samples> History<S, G> {
     /// The oldest entry leaves, and is judged. Where that changes the base, or who is trusted, all that is left is out of date.
     pub(super) fn settle_oldest(&mut self, court: &mut Court<'_>) {
         if self.evaluated == 0 {

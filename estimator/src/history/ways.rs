@@ -4,7 +4,8 @@
 //! legs before the first whole block and after the last are passed one by one. Which are put together first depends on the time
 //! alone: the way is the same to the bit whether it was kept or not.
 
-use super::{History, Slot};
+use super::History;
+use super::storage::{Samples, Slots};
 use crate::found::Stride;
 use crate::settings::Settings;
 use crate::stamp::{Span, Stamp};
@@ -83,7 +84,7 @@ impl Ways {
     }
 }
 
-impl<S: AsRef<[Slot]> + AsMut<[Slot]>> History<S> {
+impl<S: Slots, G: Samples> History<S, G> {
     /// Keeps the ways of the whole blocks up to `to`.
     pub(crate) fn keep_ways(&mut self, to: Stamp, settings: &Settings) {
         if settings.gyro().is_some() {
@@ -154,10 +155,11 @@ fn is_whole(from: Stamp, until: Stamp) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Slot;
     use super::*;
     use crate::belief::Belief;
     use crate::filter::Filter;
-    use crate::kind::{Measured, OdometrySample};
+    use crate::kind::{GyroSample, Measured, OdometrySample};
     use crate::motion::Motion;
     use crate::settings::OdometrySettings;
 
@@ -178,13 +180,15 @@ mod tests {
         Stamp::default() + Span::from_millis(ms)
     }
 
-    fn history() -> History<[Slot; 24]> {
+    type Short = History<[Slot; 24], [GyroSample; 0]>;
+
+    fn history() -> Short {
         let begins = at(-30);
         let filter = Filter::beginning(begins, Belief::default());
-        History::new(begins, &filter, [Slot::default(); 24])
+        History::new(begins, &filter, ([Slot::default(); 24], []))
     }
 
-    fn hear(history: &mut History<[Slot; 24]>, from: i64, to: i64, velocity: f64) {
+    fn hear(history: &mut Short, from: i64, to: i64, velocity: f64) {
         let noise = crate::covariance::Covariance2::diagonal([0.01, 0.02]);
         let sample = OdometrySample {
             source: 0,

@@ -2,8 +2,9 @@
 
 use coloc_estimator::angle::wrap;
 use coloc_estimator::{
-    Belief, Covariance2, Covariance3, Estimate, Estimator, Measurement, NeighbourPose, Origin,
-    Pose, PositionFix, RobotId, Settings, Sighting, Slot, SlowError, TickInputs, step,
+    Belief, Covariance2, Covariance3, Estimate, Estimator, GYRO_SAMPLES, GyroSample, Measurement,
+    NeighbourPose, Origin, Pose, PositionFix, RobotId, Settings, Sighting, Slot, SlowError,
+    TickInputs, WithGyro, step,
 };
 
 use super::Row;
@@ -132,7 +133,7 @@ impl Outcome {
 /// A robot with two estimators, of which one hears no gyro.
 struct Robot {
     world: World,
-    with_gyro: Estimator<Vec<Slot>>,
+    with_gyro: Estimator<WithGyro<Vec<Slot>, Vec<GyroSample>>>,
     wheels: Estimator<Vec<Slot>>,
     heard: Vec<Measurement>,
     slipping: Slipping,
@@ -233,18 +234,19 @@ impl Robot {
         let start = Pose::new(0.0, 3.0 * f64::from(id(robot).0), 0.0);
         world.place.position = [start.x + x, start.y + y];
         world.place.heading = heading;
-        let estimator = |gyro| {
-            let settings = Settings {
-                gyro,
-                ..Settings::default()
-            };
-            let belief = Belief::independent(start, squared(START));
-            Estimator::new(settings, stamp(0), belief, vec![Slot::default(); 256])
+        let belief = Belief::independent(start, squared(START));
+        let slots = vec![Slot::default(); 256];
+        let wheels = Estimator::new(Settings::default(), stamp(0), belief, slots.clone());
+        let settings = Settings {
+            gyro: Some(settings()),
+            ..Settings::default()
         };
+        let samples = vec![GyroSample::default(); GYRO_SAMPLES];
+        let with_gyro = Estimator::new(settings, stamp(0), belief, WithGyro { slots, samples });
         Self {
             world,
-            with_gyro: estimator(Some(settings())),
-            wheels: estimator(None),
+            with_gyro,
+            wheels,
             heard: Vec::new(),
             slipping: Slipping::default(),
         }
