@@ -410,6 +410,12 @@ impl Judge {
         }
     }
 
+    /// Whether it cannot be right.
+    #[must_use]
+    pub fn is_alarm(&self) -> bool {
+        self.contained == Contained::No
+    }
+
     /// After a slot in which the estimate was outside, inside, or could not be judged.
     pub fn judge(&mut self, is_outside: Option<bool>) -> Contained {
         match is_outside {

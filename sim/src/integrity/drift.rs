@@ -1,0 +1,91 @@
+//! A fix that goes away slowly: the region is dragged along, until something does not fit.
+
+use super::Form;
+use super::bar::{Bars, found, quantile};
+use super::faults::{Found, Kinds, runs, times};
+use super::setting::SLOT_S;
+use super::slots::Source;
+use crate::campaign::Finding;
+use crate::honest::table::{Table, percent};
+
+/// The specification's time to the alarm: half of it is asked for, in the median \[s\].
+const BAR_S: f64 = 15.0 / 2.0;
+/// The drift that is asked about \[m/s\].
+const ASKED: f64 = 0.05;
+
+const KINDS: [Kinds; 4] = [
+    kind("fix of R1, 0.05 m/s", 0, ASKED),
+    kind("fix of R2, 0.05 m/s", 1, ASKED),
+    kind("fix of R1, 0.2 m/s", 0, 0.2),
+    kind("fix of R1, 0.02 m/s", 0, 0.02),
+];
+
+const fn kind(name: &'static str, robot: usize, drift: f64) -> Kinds {
+    Kinds {
+        name,
+        source: Source::Fix(robot),
+        metres: 0.0,
+        drift,
+    }
+}
+
+/// Slots until the truth was outside \[s\].
+#[allow(clippy::cast_precision_loss)] // Slots.
+fn lost_s(found: &[Found]) -> f64 {
+    let lost = found.iter().filter_map(|it| it.lost);
+    let mut times: Vec<_> = lost.map(|it| it as f64 * SLOT_S).collect();
+    quantile(&mut times, 0.5)
+}
+
+/// What is found.
+#[must_use]
+#[allow(clippy::cast_precision_loss)] // Hundreds.
+pub fn find(form: &Form) -> Finding {
+    found("A fix that goes away slowly", form, |worlds, bars| {
+        let mut table = Table::new([
+            "MR.CLAM",
+            "who lies",
+            "times",
+            "found within 30 s",
+            "time to the alarm, s (median / 90 % / most)",
+            "truth outside before the alarm",
+            "first so after, s (median)",
+        ]);
+        let form = &Form {
+            every: 3 * form.every,
+            ..form.clone()
+        };
+        let mut lines = Bars::default();
+        for (number, world) in worlds {
+            for (kind, found) in KINDS.iter().zip(runs(form, world, 1, &KINDS)) {
+                let alarms = found.iter().filter(|it| it.alarm.is_some()).count();
+                let lost = found.iter().filter(|it| it.lost.is_some()).count();
+                let share = |it: usize| percent(it as f64 / found.len().max(1) as f64);
+                table.row([
+                    number.to_string(),
+                    kind.name.into(),
+                    found.len().to_string(),
+                    share(alarms),
+                    times(&found),
+                    share(lost),
+                    format!("{:.1}", lost_s(&found)),
+                ]);
+                if (kind.drift - ASKED).abs() < 1e-9 {
+                    // What is not found in time counts as never.
+                    let time = |it: &Found| it.alarm.map_or(f64::INFINITY, |it| it as f64 * SLOT_S);
+                    let mut all: Vec<_> = found.iter().map(time).collect();
+                    let middle = quantile(&mut all, 0.5);
+                    lines.hold(
+                        middle <= BAR_S,
+                        &format!(
+                            "MR.CLAM {number}: {}: found after {middle:.1} s in the median (half of the specification's 12 to 17: {BAR_S})",
+                            kind.name
+                        ),
+                    );
+                }
+            }
+        }
+        bars.table(&table.text());
+        bars.append(lines);
+    })
+}
