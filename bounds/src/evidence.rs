@@ -144,6 +144,17 @@ impl Area {
         }
     }
 
+    /// What both allow; `None` if that is nothing.
+    fn intersect(&self, other: &Self) -> Option<Self> {
+        let ends = |it: &Self, axis: usize, sign: f64| it.centre[axis] + sign * it.half[axis];
+        let least = [0, 1].map(|axis| ends(self, axis, -1.0).max(ends(other, axis, -1.0)));
+        let most = [0, 1].map(|axis| ends(self, axis, 1.0).min(ends(other, axis, 1.0)));
+        (least[0] <= most[0] && least[1] <= most[1]).then(|| Self {
+            centre: [0, 1].map(|axis| f64::midpoint(least[axis], most[axis])),
+            half: [0, 1].map(|axis| (most[axis] - least[axis]) / 2.0),
+        })
+    }
+
     fn reversed(&self) -> Self {
         Self {
             centre: self.centre.map(|it| -it),
@@ -159,7 +170,8 @@ impl Area {
     }
 
     /// Around it, turned by any angle of `angle`.
-    fn turned(&self, angle: AngleInterval) -> Self {
+    #[must_use]
+    pub fn turned(&self, angle: AngleInterval) -> Self {
         let [right, up, left, down] = [0, 1, 2, 3].map(|k| {
             crate::measurement::support_of_box(spaced(k, 4), self.centre, self.half, angle)
         });
@@ -229,9 +241,14 @@ impl Gather {
         self.heading = both.unwrap_or(AngleInterval::UNKNOWN);
     }
 
-    /// The receiver says this now.
+    /// The receiver says this now. Where it cannot have been by an earlier fix of the slot, the newer one counts alone.
     pub fn fix(&mut self, area: Area) {
-        self.fix = Some((area, Since::begin(self.heading)));
+        let before = self
+            .fix
+            .take()
+            .map(|(area, since)| area.plus(&since.area()));
+        let both = before.and_then(|it| it.intersect(&area));
+        self.fix = Some((both.unwrap_or(area), Since::begin(self.heading)));
     }
 
     /// A neighbour is seen now. The newest sighting of each is kept.
@@ -242,6 +259,15 @@ impl Gather {
         }
         let ahead = Since::begin(AngleInterval::new(0.0, 0.0));
         self.seen.push((seen, ahead));
+    }
+
+    /// The same of a receiver whose antenna is at `lever` in the robot's frame \[m\].
+    pub fn fix_of_antenna(&mut self, area: Area, lever: [f64; 2]) {
+        let arm = Area {
+            centre: lever,
+            half: [0.0; 2],
+        };
+        self.fix(area.plus(&arm.turned(self.heading).reversed()));
     }
 
     /// Something that is no evidence, but is to be judged, has the robot here now.

@@ -16,7 +16,7 @@ pub fn find(form: &Form) -> Finding {
         |worlds, bars| {
             let mut table = Table::new(HEAD);
             for (number, world) in worlds {
-                let mut tally = runs(form, world, Setting::USUAL, form.runs.min(4));
+                let mut tally = runs(form, world, Setting::USUAL, form.runs.min(1));
                 table.row(row(*number, &mut tally));
             }
             bars.table(&table.text());
