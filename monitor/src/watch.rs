@@ -213,8 +213,8 @@ impl Watch {
         self.open_slots = 0;
         let own = self.team[self.own];
         self.last = shm::Integrity {
-            header: self.header((current + 1) * self.slot_ns),
-            epoch: epoch(current),
+            header: self.header(current * self.slot_ns),
+            epoch: epoch(current - 1),
             robot: own,
             state: shm::Integrity::STALE,
             ..shm::Integrity::default()

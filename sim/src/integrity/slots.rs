@@ -165,6 +165,21 @@ impl Drive {
         monitor.close(&evidence).unwrap_or_else(|_| unreachable!())
     }
 
+    /// Closes slot `number` as if `robot` had no receiver; where that has it, all the same.
+    pub(super) fn close_without_fix(
+        &self,
+        monitor: &mut Monitor,
+        number: usize,
+        robot: usize,
+    ) -> Option<Area> {
+        let all = (0..self.start.len()).map(|it| self.evidence(monitor, number, it, None));
+        let mut evidence: Vec<_> = all.map(Some).collect();
+        let fix = evidence[robot].as_mut().and_then(|it| it.fix.take());
+        // The arena of the settings is one.
+        let _ = monitor.close(&evidence);
+        fix
+    }
+
     fn evidence(
         &self,
         monitor: &Monitor,
