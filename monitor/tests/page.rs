@@ -40,7 +40,9 @@ fn the_example_is_understood() {
     let page = page();
     let (_, rest) = page.split_once("```toml\n").unwrap();
     let (text, _) = rest.split_once("```").unwrap();
-    let text = format!("[robot]\nname = \"a\"\nid = 1\n[odometry]\nmax_speed_mps = 2.0\nmax_turn_rate_radps = 3.0\n[odometry.base]\n{text}");
+    let text = format!(
+        "[robot]\nname = \"a\"\nid = 1\n[odometry]\nmax_speed_mps = 2.0\nmax_turn_rate_radps = 3.0\n[odometry.base]\n{text}"
+    );
     let (config, bounds) = Config::parse_with::<Bounds>(&text, Path::new("robot.toml")).unwrap();
     let integrity = Config::parse_with::<Integrity>(&text, Path::new("robot.toml"));
     assert_eq!(integrity.unwrap().1, Integrity::default());
