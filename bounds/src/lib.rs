@@ -12,6 +12,7 @@
 //! * [`Sandwich`]: the inner and the outer polygon.
 //! * [`Team`]: regions that go on from epoch to epoch while robots move.
 //! * [`slot`]: what the measurements of a slot bring, and who is suspected if they exclude one another.
+//! * [`evidence`]: what a robot tells the others of a slot; [`monitor`]: what all of that leaves, slot by slot, and whether an estimate can be right.
 //! * [`diagnosis`]: what does not fit, and how far an estimate is outside.
 //!
 //! Positions are the only unknowns. Headings come in as intervals. The same inputs give the same bits on any machine: sines are `libm`'s.
@@ -19,9 +20,11 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // Where tests compare floats exactly, they mean it.
 
 pub mod diagnosis;
+pub mod evidence;
 pub mod heading;
 mod interval;
 mod measurement;
+pub mod monitor;
 pub mod polygon;
 mod polytope;
 mod program;

@@ -213,6 +213,11 @@ impl Polytope {
         }
     }
 
+    /// Forgets the inequalities whose source `keep` does not keep.
+    pub fn retain(&mut self, keep: impl Fn(Source) -> bool) {
+        self.rows.retain(|row| keep(row.source));
+    }
+
     /// How many robots.
     #[must_use]
     pub fn robots(&self) -> usize {

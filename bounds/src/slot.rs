@@ -17,6 +17,8 @@ pub enum Suspect {
     Sightings(usize),
     /// Where a robot was, or how it moved.
     Motion(usize),
+    /// The compass of a robot. Of headings alone: no half-plane is ever said by one.
+    Compass(usize),
 }
 
 /// What came of a slot.
@@ -36,12 +38,14 @@ pub enum Verdict {
 }
 
 /// What came of a slot and of its measurements.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Closed {
     /// Of those that mean something, together.
     pub verdict: Verdict,
     /// Of those that mean nothing, by their place in the list.
     pub refused: Vec<(usize, Refused)>,
+    /// All rows that were believed. Empty of measurements where none was.
+    pub believed: Polytope,
 }
 
 /// Narrows what `team` is predicted to be at by the measurements of a slot.
@@ -69,22 +73,39 @@ pub fn close(
             team.keep(&mut region);
             Verdict::Kept
         }
-        Err(NoVertex::Infeasible(conflict)) => resolve(team, &polytope, measurements, &conflict),
-        Err(NoVertex::Failed) => Verdict::Failed,
+        Err(NoVertex::Infeasible(conflict)) => {
+            resolve(team, &mut polytope, measurements, &conflict)
+        }
+        Err(NoVertex::Failed) => {
+            polytope.retain(is_prediction);
+            Verdict::Failed
+        }
     };
-    Ok(Closed { verdict, refused })
+    Ok(Closed {
+        verdict,
+        refused,
+        believed: polytope,
+    })
 }
 
+fn is_prediction(source: Source) -> bool {
+    !matches!(source, Source::Measurement(_))
+}
+
+/// Leaves in `polytope` what is believed.
 fn resolve(
     team: &mut Team,
-    polytope: &Polytope,
+    polytope: &mut Polytope,
     measurements: &[Measurement],
     conflict: &Conflict,
 ) -> Verdict {
     let suspects = suspects(polytope, measurements, conflict);
-    if !suspects.is_empty() {
-        let meant = |source| suspects.iter().any(|it| it.means(source, measurements));
-        if let Ok(mut region) = polytope.region_of(|source| !meant(source)) {
+    let meant = |source| suspects.iter().any(|it| it.means(source, measurements));
+    if suspects.is_empty() || polytope.region_of(|source| !meant(source)).is_err() {
+        polytope.retain(is_prediction);
+    } else {
+        polytope.retain(|source| !meant(source));
+        if let Ok(mut region) = polytope.region() {
             forget(team, &suspects);
             team.keep(&mut region);
         }

@@ -136,6 +136,14 @@ pub struct Config {
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
     pub track: SomebodyElses,
+    /// Read by `coloc-bounds`.
+    #[serde(default, skip_serializing)]
+    #[schemars(skip)]
+    pub bounds: SomebodyElses,
+    /// Read by `coloc-bounds`.
+    #[serde(default, skip_serializing)]
+    #[schemars(skip)]
+    pub integrity: SomebodyElses,
 }
 
 /// A configuration that is allowed, and what is unlikely about it.
@@ -177,6 +185,8 @@ impl Config {
             gnss: SomebodyElses::default(),
             laser: SomebodyElses::default(),
             track: SomebodyElses::default(),
+            bounds: SomebodyElses::default(),
+            integrity: SomebodyElses::default(),
         }
     }
 

@@ -5,8 +5,9 @@ use core::fmt::Debug;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    Answer, Assist, AssistAck, DriverStatus, Estimate, Gyro, Header, Heading, Increment, Neighbour,
-    Odometry, Pose, Position, RelativePose, Scan, Seen, Sighting, Status, Timing, Tracked,
+    Answer, Assist, AssistAck, DriverStatus, Estimate, Evidence, Gyro, Header, Heading, Increment,
+    Integrity, Neighbour, Odometry, Pose, Position, RelativePose, Scan, Seen, Sighting, Status,
+    Timing, Tracked,
 };
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
@@ -50,6 +51,10 @@ pub enum Channel {
     Increment,
     /// Where neighbours are, seen from here.
     Tracked,
+    /// What a robot's own sensors say of a slot, with hard bounds.
+    Evidence,
+    /// Where the robot must be, and whether its estimate can be right.
+    Integrity,
 }
 
 /// What is said on a channel, and how its service is dimensioned.
@@ -96,6 +101,8 @@ pub enum Speaker {
     Tracker,
     /// Other robots' `coloc-track`, each as itself.
     Trackers,
+    /// The robot's own `coloc-bounds`.
+    Bounds,
 }
 
 /// For whom it is.
@@ -174,7 +181,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 19] = [
+    pub const TABLE: [Told; 21] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
@@ -375,6 +382,30 @@ impl Channel {
             buffer: 128,
             ..DRIVERS
         },
+        Told {
+            channel: Self::Evidence,
+            name: "evidence",
+            what: "what this robot's own sensors say of a slot, with hard bounds, for the team's `coloc-bounds`",
+            by: Speaker::Bounds,
+            to: Audience::Anyone,
+            age: Age::Millis(1000),
+            size: size_of::<Evidence>(),
+            publishers: 4,
+            // All others of a team, and who listens in.
+            subscribers: Self::TEAM + 16,
+            buffer: 4,
+            ..DRIVERS
+        },
+        Told {
+            channel: Self::Integrity,
+            name: "integrity",
+            what: "where this robot must be, and whether its estimate can be right, as `coloc-bounds` has it",
+            by: Speaker::Bounds,
+            age: Age::Millis(5000),
+            size: size_of::<Integrity>(),
+            buffer: 4,
+            ..DAEMON
+        },
     ];
 
     /// All of them.
@@ -476,6 +507,8 @@ travels! {
     Scan "v1",
     Increment "v1" [start_ns],
     Tracked "v1" [seen_ns],
+    Evidence "v1",
+    Integrity "v1" [judged_stamp_ns],
 }
 
 #[cfg(test)]
@@ -522,6 +555,8 @@ mod tests {
         assert_named::<Status>();
         assert_named::<DriverStatus>();
         assert_named::<Scan>();
+        assert_named::<Evidence>();
+        assert_named::<Integrity>();
     }
 
     #[test]

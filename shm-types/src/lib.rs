@@ -51,9 +51,10 @@ pub use identity::{Sender, Sessions, SourceState};
 pub use input::Input;
 pub use matrix::all_finite;
 pub use payload::{
-    Answer, Assist, AssistAck, AssistCounters, CanCounters, DriverStatus, Estimate, Gyro, Header,
-    Heading, Increment, Latency, Losses, Neighbour, Odometry, OdometryKind, Pose, Position,
-    RelativePose, Scan, Seen, Sighting, SourceHealth, Status, Timing, Tracked,
+    Answer, Assist, AssistAck, AssistCounters, CanCounters, DriverStatus, Estimate, Evidence, Gyro,
+    Header, Heading, Increment, Integrity, Latency, Losses, Neighbour, Odometry, OdometryKind,
+    Pose, Position, RelativePose, Scan, Seen, SeenWithin, Sighting, SourceHealth, Status, Suspect,
+    Timing, Tracked,
 };
 pub use reject::Reject;
 pub use rhythm::Rhythm;

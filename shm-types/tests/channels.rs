@@ -23,6 +23,7 @@ fn row(told: &Told) -> String {
         Speaker::Neighbours => "other robots' `colocd`",
         Speaker::Tracker => "`coloc-track`",
         Speaker::Trackers => "other robots' `coloc-track`",
+        Speaker::Bounds => "`coloc-bounds`",
     };
     let to = match told.to {
         Audience::Robot => "`colocd`",

@@ -1,6 +1,7 @@
 //! Sightings that say a part only, and what is told and answered of them: every reason for which one is refused.
 use coloc_shm_types::{
-    Answer, Clock, Header, Increment, Limits, Present, Reject, Seen, Sighting, Tracked,
+    Answer, Clock, Evidence, Header, Increment, Integrity, Limits, Present, Reject, Seen,
+    SeenWithin, Sighting, Suspect, Tracked,
 };
 
 const NOW_NS: i64 = 1_000_000;
@@ -273,4 +274,90 @@ fn a_robot_without_a_name_is_for_trackers_and_by_both_numbers() {
     assert_eq!(check(alone), Err(Reject::Unsupported));
     let place = |it: &mut Sighting| it.who = Sighting::LANDMARK;
     assert_eq!(check(place), Err(Reject::Unsupported));
+}
+
+fn evidence() -> Evidence {
+    let mut evidence = Evidence {
+        header: from(2, NOW_NS),
+        epoch: 7,
+        moved: [0.1; 16],
+        turn: [0.2, 0.05],
+        compass: [1.0, 0.09],
+        fix: [3.0, 4.0],
+        fix_half: [0.3, 0.3],
+        seen_count: 1,
+        has: Evidence::FIX | Evidence::COMPASS,
+        ..Evidence::default()
+    };
+    evidence.seen[0] = SeenWithin {
+        observed: 1,
+        centre: [2.0, 1.0],
+        half: [0.3, 0.3],
+        turn: 0.4,
+        turn_half: 0.05,
+        ..SeenWithin::default()
+    };
+    evidence
+}
+
+#[test]
+fn evidence_is_refused_for_its_reason() {
+    let check = after(evidence(), Evidence::validate);
+    assert_eq!(check(|_| ()), Ok(()));
+    let all: [Case<Evidence>; 11] = [
+        (|it| it.moved[3] = f64::NAN, Reject::NotFinite),
+        (|it| it.seen[0].centre[1] = f64::INFINITY, Reject::NotFinite),
+        (
+            |it| it.seen[0].half[0] = -0.1,
+            Reject::NotPositiveSemidefinite,
+        ),
+        (|it| it.fix_half[1] = -0.1, Reject::NotPositiveSemidefinite),
+        (|it| it.turn[1] = -0.1, Reject::NotPositiveSemidefinite),
+        // It cannot have gone nowhere.
+        (|it| it.moved[4] = -0.2, Reject::Unsupported),
+        (|it| it.seen_count = 17, Reject::Unsupported),
+        (|it| it.has = 4, Reject::Unsupported),
+        (|it| it.reserved[0] = 1, Reject::Unsupported),
+        (|it| it.seen[0].observed = 99, Reject::UnknownRobot),
+        (
+            |it| it.header.stamp_ns = NOW_NS + 1_000_000_000,
+            Reject::FromFuture,
+        ),
+    ];
+    for (place, (change, reason)) in all.into_iter().enumerate() {
+        assert_eq!(check(change), Err(reason), "{place}");
+    }
+}
+
+#[test]
+fn a_word_on_integrity_is_refused_for_its_reason() {
+    let word = Integrity {
+        header: from(1, NOW_NS),
+        robot: 1,
+        vertex_count: 3,
+        conflict_count: 1,
+        conflicts: {
+            let mut all = [Suspect::default(); 8];
+            all[0].kind = Suspect::COMPASS;
+            all
+        },
+        ..Integrity::default()
+    };
+    let check = after(word, Integrity::validate);
+    assert_eq!(check(|_| ()), Ok(()));
+    assert_eq!((word.vertices().len(), word.conflicts().len()), (3, 1));
+    let all: [Case<Integrity>; 9] = [
+        (|it| it.area_m2 = f64::NAN, Reject::NotFinite),
+        (|it| it.vertices[31][1] = f64::NAN, Reject::NotFinite),
+        (|it| it.distance_m = -1.0, Reject::NotPositiveSemidefinite),
+        (|it| it.state = 6, Reject::Unsupported),
+        (|it| it.contained = 3, Reject::Unsupported),
+        (|it| it.vertex_count = 33, Reject::Unsupported),
+        (|it| it.conflict_count = 9, Reject::Unsupported),
+        (|it| it.conflicts[0].kind = 0, Reject::Unsupported),
+        (|it| it.robot = 2, Reject::Unsupported),
+    ];
+    for (place, (change, reason)) in all.into_iter().enumerate() {
+        assert_eq!(check(change), Err(reason), "{place}");
+    }
 }

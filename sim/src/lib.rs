@@ -21,6 +21,7 @@ pub mod fleet;
 pub mod found;
 pub mod gyro;
 pub mod honest;
+pub mod integrity;
 pub mod laser;
 pub mod leaders;
 pub mod memory;

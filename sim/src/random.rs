@@ -44,6 +44,8 @@ pub enum Purpose {
     Laser = 17,
     /// What a ranging radio says too much, and its noise.
     Radio = 18,
+    /// Errors that end at a bound, a compass, and in which direction somebody lies.
+    Integrity = 19,
 }
 
 /// All randomness of a run: a pure function of (seed, run, purpose, robots, step).

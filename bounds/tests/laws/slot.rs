@@ -92,7 +92,9 @@ fn honest_measurements_narrow_everything() {
         sighting(0, 1, 0.05),
         sighting(1, 2, 0.0),
     ];
-    let Closed { verdict, refused } = closed(&mut team, &all);
+    let Closed {
+        verdict, refused, ..
+    } = closed(&mut team, &all);
     assert_eq!((verdict, refused), (Verdict::Kept, vec![]));
     for (robot, at) in TRUTH.iter().enumerate() {
         assert!(holds(&team.regions[robot], *at));

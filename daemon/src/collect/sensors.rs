@@ -31,9 +31,7 @@ impl Sensors {
     /// What was seen from the sensor, seen from the body: `mount ⊕ z`.
     #[must_use]
     pub fn of_body(&self, seen: &Sighting) -> Sighting {
-        let mut entries = self.relative_pose.sensor.iter();
-        let own = entries.find(|it| it.source == seen.origin.source);
-        let [x, y, phi] = own.map_or(self.relative_pose.mount, |it| it.mount);
+        let [x, y, phi] = self.mount_of_relative(seen.origin.source);
         if x == 0.0 && y == 0.0 && phi == 0.0 {
             return *seen;
         }
@@ -49,6 +47,14 @@ impl Sensors {
         }
     }
 
+    /// Where a sensor of relative poses is \[m, m, rad\].
+    #[must_use]
+    pub fn mount_of_relative(&self, source: u16) -> [f64; 3] {
+        let mut entries = self.relative_pose.sensor.iter();
+        let own = entries.find(|it| it.source == source);
+        own.map_or(self.relative_pose.mount, |it| it.mount)
+    }
+
     /// Where the sensor of a sighting that says a part is: the message's own word, if it has one.
     pub(super) fn mount_of(&self, message: &shm::Sighting) -> Pose {
         let mut entries = self.sighting.sensor.iter();
@@ -62,7 +68,8 @@ impl Sensors {
     }
 
     /// Where the antenna of a fix is \[m\]: the message's own word, if it has one.
-    pub(super) fn lever_of(&self, message: &Position) -> [f64; 2] {
+    #[must_use]
+    pub fn lever_of(&self, message: &Position) -> [f64; 2] {
         let [forward, left] = message.lever_m;
         if forward != 0.0 || left != 0.0 {
             return message.lever_m;
@@ -72,7 +79,8 @@ impl Sensors {
     }
 
     /// How late the stamp of a fix is.
-    pub(super) fn delay_of(&self, message: &Position) -> Span {
+    #[must_use]
+    pub fn delay_of(&self, message: &Position) -> Span {
         let own = self.receiver(message.header.source);
         Span::from_seconds(own.map_or(self.position.delay_s, |it| it.delay_s))
     }
@@ -83,7 +91,8 @@ impl Sensors {
     }
 
     /// The slow error of a fix: likewise, σ and time each by itself.
-    pub(super) fn slow_of_fix(&self, message: &Position) -> SlowError {
+    #[must_use]
+    pub fn slow_of_fix(&self, message: &Position) -> SlowError {
         let all = (self.position.slow_sigma_m, self.position.slow_time_s);
         let own = self.receiver(message.header.source);
         let usual = own.map_or(all, |it| (it.slow_sigma_m, it.slow_time_s));
@@ -99,7 +108,8 @@ impl Sensors {
     }
 
     /// A heading in the common frame \[rad\], and what it is the heading of.
-    pub(super) fn looking(&self, message: &Heading) -> (f64, HeadingOf) {
+    #[must_use]
+    pub fn looking(&self, message: &Heading) -> (f64, HeadingOf) {
         let own = self.compass(message.header.source);
         if message.what == Heading::COURSE {
             let course = HeadingOf::Course {

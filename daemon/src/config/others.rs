@@ -21,7 +21,7 @@ pub(super) struct Other {
 }
 
 /// All of them.
-pub(super) const OTHERS: [Other; 3] = [
+pub(super) const OTHERS: [Other; 5] = [
     Other {
         name: "gnss",
         program: "coloc-gnss check",
@@ -36,6 +36,16 @@ pub(super) const OTHERS: [Other; 3] = [
         name: "track",
         program: "coloc-track check",
         is_in: |config| config.track.is_there,
+    },
+    Other {
+        name: "bounds",
+        program: "coloc-bounds check",
+        is_in: |config| config.bounds.is_there,
+    },
+    Other {
+        name: "integrity",
+        program: "coloc-bounds check",
+        is_in: |config| config.integrity.is_there,
     },
 ];
 

@@ -1,0 +1,53 @@
+//! `integrity`: the monitor of hard bounds, on recorded drives; see `coloc_sim::integrity`.
+
+use std::error::Error;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use coloc_sim::campaign::{Page, Part, recordings, run};
+use coloc_sim::integrity::{Form, contain, drift, faults, lies, usual};
+
+/// Is the truth inside of the region of the hard bounds, how large is that, and how soon is who lies found?
+#[derive(Parser)]
+struct Args {
+    /// What some seconds of one processor are enough for
+    #[arg(long)]
+    short: bool,
+    /// Where all chance comes from
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The folder with recordings; else `COLOC_DATA`, else `shared/data` beside the repository or above
+    #[arg(long, value_name = "FOLDER")]
+    data: Option<PathBuf>,
+    /// These parts alone: contain, lies, faults, drift, usual
+    #[arg(long, value_name = "PART")]
+    only: Vec<String>,
+    /// Write the tables between the marks of this document
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+}
+
+/// What it consists of.
+const PARTS: [Part<Form>; 5] = [
+    ("contain", contain::find),
+    ("lies", lies::find),
+    ("faults", faults::find),
+    ("drift", drift::find),
+    ("usual", usual::find),
+];
+
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let args = Args::parse();
+    let data = recordings(args.data);
+    let form = if args.short {
+        Form::short(args.seed, data)
+    } else {
+        Form::long(args.seed, data)
+    };
+    let page = args.markdown.as_deref().map(|path| Page {
+        path,
+        mark: "integrity",
+    });
+    run(&PARTS, &args.only, &form, page)
+}

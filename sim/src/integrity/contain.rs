@@ -1,0 +1,225 @@
+//! Honest robots whose errors are within their bounds: is the truth inside, and does anybody cry wolf?
+
+use coloc_bounds::evidence::Area;
+use coloc_bounds::monitor::{Contained, Judge, Standing, distance};
+use rayon::prelude::*;
+
+use super::Form;
+use super::bar::{Bars, found, quantile};
+use super::setting::Setting;
+use super::slots::{Drive, margin};
+use crate::campaign::Finding;
+use crate::honest::table::{Table, digits};
+use crate::method::Kind;
+use crate::mrclam::GridWorld;
+
+/// The specification's median areas of R1, R2 and of the others \[m²\].
+const AREAS_M2: [f64; 2] = [0.22, 0.93];
+/// A fifth more is allowed.
+const AREA_ROOM: f64 = 1.2;
+/// The specification's share of all below 1.4 m².
+const MOST_M2: f64 = 1.4;
+
+/// What came of a run, or of several.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tally {
+    pub(super) slots: usize,
+    pub(super) truth_outside: usize,
+    pub(super) heading_outside: usize,
+    pub(super) violated: usize,
+    pub(super) starting: usize,
+    /// Robots' slots in which the estimate was outside.
+    pub(super) single: usize,
+    pub(super) alarms: usize,
+    /// Of those that are proven: the estimate is at least that far from any place that satisfies all rows.
+    pub(super) proven: usize,
+    pub(super) open: usize,
+    pub(super) least_margin: f64,
+    pub(super) areas: Vec<Vec<f64>>,
+    pub(super) headings: Vec<Vec<f64>>,
+}
+
+impl Tally {
+    pub(super) fn of(drive: &Drive, robots: usize) -> Self {
+        let mut monitor = drive.monitor();
+        let mut tally = Self {
+            least_margin: f64::INFINITY,
+            areas: vec![Vec::new(); robots],
+            headings: vec![Vec::new(); robots],
+            ..Self::default()
+        };
+        let mut judges = vec![Judge::new(2, 5); robots];
+        for (number, slot) in drive.slots.iter().enumerate() {
+            let outcome = drive.close(&mut monitor, number, None);
+            tally.slots += 1;
+            tally.violated += usize::from(outcome.standing == Standing::Violated);
+            tally.starting += usize::from(outcome.standing == Standing::Starting);
+            for (robot, judge) in judges.iter_mut().enumerate() {
+                let is_open = monitor.is_open(robot);
+                tally.open += usize::from(is_open);
+                if let Some(truth) = slot.truth[robot] {
+                    let inside = margin(&monitor, robot, [truth.x, truth.y]);
+                    tally.least_margin = tally.least_margin.min(inside);
+                    tally.truth_outside += usize::from(inside < 0.0);
+                    let turned = monitor.team.headings[robot].contains(truth.phi, 0.0);
+                    tally.heading_outside += usize::from(!turned);
+                }
+                if let Some(polygon) = monitor.polygon(robot) {
+                    tally.areas[robot].push(coloc_bounds::polygon::area(&polygon));
+                    tally.headings[robot].push(monitor.team.headings[robot].half);
+                }
+                let here = Area {
+                    centre: slot.estimates[robot],
+                    half: [0.0; 2],
+                };
+                let known = outcome.standing == Standing::Ok && !is_open;
+                let far = known
+                    .then(|| distance(&outcome.believed, robot, &here).ok())
+                    .flatten();
+                let is_outside = far.map(|it| it.at_least > 0.0);
+                let before = *judge;
+                let is_alarm = judge.judge(is_outside) == Contained::No;
+                tally.single += usize::from(is_outside == Some(true));
+                let is_new = is_alarm && !before.is_alarm();
+                tally.alarms += usize::from(is_new);
+                let outside = margin(&monitor, robot, here.centre) < 0.0
+                    || far.is_some_and(|it| it.at_least > 0.0);
+                tally.proven += usize::from(is_new && outside);
+            }
+        }
+        tally
+    }
+
+    fn plus(mut self, other: Self) -> Self {
+        self.slots += other.slots;
+        self.truth_outside += other.truth_outside;
+        self.heading_outside += other.heading_outside;
+        self.violated += other.violated;
+        self.starting += other.starting;
+        self.single += other.single;
+        self.alarms += other.alarms;
+        self.proven += other.proven;
+        self.open += other.open;
+        self.least_margin = self.least_margin.min(other.least_margin);
+        for (all, more) in self.areas.iter_mut().zip(other.areas) {
+            all.extend(more);
+        }
+        for (all, more) in self.headings.iter_mut().zip(other.headings) {
+            all.extend(more);
+        }
+        self
+    }
+}
+
+/// All runs of a recording.
+pub(super) fn runs(form: &Form, world: &GridWorld, setting: Setting, runs: u16) -> Tally {
+    use crate::world::World as _;
+    let robots = world.robots();
+    let of = |run: u16| {
+        let seed = [form.seed, u64::from(run)];
+        let drive = Drive::new(world, setting, Kind::Coloc, seed, form.slots);
+        Tally::of(&drive, robots)
+    };
+    let all = (0..runs).into_par_iter().map(of).collect::<Vec<_>>();
+    all.into_iter().reduce(Tally::plus).unwrap_or_default()
+}
+
+/// In a row of a table: recording, slots, truth outside, headings outside, least margin, areas, the largest 1 %, violated.
+pub(super) fn row(number: u32, tally: &mut Tally) -> [String; 9] {
+    let medians: Vec<_> = tally
+        .areas
+        .iter_mut()
+        .map(|it| digits(quantile(it, 0.5)))
+        .collect();
+    let mut headings: Vec<_> = tally.headings.iter().flatten().copied().collect();
+    let mut areas: Vec<_> = tally.areas.iter().flatten().copied().collect();
+    [
+        number.to_string(),
+        tally.slots.to_string(),
+        tally.truth_outside.to_string(),
+        tally.heading_outside.to_string(),
+        format!("{:.2} mm", 1e3 * tally.least_margin),
+        medians.join(" "),
+        digits(quantile(&mut areas, 0.99)),
+        format!("{:.1}°", quantile(&mut headings, 0.5).to_degrees()),
+        format!("{} / {} / {}", tally.violated, tally.single, tally.alarms),
+    ]
+}
+
+pub(super) const HEAD: [&str; 9] = [
+    "MR.CLAM",
+    "slots",
+    "truth outside",
+    "heading outside",
+    "least margin",
+    "median area of R1 … R5, m²",
+    "99 % below, m²",
+    "median heading ±",
+    "slots violated / estimate outside / alarms",
+];
+
+/// What is found.
+#[must_use]
+pub fn find(form: &Form) -> Finding {
+    found(
+        "Honest robots, errors within their bounds",
+        form,
+        |worlds, bars| {
+            let mut table = Table::new(HEAD);
+            let tallies: Vec<_> = worlds
+                .iter()
+                .map(|(number, world)| (*number, runs(form, world, Setting::HARD, form.runs)))
+                .collect();
+            let mut judged = Vec::new();
+            let mut slots = 0;
+            for (number, mut tally) in tallies {
+                table.row(row(number, &mut tally));
+                slots += tally.slots;
+                judged.push((number, tally));
+            }
+            bars.table(&table.text());
+            for (number, tally) in &mut judged {
+                judge(*number, tally, bars);
+            }
+            let violated: usize = judged.iter().map(|it| it.1.violated).sum();
+            bars.hold(
+                violated == 0,
+                &format!("{violated} of {slots} honest slots of the team violated (0)"),
+            );
+        },
+    )
+}
+
+fn judge(number: u32, tally: &mut Tally, bars: &mut Bars) {
+    bars.hold(
+        tally.truth_outside == 0 && tally.heading_outside == 0,
+        &format!(
+            "MR.CLAM {number}: truth outside in {} slots of a robot, heading in {} (0)",
+            tally.truth_outside, tally.heading_outside
+        ),
+    );
+    for (robot, areas) in tally.areas.iter_mut().enumerate() {
+        let document = AREAS_M2[usize::from(robot > 1)];
+        let median = quantile(areas, 0.5);
+        bars.hold(
+            median <= AREA_ROOM * document,
+            &format!(
+                "MR.CLAM {number}: R{} has {median:.3} m² in the median (specification {document}, a fifth more at most)",
+                robot + 1
+            ),
+        );
+    }
+    let mut all: Vec<_> = tally.areas.iter().flatten().copied().collect();
+    let most = quantile(&mut all, 0.99);
+    bars.hold(
+        most <= AREA_ROOM * MOST_M2,
+        &format!("MR.CLAM {number}: 99 % of the areas are below {most:.2} m² (specification {MOST_M2}, a fifth more at most)"),
+    );
+    bars.hold(
+        tally.proven == tally.alarms,
+        &format!(
+            "MR.CLAM {number}: {} of {} alarms of honest estimates are proven",
+            tally.proven, tally.alarms
+        ),
+    );
+}
