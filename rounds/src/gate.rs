@@ -63,12 +63,7 @@ pub struct Correction {
 ///
 /// # Errors
 /// Why not.
-pub fn check(
-    shared: &Shared,
-    told: &Correction,
-    robots: usize,
-    gate: f64,
-) -> Result<(), Refusal> {
+pub fn check(shared: &Shared, told: &Correction, robots: usize, gate: f64) -> Result<(), Refusal> {
     #[allow(clippy::cast_precision_loss)] // A team is small.
     let most = robots as f64;
     if !told.pose.is_finite() || !is_positive(&told.covariance) {

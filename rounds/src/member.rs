@@ -61,8 +61,14 @@ pub struct Shared {
 /// What happens to a robot.
 #[derive(Copy, Clone, Debug, PartialEq)]
 enum Event {
-    Drive { motion: Motion, dt_s: f64 },
-    Fix { position: [f64; 2], noise: Covariance2 },
+    Drive {
+        motion: Motion,
+        dt_s: f64,
+    },
+    Fix {
+        position: [f64; 2],
+        noise: Covariance2,
+    },
     Slot,
     Correction(Correction),
 }

@@ -241,14 +241,7 @@ impl Round {
         joint
     }
 
-    fn take(
-        &mut self,
-        joint: &Joint,
-        taking: &[&Share],
-        absent: &[Robot],
-        slot: u64,
-        factor: f64,
-    ) {
+    fn take(&mut self, joint: &Joint, taking: &[&Share], absent: &[Robot], slot: u64, factor: f64) {
         for (index, &l) in absent.iter().enumerate() {
             self.owe(l, factor);
             for &m in &absent[index + 1..] {
@@ -315,7 +308,11 @@ fn update(joint: &mut Joint, taking: &[&Share], gates: &Gates) -> Vec<Verdict> {
     for (a, share) in taking.iter().enumerate() {
         for sighting in &share.sightings {
             let of_two = sighting.kind.is_of_two();
-            let other = if of_two { place(sighting.observed) } else { Some(a) };
+            let other = if of_two {
+                place(sighting.observed)
+            } else {
+                Some(a)
+            };
             if let Some(b) = other.filter(|b| !of_two || *b != a) {
                 measured.push((!of_two, a, b, *sighting));
             }

@@ -16,6 +16,7 @@ pub mod calibrate;
 pub mod campaign;
 pub mod car;
 pub mod dead_reckoning;
+pub mod dkf;
 pub mod evaluate;
 pub mod fleet;
 pub mod found;

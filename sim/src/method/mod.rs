@@ -13,6 +13,7 @@
 //! | `coloc` | the same with a memory and a trace in m² too: the product's default |
 //! | `coloc-step` | the product's `step` with its history, message by message: the bits of the daemon |
 //! | `ccl` | no messages: one extended Kalman filter of the whole team ([`joint`]) |
+//! | `dkf` | the same, distributed to the letter: factors of the cross-covariances, three rounds of messages ([`dkf`](crate::dkf)) |
 
 pub mod ellipsoidal;
 pub mod joint;
@@ -59,11 +60,13 @@ pub enum Kind {
     ColocStep,
     /// Centralized.
     Ccl,
+    /// The same, distributed.
+    Dkf,
 }
 
 impl Kind {
     /// Every estimator.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Sl,
         Self::SlPlain,
         Self::Nb,
@@ -75,6 +78,7 @@ impl Kind {
         Self::Coloc,
         Self::ColocStep,
         Self::Ccl,
+        Self::Dkf,
     ];
 
     /// What the command line calls it.
@@ -92,6 +96,7 @@ impl Kind {
             Self::Coloc => "coloc",
             Self::ColocStep => "coloc-step",
             Self::Ccl => "ccl",
+            Self::Dkf => "dkf",
         }
     }
 
@@ -116,6 +121,9 @@ impl Kind {
             Self::Ccl => {
                 "centralized: one extended Kalman filter of the whole team, a bound for the others"
             }
+            Self::Dkf => {
+                "the same, distributed to the letter (Roumeliotis and Bekey): three rounds of messages an update"
+            }
         }
     }
 
@@ -128,6 +136,8 @@ impl Kind {
             Self::Nb | Self::Ei | Self::Ci | Self::CiDet => 8 * (3 + 6),
             Self::SplitCi | Self::Damped | Self::Coloc | Self::ColocStep => 8 * (3 + 6 + 6),
             Self::Ccl => 8 * 3,
+            // These count what they send.
+            Self::Dkf => 0,
         }
     }
 
@@ -244,6 +254,19 @@ pub trait Method {
     fn step(&mut self, inputs: &StepInputs, log: &mut dyn FnMut(Innovation));
     /// Where `robot` is believed to be, and P.
     fn estimate(&self, robot: usize) -> (Pose, Matrix3<f64>);
+    /// What was sent so far, of methods that count it themselves; else it is a message of [`Kind::message_bytes`] for each sighting.
+    fn sent(&self) -> Option<Sent> {
+        None
+    }
+}
+
+/// Messages.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Sent {
+    /// How many; one to everybody counts once.
+    pub messages: u64,
+    /// Of all together.
+    pub bytes: u64,
 }
 
 /// The estimator `kind` of a team that begins at `initial`.
@@ -273,5 +296,6 @@ pub fn build(kind: Kind, settings: &FilterSettings, initial: &[Belief]) -> Box<d
         )),
         Kind::ColocStep => Box::new(stepwise::Stepwise::new(settings.clone(), initial)),
         Kind::Ccl => Box::new(joint::Joint::new(settings.clone(), initial)),
+        Kind::Dkf => Box::new(crate::dkf::Dkf::new(settings.clone(), initial)),
     }
 }
