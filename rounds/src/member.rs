@@ -114,16 +114,21 @@ pub struct Member {
 }
 
 impl Member {
-    /// A robot that is at `pose`, of covariance P, at `stamp_ns`, and shares nothing that is known with others. It may join at slot 0.
+    /// A robot that is at `pose`, of covariance P, at `stamp_ns`.
     #[must_use]
-    pub fn new(settings: Settings, stamp_ns: i64, pose: Pose, covariance: Matrix3<f64>) -> Self {
+    pub fn new(
+        settings: Settings,
+        stamp_ns: i64,
+        (pose, covariance): (Pose, Matrix3<f64>),
+        standing: Standing,
+    ) -> Self {
         Self {
             settings,
             now: State {
                 pose,
                 covariance,
                 psi: Matrix3::identity(),
-                standing: Standing::Joining(0),
+                standing,
             },
             now_ns: stamp_ns,
             history: VecDeque::with_capacity(settings.history + 1),

@@ -103,8 +103,9 @@ pub enum Advice {
 pub fn advice(round: &Round, robot: Robot, standing: Standing) -> Advice {
     let told = round.correction(robot);
     match (standing, told) {
-        (Standing::Since(slot), _) if round.slot < slot => Advice::Nothing,
         (Standing::Since(slot), Some(told)) if told.slot == slot => Advice::Nothing,
+        // Whoever told this knows less than the robot.
+        (Standing::Since(slot), _) if round.slot <= slot => Advice::Nothing,
         (Standing::Since(slot), Some(told)) if told.slot > slot => Advice::Correct(*told),
         (Standing::Since(_), told) => Advice::Undo(told.map(|told| told.slot)),
         (Standing::Joining(from), Some(told)) if told.slot >= from => Advice::Correct(*told),
@@ -176,10 +177,16 @@ impl Party {
     /// Of robot `me`, that knows nothing yet.
     #[must_use]
     pub fn new(me: Robot, rules: Rules) -> Self {
+        Self::knowing(me, rules, Arc::new(Round::beginning(rules.robots)))
+    }
+
+    /// Of robot `me`, that knows this round.
+    #[must_use]
+    pub fn knowing(me: Robot, rules: Rules, round: Arc<Round>) -> Self {
         Self {
             me,
             rules,
-            round: Arc::new(Round::beginning(rules.robots)),
+            round,
             at: None,
             unknown: 0,
         }
@@ -193,7 +200,11 @@ impl Party {
 
     /// Whether this robot waited long enough for somebody to know its last round. It joins anew then.
     pub fn has_to_join(&mut self, standing: Standing) -> bool {
-        let is_unknown = matches!(standing, Standing::Since(slot) if slot > self.round.slot);
+        let last = self.round.last(self.me);
+        let is_unknown = match standing {
+            Standing::Since(slot) => slot >= self.round.slot && last != Some(slot),
+            Standing::Joining(_) => false,
+        };
         self.unknown = if is_unknown { self.unknown + 1 } else { 0 };
         self.unknown > self.rules.patience
     }

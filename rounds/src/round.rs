@@ -96,6 +96,26 @@ impl Round {
         }
     }
 
+    /// Of a team that begins together, as if all had taken part in slot 0: independent of one another.
+    #[must_use]
+    pub fn together(robots: &[(Pose, Matrix3<f64>)]) -> Self {
+        let entry = |(pose, covariance): &(Pose, Matrix3<f64>)| {
+            Some(Entry {
+                correction: Correction {
+                    slot: 0,
+                    pose: *pose,
+                    covariance: *covariance,
+                    factor: 1.0,
+                },
+                owed: 1.0,
+            })
+        };
+        Self {
+            entries: robots.iter().map(entry).collect(),
+            ..Self::beginning(robots.len())
+        }
+    }
+
     /// Robots in the team.
     #[must_use]
     pub fn robots(&self) -> usize {

@@ -31,6 +31,7 @@ pub mod mrclam;
 pub mod partial;
 pub mod promises;
 pub mod random;
+pub mod rounds;
 pub mod scale;
 pub mod scenario;
 pub mod sensors;

@@ -44,6 +44,8 @@ pub enum Purpose {
     Laser = 17,
     /// What a ranging radio says too much, and its noise.
     Radio = 18,
+    /// What becomes of a message between robots that make rounds, and who is there.
+    Rounds = 19,
 }
 
 /// All randomness of a run: a pure function of (seed, run, purpose, robots, step).

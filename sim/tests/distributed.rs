@@ -577,20 +577,28 @@ fn assert_sequence(name: &str, split: Split) {
 
 #[test]
 fn relative_poses_and_fixes() {
-    SPLITS.map(|split| assert_sequence("sequence_a.json", split));
+    for split in SPLITS {
+        assert_sequence("sequence_a.json", split);
+    }
 }
 
 #[test]
 fn bearings_ranges_poses_fixes_and_outliers() {
-    SPLITS.map(|split| assert_sequence("sequence_b.json", split));
+    for split in SPLITS {
+        assert_sequence("sequence_b.json", split);
+    }
 }
 
 #[test]
 fn rounds_that_lose_robots() {
-    SPLITS.map(|split| assert_sequence("sequence_c.json", split));
+    for split in SPLITS {
+        assert_sequence("sequence_c.json", split);
+    }
 }
 
 #[test]
 fn batches_and_silent_fixes() {
-    SPLITS.map(|split| assert_sequence("sequence_d.json", split));
+    for split in SPLITS {
+        assert_sequence("sequence_d.json", split);
+    }
 }

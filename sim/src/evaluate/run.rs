@@ -3,8 +3,9 @@
 use std::time::{Duration, Instant};
 
 use crate::evaluate::config::EvalConfig;
-use crate::method::{self, Innovation, Kind, Sensor, Sent};
+use crate::method::{self, FilterSettings, Innovation, Kind, Sensor, Sent};
 use crate::metrics::{NisTotals, Sample, Samples, Totals};
+use crate::random::Noise;
 use crate::sensors::{Sensors, StepInputs};
 use crate::world::World;
 
@@ -33,11 +34,11 @@ pub(super) struct RobotOutcome {
 pub(super) fn run(config: &EvalConfig, kind: Kind, run: u16, advance: &dyn Fn(u64)) -> Outcome {
     let world = config.world(run);
     let sensors = Sensors::new(&*world, &config.scenario, config.seed, run);
-    let mut team = method::build(
-        kind,
-        &config.filters(world.dt_s()),
-        &config.beginning(&*world),
-    );
+    let settings = FilterSettings {
+        noise: Noise::new(config.seed, run),
+        ..config.filters(world.dt_s())
+    };
+    let mut team = method::build(kind, &settings, &config.beginning(&*world));
     let steps = config.steps();
     let robot = RobotOutcome {
         samples: Vec::with_capacity(steps),
