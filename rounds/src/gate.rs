@@ -2,7 +2,8 @@
 //!
 //! A joint update moves a robot by `d = K r`, whose covariance is `D = f P(s) − P⁺`, and never makes it less certain than `f P(s)`; f is 1,
 //! or the block bound's factor where somebody joined. So a leader that lies moves nobody farther than the gate allows for what it says it
-//! has learned, and cannot make a robot more certain without limit: `D` is what the move is held against.
+//! has learned. That it has learned less than it says can be seen by nobody who has not all that it has: a covariance that is too small by
+//! less than [`LEAST`] passes, and with it a move of as many standard deviations of what was shared as the gate has, and no more.
 
 use core::fmt;
 
@@ -18,6 +19,9 @@ pub const CHI2_3_ONE_IN_A_MILLION: f64 = 30.664_849_706_154_26;
 /// Relative to the standard deviations; rounding of an honest leader is far below.
 const ROUNDING: f64 = 1e-9;
 
+/// A round leaves that much of a variance at least, relative: a thousandth of a standard deviation.
+const LEAST: f64 = 1e-6;
+
 /// Why a correction is refused.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Refusal {
@@ -29,6 +33,8 @@ pub enum Refusal {
     Factor,
     /// `P⁺` is not within `f P(s)`.
     LessCertain,
+    /// `P⁺` is less than a round can leave of `f P(s)`.
+    TooCertain,
     /// The move is too far for what is said to have been learned.
     TooFar,
 }
@@ -40,6 +46,7 @@ impl fmt::Display for Refusal {
             Self::NotABelief => "a number or the covariance is none",
             Self::Factor => "the block bound's factor is none of this team's",
             Self::LessCertain => "the covariance is not within the one that was shared",
+            Self::TooCertain => "the covariance is smaller than one round can make it",
             Self::TooFar => "the pose moves farther than what was learned allows",
         })
     }
@@ -78,6 +85,9 @@ pub fn check(shared: &Shared, told: &Correction, robots: usize, gate: f64) -> Re
     if eigen.eigenvalues.min() < -ROUNDING {
         return Err(Refusal::LessCertain);
     }
+    if !leaves_enough(&told.covariance, &before) {
+        return Err(Refusal::TooCertain);
+    }
     let Pose { x, y, phi } = shared.pose;
     let turn = wrap(told.pose.phi - phi);
     let moved = Vector3::new(told.pose.x - x, told.pose.y - y, turn);
@@ -93,6 +103,11 @@ pub fn check(shared: &Shared, told: &Correction, robots: usize, gate: f64) -> Re
     } else {
         Err(Refusal::TooFar)
     }
+}
+
+/// Whether `after ≥ LEAST · before`.
+fn leaves_enough(after: &Matrix3<f64>, before: &Matrix3<f64>) -> bool {
+    (after - before * LEAST).cholesky().is_some()
 }
 
 /// Whether the matrix is a covariance with something left in every direction.

@@ -302,8 +302,7 @@ impl Party {
         };
         let everybody = at.heard.iter().all(Option::is_some);
         if at.leader.is_none() && (everybody || now_ns >= at.begin_ns + self.rules.hello_ns) {
-            // Its own knowledge may have grown since it said hello.
-            at.heard[self.me] = Some(self.round.slot);
+            // By what was said, its own too: so all who heard the same name the same.
             let best = |(id, known): &(usize, u64)| (std::cmp::Reverse(*known), *id);
             let heard = at.heard.iter().enumerate();
             let heard = heard.filter_map(|(id, known)| known.map(|known| (id, known)));
