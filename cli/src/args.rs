@@ -13,6 +13,7 @@ use crate::first_robot::FirstRobotArgs;
 use crate::latency::{LatencyArgs, ReaderArgs};
 use crate::list::ListArgs;
 use crate::listen::ListenArgs;
+use crate::observable::ObservableArgs;
 use crate::output::note;
 use crate::pose::PoseArgs;
 use crate::status::Status;
@@ -33,6 +34,7 @@ use crate::survey::SurveyArgs;
   coloc pose robot1 12.5 -3 1.57        tell it where it is
   coloc calibrate drive.jsonl           what does a recorded drive say of my robot?
   coloc survey drive.jsonl              where do landmarks stand that it has seen?
+  coloc observable --robots 3 --fixes 1 can a team know where it is at all?
   coloc check robot.toml                what does this configuration mean?
   coloc colocd run robot.toml           run the daemon of one robot"
 )]
@@ -57,6 +59,8 @@ pub(crate) enum Command {
     Survey(SurveyArgs),
     /// Find out how accurate and how honest the estimators are, over many runs
     Eval(Box<EvalArgs>),
+    /// Say whether a team of robots can know where it is at all; if not, who has to move or needs a receiver
+    Observable(ObservableArgs),
     /// Find out how soon a new estimate is in other programs' hands, and where the time goes
     Latency(LatencyArgs),
     /// Draw the pictures of docs/first-robot.md

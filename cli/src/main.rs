@@ -27,6 +27,7 @@ mod home;
 mod latency;
 mod list;
 mod listen;
+mod observable;
 mod output;
 mod pictures;
 mod place;
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
         Ok(Command::LatencyReader(args)) => latency::reader(&args),
         Ok(Command::List(args)) => list::command(&args),
         Ok(Command::Listen(args)) => listen::command(&args),
+        Ok(Command::Observable(args)) => observable::command(&args),
         Ok(Command::Pose(args)) => pose::command(&args),
         Ok(Command::Survey(args)) => survey::command(&args),
         Ok(Command::Check { config, strict }) => return daemon::check(&config, strict),

@@ -19,7 +19,9 @@ pub struct Scenario {
     pub radio: Radio,
     /// Silences of the wheel encoders.
     pub drop_outs: Option<DropOuts>,
-    /// What the filters believe of the odometry noise: Q is Table 2's times this.
+    /// What the filters believe of the odometry noise.
+    pub odometry: Odometry,
+    /// And by how much it is multiplied.
     pub noise_factor: f64,
     /// How many robots a synthetic world has; a recording has those that it has.
     pub synthetic_robots: usize,
@@ -69,6 +71,16 @@ pub struct Radio {
     pub delay_s: [f64; 2],
 }
 
+/// What filters believe of the wheels.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Odometry {
+    /// Table 2: no slip, and no noise at standstill.
+    Paper,
+    /// That they slip sideways and roll on after a stop: without it a joint filter is overconfident.
+    Slip,
+}
+
 /// Silences of the odometry.
 #[derive(Copy, Clone, Debug, PartialEq, Serialize)]
 pub struct DropOuts {
@@ -106,6 +118,7 @@ impl Scenario {
             outliers: None,
             radio: Radio::default(),
             drop_outs: None,
+            odometry: Odometry::Paper,
             noise_factor: 1.0,
             synthetic_robots: 5,
         }
@@ -174,6 +187,23 @@ impl Scenario {
                     every_s: 10.0,
                     length_s: [0.2, 1.4],
                 });
+            },
+        );
+        add(
+            "slip",
+            "filters believe that wheels slip sideways and roll on: 5e-3 + 5.075 v², sideways 1e-3",
+            &|s| s.odometry = Odometry::Slip,
+        );
+        add("slip-one-dgps", "the same, DGPS on R1 only", &|s| {
+            s.odometry = Odometry::Slip;
+            s.fixes.robots = vec![0];
+        });
+        add(
+            "slip-lossy",
+            "the same with DGPS on R1 and R2, three of ten messages lost",
+            &|s| {
+                s.odometry = Odometry::Slip;
+                s.radio.loss = 0.3;
             },
         );
         add(

@@ -37,7 +37,7 @@ pub(crate) fn method_color(kind: Kind) -> RGBColor {
         Kind::Ci | Kind::CiDet => sky,
         Kind::SplitCi => blue,
         Kind::Damped | Kind::Coloc | Kind::ColocStep => vermilion,
-        Kind::Ccl => green,
+        Kind::Ccl | Kind::Dkf | Kind::Rounds | Kind::Rounds5 => green,
     }
 }
 

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::config::EvalConfig;
 use super::run::{Outcome, RobotOutcome};
+use crate::method::Sent;
 use crate::metrics::{NisTotals, StepTotals, Totals};
 
 /// The runs of one method so far.
@@ -14,7 +15,7 @@ pub(super) struct Gather {
     /// Finished before an earlier one.
     waiting: BTreeMap<u16, Outcome>,
     pub(super) robots: Vec<RobotGather>,
-    pub(super) messages: u64,
+    pub(super) sent: Sent,
     pub(super) time: Duration,
     every: usize,
 }
@@ -38,7 +39,7 @@ impl Gather {
             next: 0,
             waiting: BTreeMap::new(),
             robots: vec![RobotGather::default(); config.robots()],
-            messages: 0,
+            sent: Sent::default(),
             time: Duration::ZERO,
             every: stride(config),
         }
@@ -47,7 +48,8 @@ impl Gather {
     pub(super) fn add(&mut self, run: u16, outcome: Outcome) {
         self.waiting.insert(run, outcome);
         while let Some(outcome) = self.waiting.remove(&self.next) {
-            self.messages += outcome.messages;
+            self.sent.messages += outcome.sent.messages;
+            self.sent.bytes += outcome.sent.bytes;
             self.time += outcome.time;
             for (robot, outcome) in self.robots.iter_mut().zip(&outcome.robots) {
                 robot.add(outcome, self.every);

@@ -45,7 +45,7 @@ pub struct MethodReport {
     pub robots: Vec<RobotReport>,
     /// Sent per run, by all robots together.
     pub messages_per_run: f64,
-    /// What a message holds: eight bytes for each number.
+    /// What a message holds: eight bytes for each number. The mean, where messages differ.
     pub message_bytes: usize,
     /// Spent per step by the whole team's estimators; not serialized, since it differs from machine to machine.
     #[serde(skip)]
@@ -179,12 +179,9 @@ fn method(kind: Kind, gather: &Gather, config: &EvalConfig, axis: &Axis) -> Meth
         .max(1);
     MethodReport {
         method: kind,
-        messages_per_run: if kind.message_bytes() == 0 {
-            0.0
-        } else {
-            gather.messages as f64 / f64::from(config.runs)
-        },
-        message_bytes: kind.message_bytes(),
+        messages_per_run: gather.sent.messages as f64 / f64::from(config.runs),
+        message_bytes: usize::try_from(gather.sent.bytes / gather.sent.messages.max(1))
+            .unwrap_or(usize::MAX),
         time_per_step: gather.time / steps,
         robots: gather
             .robots

@@ -3,8 +3,9 @@
 use std::time::{Duration, Instant};
 
 use crate::evaluate::config::EvalConfig;
-use crate::method::{self, Innovation, Kind, Sensor};
+use crate::method::{self, FilterSettings, Innovation, Kind, Sensor, Sent};
 use crate::metrics::{NisTotals, Sample, Samples, Totals};
+use crate::random::Noise;
 use crate::sensors::{Sensors, StepInputs};
 use crate::world::World;
 
@@ -15,8 +16,8 @@ const STEPS_PER_REPORT: usize = 2500;
 #[derive(Clone, Debug)]
 pub(super) struct Outcome {
     pub(super) robots: Vec<RobotOutcome>,
-    /// Sightings whose news were sent.
-    pub(super) messages: u64,
+    /// What was sent.
+    pub(super) sent: Sent,
     /// Spent in the estimators alone.
     pub(super) time: Duration,
 }
@@ -33,11 +34,11 @@ pub(super) struct RobotOutcome {
 pub(super) fn run(config: &EvalConfig, kind: Kind, run: u16, advance: &dyn Fn(u64)) -> Outcome {
     let world = config.world(run);
     let sensors = Sensors::new(&*world, &config.scenario, config.seed, run);
-    let mut team = method::build(
-        kind,
-        &config.filters(world.dt_s()),
-        &config.beginning(&*world),
-    );
+    let settings = FilterSettings {
+        noise: Noise::new(config.seed, run),
+        ..config.filters(world.dt_s())
+    };
+    let mut team = method::build(kind, &settings, &config.beginning(&*world));
     let steps = config.steps();
     let robot = RobotOutcome {
         samples: Vec::with_capacity(steps),
@@ -45,14 +46,14 @@ pub(super) fn run(config: &EvalConfig, kind: Kind, run: u16, advance: &dyn Fn(u6
     };
     let mut outcome = Outcome {
         robots: vec![robot; world.robots()],
-        messages: 0,
+        sent: Sent::default(),
         time: Duration::ZERO,
     };
     outcome.observe(&*world, 0, &*team);
     let mut inputs = StepInputs::default();
     for step in 1..steps {
         sensors.fill(step, &mut inputs);
-        outcome.messages += inputs.sightings.len() as u64;
+        outcome.sent.messages += inputs.sightings.len() as u64;
         let before = Instant::now();
         team.step(&inputs, &mut |innovation| {
             outcome_log(&mut outcome.robots, innovation);
@@ -63,6 +64,12 @@ pub(super) fn run(config: &EvalConfig, kind: Kind, run: u16, advance: &dyn Fn(u6
             advance((STEPS_PER_REPORT * world.robots()) as u64);
         }
     }
+    let each = kind.message_bytes() as u64;
+    outcome.sent.bytes = each * outcome.sent.messages;
+    if each == 0 {
+        outcome.sent.messages = 0;
+    }
+    outcome.sent = team.sent().unwrap_or(outcome.sent);
     advance(((steps - (steps - 1) / STEPS_PER_REPORT * STEPS_PER_REPORT) * world.robots()) as u64);
     outcome
 }

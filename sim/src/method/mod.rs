@@ -13,6 +13,8 @@
 //! | `coloc` | the same with a memory and a trace in m² too: the product's default |
 //! | `coloc-step` | the product's `step` with its history, message by message: the bits of the daemon |
 //! | `ccl` | no messages: one extended Kalman filter of the whole team ([`joint`]) |
+//! | `rounds`, `rounds-5` | no poses: the same in rounds at 2 and 5 Hz, own fixes silent ([`rounds`](crate::rounds)) |
+//! | `dkf` | the same, distributed to the letter: factors of the cross-covariances, three rounds of messages ([`dkf`](crate::dkf)) |
 
 pub mod ellipsoidal;
 pub mod joint;
@@ -22,14 +24,16 @@ pub mod stepwise;
 pub mod team;
 pub mod wheels;
 
-use coloc_estimator::noise::OdometryNoise;
+use coloc_estimator::noise::{OdometryNoise, Variance};
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Motion, Pose, Propagation, Settings, Stamp, propagate,
 };
 use nalgebra::Matrix3;
 use serde::Serialize;
 
-use crate::scenario::Scenario;
+use crate::random::Noise;
+use crate::rounds::{Crew, Plan};
+use crate::scenario::{Odometry, Radio, Scenario};
 use crate::sensors::StepInputs;
 use rule::Rule;
 
@@ -59,11 +63,17 @@ pub enum Kind {
     ColocStep,
     /// Centralized.
     Ccl,
+    /// The same, distributed.
+    Dkf,
+    /// The same, in rounds at 2 Hz.
+    Rounds,
+    /// In rounds at 5 Hz.
+    Rounds5,
 }
 
 impl Kind {
     /// Every estimator.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 14] = [
         Self::Sl,
         Self::SlPlain,
         Self::Nb,
@@ -75,6 +85,9 @@ impl Kind {
         Self::Coloc,
         Self::ColocStep,
         Self::Ccl,
+        Self::Dkf,
+        Self::Rounds,
+        Self::Rounds5,
     ];
 
     /// What the command line calls it.
@@ -92,6 +105,9 @@ impl Kind {
             Self::Coloc => "coloc",
             Self::ColocStep => "coloc-step",
             Self::Ccl => "ccl",
+            Self::Dkf => "dkf",
+            Self::Rounds => "rounds",
+            Self::Rounds5 => "rounds-5",
         }
     }
 
@@ -116,6 +132,13 @@ impl Kind {
             Self::Ccl => {
                 "centralized: one extended Kalman filter of the whole team, a bound for the others"
             }
+            Self::Dkf => {
+                "the same, distributed to the letter (Roumeliotis and Bekey): three rounds of messages an update"
+            }
+            Self::Rounds => {
+                "the same in rounds at 2 Hz over a network that loses, own fixes between them"
+            }
+            Self::Rounds5 => "the same in rounds at 5 Hz",
         }
     }
 
@@ -128,6 +151,8 @@ impl Kind {
             Self::Nb | Self::Ei | Self::Ci | Self::CiDet => 8 * (3 + 6),
             Self::SplitCi | Self::Damped | Self::Coloc | Self::ColocStep => 8 * (3 + 6 + 6),
             Self::Ccl => 8 * 3,
+            // These count what they send.
+            Self::Dkf | Self::Rounds | Self::Rounds5 => 0,
         }
     }
 
@@ -153,6 +178,10 @@ pub struct FilterSettings {
     pub product: Settings,
     /// The longest that a message is under way \[steps\].
     pub longest_delay: usize,
+    /// What happens to messages of methods that have a network of their own …
+    pub radio: Radio,
+    /// … and its chance.
+    pub noise: Noise,
 }
 
 impl FilterSettings {
@@ -164,11 +193,36 @@ impl FilterSettings {
         let fix = scenario.fixes.sigma_m * scenario.fixes.sigma_m;
         Self {
             dt_s,
-            odometry: scaled(OdometryNoise::paper(), scenario.noise_factor),
+            odometry: scaled(scenario.odometry.noise(), scenario.noise_factor),
             relative: Covariance3::diagonal(variances).unwrap_or_default(),
             fix: Covariance2::diagonal([fix, fix]).unwrap_or_default(),
             product: Settings::default(),
             longest_delay: (scenario.radio.delay_s[1] / dt_s).ceil() as usize,
+            radio: scenario.radio,
+            noise: Noise::new(1, 0),
+        }
+    }
+}
+
+impl Odometry {
+    /// Per sample of 50 Hz.
+    #[must_use]
+    pub fn noise(self) -> OdometryNoise {
+        let constant = |a| Variance {
+            a,
+            ..Variance::default()
+        };
+        let paper = OdometryNoise::paper();
+        match self {
+            Self::Paper => paper,
+            Self::Slip => OdometryNoise {
+                forward: Variance {
+                    a: 5e-3,
+                    ..paper.forward
+                },
+                sideways: constant(1e-3),
+                ..paper
+            },
         }
     }
 }
@@ -244,6 +298,19 @@ pub trait Method {
     fn step(&mut self, inputs: &StepInputs, log: &mut dyn FnMut(Innovation));
     /// Where `robot` is believed to be, and P.
     fn estimate(&self, robot: usize) -> (Pose, Matrix3<f64>);
+    /// What was sent so far, of methods that count it themselves; else it is a message of [`Kind::message_bytes`] for each sighting.
+    fn sent(&self) -> Option<Sent> {
+        None
+    }
+}
+
+/// Messages.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Sent {
+    /// How many; one to everybody counts once.
+    pub messages: u64,
+    /// Of all together.
+    pub bytes: u64,
 }
 
 /// The estimator `kind` of a team that begins at `initial`.
@@ -273,5 +340,8 @@ pub fn build(kind: Kind, settings: &FilterSettings, initial: &[Belief]) -> Box<d
         )),
         Kind::ColocStep => Box::new(stepwise::Stepwise::new(settings.clone(), initial)),
         Kind::Ccl => Box::new(joint::Joint::new(settings.clone(), initial)),
+        Kind::Dkf => Box::new(crate::dkf::Dkf::new(settings.clone(), initial)),
+        Kind::Rounds => Box::new(Crew::new(settings.clone(), initial, Plan::at(2.0))),
+        Kind::Rounds5 => Box::new(Crew::new(settings.clone(), initial, Plan::at(5.0))),
     }
 }

@@ -7,6 +7,7 @@ use coloc_estimator::noise::{OdometryNoise, Variance};
 use coloc_estimator::{Belief, Covariance2, Covariance3, Pose, Propagation, Settings};
 
 use super::life::Life;
+use crate::Scenario;
 use crate::honest::increment::{Increment, Place};
 use crate::honest::score::{Score, nees};
 use crate::honest::turning::{FASTEST, STRETCH_S, Turning};
@@ -220,6 +221,6 @@ fn settings(life: Life, propagation: Propagation) -> FilterSettings {
             propagation,
             ..Settings::default()
         },
-        longest_delay: 0,
+        ..FilterSettings::new(&Scenario::paper(), 1.0 / f64::from(RATE_HZ))
     }
 }

@@ -1,0 +1,126 @@
+//! What of a `Round` a robot believes: nothing that a joint update could not have made.
+//!
+//! A joint update moves a robot by `d = K r`, whose covariance is `D = f P(s) − P⁺`, and never makes it less certain than `f P(s)`; f is 1,
+//! or the block bound's factor where somebody joined. So a leader that lies moves nobody farther than the gate allows for what it says it
+//! has learned. That it has learned less than it says can be seen by nobody who has not all that it has: a covariance that is too small by
+//! less than [`LEAST`] passes, and with it a move of as many standard deviations of what was shared as the gate has, and no more.
+
+use core::fmt;
+
+use coloc_estimator::angle::wrap;
+use coloc_estimator::{Covariance3, Pose};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::member::Shared;
+
+/// χ² with three degrees of freedom, 1 − 10⁻⁶: rounds are many.
+pub const CHI2_3_ONE_IN_A_MILLION: f64 = 30.664_849_706_154_26;
+
+/// Relative to the standard deviations; rounding of an honest leader is far below.
+const ROUNDING: f64 = 1e-9;
+
+/// A round leaves that much of a variance at least, relative: a thousandth of a standard deviation.
+const LEAST: f64 = 1e-6;
+
+/// Why a correction is refused.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Refusal {
+    /// The robot shared nothing at that slot, or something has replaced its belief since.
+    TookNoPart,
+    /// A number is none, or the covariance is none or singular.
+    NotABelief,
+    /// The factor is less than 1 or more than a block bound of the team has.
+    Factor,
+    /// `P⁺` is not within `f P(s)`.
+    LessCertain,
+    /// `P⁺` is less than a round can leave of `f P(s)`.
+    TooCertain,
+    /// The move is too far for what is said to have been learned.
+    TooFar,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::TookNoPart => "the robot took no part in that round",
+            Self::NotABelief => "a number or the covariance is none",
+            Self::Factor => "the block bound's factor is none of this team's",
+            Self::LessCertain => "the covariance is not within the one that was shared",
+            Self::TooCertain => "the covariance is smaller than one round can make it",
+            Self::TooFar => "the pose moves farther than what was learned allows",
+        })
+    }
+}
+
+/// What a round made of one robot.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Correction {
+    /// The slot that it is of, which is also the name of the round.
+    pub slot: u64,
+    /// `x̂⁺` at the slot.
+    pub pose: Pose,
+    /// `P⁺` at the slot.
+    pub covariance: Matrix3<f64>,
+    /// The factor of the block bound, 1 where nobody joined.
+    pub factor: f64,
+}
+
+/// Whether `told` may have come from an honest joint update of `shared` in a team of `robots`; `gate` is a quantile of χ² with three degrees
+/// of freedom.
+///
+/// # Errors
+/// Why not.
+pub fn check(shared: &Shared, told: &Correction, robots: usize, gate: f64) -> Result<(), Refusal> {
+    #[allow(clippy::cast_precision_loss)] // A team is small.
+    let most = robots as f64;
+    if !told.pose.is_finite() || !is_positive(&told.covariance) {
+        return Err(Refusal::NotABelief);
+    }
+    if !(1.0..=most.max(1.0)).contains(&told.factor) {
+        return Err(Refusal::Factor);
+    }
+    let before = shared.covariance * told.factor;
+    let learned = scaled(&(before - told.covariance), &before);
+    let eigen = learned.symmetric_eigen();
+    if eigen.eigenvalues.min() < -ROUNDING {
+        return Err(Refusal::LessCertain);
+    }
+    if !leaves_enough(&told.covariance, &before) {
+        return Err(Refusal::TooCertain);
+    }
+    let Pose { x, y, phi } = shared.pose;
+    let turn = wrap(told.pose.phi - phi);
+    let moved = Vector3::new(told.pose.x - x, told.pose.y - y, turn);
+    let moved = eigen.eigenvectors.transpose() * moved.component_div(&sigmas(&before));
+    // A direction in which nothing was learned has no variance but rounding.
+    let d2 = moved
+        .iter()
+        .zip(eigen.eigenvalues.iter())
+        .map(|(step, variance)| step * step / variance.max(ROUNDING))
+        .sum::<f64>();
+    if d2 <= gate {
+        Ok(())
+    } else {
+        Err(Refusal::TooFar)
+    }
+}
+
+/// Whether `after ≥ LEAST · before`.
+fn leaves_enough(after: &Matrix3<f64>, before: &Matrix3<f64>) -> bool {
+    (after - before * LEAST).cholesky().is_some()
+}
+
+/// Whether the matrix is a covariance with something left in every direction.
+fn is_positive(matrix: &Matrix3<f64>) -> bool {
+    Covariance3::new(*matrix).is_ok() && matrix.cholesky().is_some()
+}
+
+fn sigmas(of: &Matrix3<f64>) -> Vector3<f64> {
+    of.diagonal().map(|v| libm::sqrt(v.max(f64::MIN_POSITIVE)))
+}
+
+/// In units of the standard deviations of `of`.
+fn scaled(matrix: &Matrix3<f64>, of: &Matrix3<f64>) -> Matrix3<f64> {
+    let sigma = sigmas(of);
+    Matrix3::from_fn(|row, column| matrix[(row, column)] / (sigma[row] * sigma[column]))
+}

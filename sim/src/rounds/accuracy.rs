@@ -1,0 +1,217 @@
+//! How accurate and how honest rounds are, beside the joint filter at every sighting and split covariance intersection.
+
+use crate::campaign::Finding;
+use crate::evaluate::{EvalConfig, EvalReport, EvalWorld, MethodReport, evaluate};
+use crate::honest::table::{Table, digits, percent};
+use crate::method::Kind;
+use crate::scenario::Scenario;
+
+use super::Form;
+
+/// Joint filter: NEES of every robot.
+const MOST_NEES_JOINT: f64 = 2.5;
+/// Rounds: NEES of every robot, and the share of time outside of 95 %.
+const MOST_NEES: f64 = 3.2;
+const MOST_OUTSIDE: f64 = 0.05;
+/// Of the document's figures.
+const ALLOWED: f64 = 1.10;
+const ALLOWED_ONE: f64 = 1.15;
+
+/// What the specification came to: R5's x and y \[cm\] and heading \[rad\], recordings 1 and 6.
+fn stated(kind: Kind) -> Option<[[f64; 3]; 2]> {
+    match kind {
+        Kind::Ccl => Some([[1.49, 1.39, 0.0120], [1.37, 1.35, 0.0107]]),
+        Kind::Rounds5 => Some([[1.86, 1.60, 0.0159], [1.57, 1.53, 0.0134]]),
+        Kind::Rounds => Some([[2.03, 1.94, 0.0237], [1.80, 1.82, 0.0188]]),
+        _ => None,
+    }
+}
+
+/// With one receiver: position RMS of R1 to R5 \[cm\], recordings 1 and 6.
+fn stated_of_one(kind: Kind) -> Option<[[f64; 5]; 2]> {
+    match kind {
+        Kind::Rounds5 => Some([[2.2, 3.6, 3.9, 3.3, 3.7], [2.3, 4.0, 3.2, 3.2, 4.3]]),
+        Kind::Rounds => Some([[2.3, 4.1, 4.3, 3.7, 4.1], [2.4, 4.5, 3.6, 3.5, 4.5]]),
+        _ => None,
+    }
+}
+
+/// Receivers on two robots.
+#[must_use]
+pub fn find(form: &Form) -> Finding {
+    campaign(form, "slip", "Receivers on R1 and R2", &judge)
+}
+
+/// A receiver on one.
+#[must_use]
+pub fn one(form: &Form) -> Finding {
+    campaign(form, "slip-one-dgps", "A receiver on R1 alone", &judge_one)
+}
+
+type Judge = dyn Fn(usize, &EvalReport, &mut Vec<String>);
+
+fn campaign(form: &Form, scenario: &str, title: &str, judge: &Judge) -> Finding {
+    let mut finding = Finding {
+        title: format!("{title}, {} runs", form.runs),
+        ..Finding::default()
+    };
+    let worlds = form.worlds();
+    if worlds.is_empty() {
+        finding.text = "SKIPPED: no recordings of MR.CLAM; set COLOC_DATA\n".into();
+        return finding;
+    }
+    let mut table = Table::new([
+        "recording",
+        "method",
+        "R5: x, y [cm], heading [rad]",
+        "R1 … R5: position RMS [cm]",
+        "heading RMS, mean [rad]",
+        "NEES",
+        "outside",
+        "kB/s",
+    ]);
+    for (number, world) in worlds {
+        let mut config = EvalConfig::new(EvalWorld::Recorded(world));
+        config.scenario = Scenario::named(scenario).unwrap_or_default();
+        config.methods = vec![Kind::Coloc, Kind::Ccl, Kind::Rounds5, Kind::Rounds];
+        (config.runs, config.seed) = (form.runs, form.seed);
+        match evaluate(&config, &|_| ()) {
+            Ok(report) => {
+                for method in &report.methods {
+                    table.row(row(number, &report, method));
+                }
+                judge(usize::from(number != 1), &report, &mut finding.missed);
+            }
+            Err(error) => finding.missed.push(format!("recording {number}: {error}")),
+        }
+    }
+    finding.text = table.text();
+    finding
+}
+
+fn joined(method: &MethodReport, of: impl Fn(&crate::evaluate::RobotReport) -> String) -> String {
+    let all: Vec<String> = method.robots.iter().map(of).collect();
+    all.join(" ")
+}
+
+#[allow(clippy::cast_precision_loss)] // Counts are far below 2^53.
+fn row(number: usize, report: &EvalReport, method: &MethodReport) -> [String; 8] {
+    let last = method.robots.last().map_or([0.0; 3], |it| it.rmse_mean);
+    let [x, y, phi] = last;
+    let seconds = report.dt_s * report.steps as f64;
+    let bytes = method.messages_per_run * method.message_bytes as f64 / seconds;
+    [
+        number.to_string(),
+        method.method.name().into(),
+        format!("{:.2}, {:.2}, {phi:.4}", 100.0 * x, 100.0 * y),
+        joined(method, |it| format!("{:.1}", 100.0 * it.rms_position)),
+        format!("{:.4}", heading(method)),
+        joined(method, |it| digits(it.nees)),
+        joined(method, |it| percent(it.nees_outside)),
+        format!("{:.1}", bytes / 1e3),
+    ]
+}
+
+#[allow(clippy::cast_precision_loss)] // A team is small.
+fn mean(method: &MethodReport, of: impl Fn(&crate::evaluate::RobotReport) -> f64) -> f64 {
+    method.robots.iter().map(of).sum::<f64>() / method.robots.len() as f64
+}
+
+fn heading(method: &MethodReport) -> f64 {
+    mean(method, |it| it.rms[2])
+}
+
+fn name(index: usize, method: &MethodReport) -> String {
+    format!("recording {}, {}", [1, 6][index], method.method.name())
+}
+
+fn judge_honest(index: usize, method: &MethodReport, missed: &mut Vec<String>) {
+    let (most_nees, most_outside) = match method.method {
+        Kind::Ccl => (MOST_NEES_JOINT, 1.0),
+        Kind::Rounds | Kind::Rounds5 => (MOST_NEES, MOST_OUTSIDE),
+        _ => return,
+    };
+    for (robot, it) in method.robots.iter().enumerate() {
+        if it.nees > most_nees || it.nees_outside > most_outside || it.nees.is_nan() {
+            let (nees, outside) = (it.nees, percent(it.nees_outside));
+            missed.push(format!(
+                "{}, R{}: NEES {nees:.2}, outside {outside}",
+                name(index, method),
+                robot + 1
+            ));
+        }
+    }
+}
+
+fn judge(index: usize, report: &EvalReport, missed: &mut Vec<String>) {
+    let split = report.methods.iter().find(|it| it.method == Kind::Coloc);
+    for method in &report.methods {
+        judge_honest(index, method, missed);
+        let found = method.robots.last().map_or([0.0; 3], |it| it.rmse_mean);
+        let found = [100.0 * found[0], 100.0 * found[1], found[2]];
+        if let Some(stated) = stated(method.method) {
+            for (found, stated) in found.iter().zip(stated[index]) {
+                if *found > ALLOWED * stated {
+                    missed.push(format!(
+                        "{}, R5: {found:.4} for {stated}",
+                        name(index, method)
+                    ));
+                }
+            }
+        }
+        if let Some(split) = split.filter(|_| method.method == Kind::Rounds5) {
+            judge_against(index, method, split, missed);
+        }
+    }
+}
+
+/// At 5 Hz against split covariance intersection at 10 Hz.
+fn judge_against(
+    index: usize,
+    method: &MethodReport,
+    split: &MethodReport,
+    missed: &mut Vec<String>,
+) {
+    let name = name(index, method);
+    for (robot, (it, other)) in method.robots.iter().zip(&split.robots).enumerate() {
+        let [found, than] = [it, other].map(|it| 100.0 * it.rms_position);
+        if found >= than {
+            missed.push(format!(
+                "{name}, R{}: {found:.2} cm, coloc {than:.2}",
+                robot + 1
+            ));
+        }
+    }
+    let less = 1.0 - mean(method, |it| it.rms_position) / mean(split, |it| it.rms_position);
+    let asked = [0.15, 0.30][index];
+    if less < asked {
+        missed.push(format!(
+            "{name}: {} less, asked {}",
+            percent(less),
+            percent(asked)
+        ));
+    }
+    let [found, than] = [method, split].map(heading);
+    if found > than {
+        missed.push(format!("{name}: heading {found:.4} rad, coloc {than:.4}"));
+    }
+}
+
+fn judge_one(index: usize, report: &EvalReport, missed: &mut Vec<String>) {
+    for method in &report.methods {
+        let Some(stated) = stated_of_one(method.method) else {
+            continue;
+        };
+        judge_honest(index, method, missed);
+        for (robot, (it, stated)) in method.robots.iter().zip(stated[index]).enumerate() {
+            let found = 100.0 * it.rms_position;
+            if found > ALLOWED_ONE * stated {
+                missed.push(format!(
+                    "{}, R{}: {found:.2} cm for {stated}",
+                    name(index, method),
+                    robot + 1
+                ));
+            }
+        }
+    }
+}
