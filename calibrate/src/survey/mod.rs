@@ -84,6 +84,9 @@ pub struct Journey {
     pub sightings: Vec<Sighting>,
     /// Slow errors of the range, as a part of it, and of the bearing \[rad\].
     pub sighting_slow: [Slow; 2],
+    /// Slow errors about each landmark its own, beside those that are the same for all in an image: standard deviations, as a part of the
+    /// range and of the bearing \[rad\]. They last as long.
+    pub own: [f64; 2],
     /// Errors that stay for the whole drive, about each landmark its own: standard deviations, as a part of the range and of the bearing
     /// \[rad\].
     pub stays: [f64; 2],
