@@ -220,7 +220,11 @@ impl Problem {
 
     fn told(&self, covariances: &[PlaceBlock], enough: &Enough) -> Survey {
         let found = |index: usize| {
-            self.found(index, covariances[index] + self.of_what_stays(index), enough)
+            self.found(
+                index,
+                covariances[index] + self.of_what_stays(index),
+                enough,
+            )
         };
         let stray = |it: &&Measured| it.of.kind() == 1 && it.part <= 0.0;
         Survey {
@@ -232,7 +236,10 @@ impl Problem {
 
     /// What a landmark's place errs by because the sensor errs about it for the whole drive: nothing where it is seen from all sides.
     fn of_what_stays(&self, index: usize) -> Matrix2<f64> {
-        let own = self.measured.iter().filter(|it| it.of.landmark() == Some(index));
+        let own = self
+            .measured
+            .iter()
+            .filter(|it| it.of.landmark() == Some(index));
         let terms = own.filter_map(|it| self.equation(it).of_place(self.factor(it)));
         let [whole, pull] = terms.fold([PlaceBlock::zeros(); 2], |[a, b], [c, d]| [a + c, b + d]);
         let moved = whole.try_inverse().unwrap_or_else(PlaceBlock::zeros) * pull;
@@ -319,7 +326,9 @@ fn repeats(journey: &Journey) -> Vec<[f64; 2]> {
         stamps.entry(it.landmark).or_default().push(it.stamp_s);
     }
     let shared = |it: &Sighting, slow: Slow| {
-        let apart_s = stamps[&it.landmark].iter().map(|other| (other - it.stamp_s).abs());
+        let apart_s = stamps[&it.landmark]
+            .iter()
+            .map(|other| (other - it.stamp_s).abs());
         apart_s.map(|apart_s| (-apart_s / slow.time_s).exp()).sum()
     };
     let of = |it: &Sighting| journey.sighting_slow.map(|slow| shared(it, slow));
