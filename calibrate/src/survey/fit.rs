@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use coloc_estimator::angle::wrap;
 use nalgebra::{Matrix2, Vector2};
 
-use super::model::{self, Equation, Slowness, State, of_fix, of_sighting};
+use super::model::{self, Equation, Errors, Slowness, Spread, State, of_fix, of_sighting};
 use super::normal::{NODE, Place, PlaceBlock, Solution, System};
 use super::path::{Increment, increments, node_of, times};
-use super::{Enough, Found, Journey, Leg, NoSurvey, Survey, Unfit};
+use super::{Enough, Found, Journey, Leg, NoSurvey, Sighting, Slow, Survey, Unfit};
 
 /// Rounds at most with soft weights, and then with what is far off left out.
 const SOFT: usize = 12;
@@ -69,7 +69,7 @@ struct Measured {
 enum Of {
     Fix(super::Fix),
     /// Of the landmark with that index.
-    Sighting(super::Sighting, usize),
+    Sighting(super::Sighting, usize, Spread),
 }
 
 struct Problem {
@@ -77,11 +77,14 @@ struct Problem {
     increments: Vec<Increment>,
     slowness: Slowness,
     spell_s: f64,
+    slow: [Slow; 2],
     stays: [f64; 2],
     measured: Vec<Measured>,
     numbers: Vec<u16>,
     states: Vec<State>,
     places: Vec<Place>,
+    /// What the sensor errs by for the whole drive: a part of the range, and of the bearing \[rad\].
+    sensor: Place,
     /// Of sightings and fixes, variances: by so much larger than they say.
     larger: [f64; 2],
 }
@@ -111,8 +114,14 @@ impl Problem {
             of,
             part: 1.0,
         };
-        let seen = (journey.sightings.iter())
-            .map(|it| measured(it.stamp_s, Of::Sighting(*it, index(it.landmark))));
+        let errors = Errors {
+            own: journey.own,
+            stays: journey.stays,
+        };
+        let seen = (journey.sightings.iter().zip(repeats(journey))).map(|(it, repeats)| {
+            let spread = Spread::of(it, &errors, repeats);
+            measured(it.stamp_s, Of::Sighting(*it, index(it.landmark), spread))
+        });
         let fixed = journey
             .fixes
             .iter()
@@ -126,7 +135,9 @@ impl Problem {
             increments: increments(&times, &legs),
             slowness: Slowness::of(journey.sighting_slow, journey.fix_slow),
             spell_s,
+            slow: journey.sighting_slow,
             stays: journey.stays,
+            sensor: Place::zeros(),
             places: places(&measured, &states, numbers.len()),
             measured,
             numbers,
@@ -140,8 +151,9 @@ impl Problem {
         let state = &self.states[it.node];
         match &it.of {
             Of::Fix(fix) => of_fix(fix, state),
-            Of::Sighting(sighting, landmark) => {
-                of_sighting(sighting, (*landmark, &self.places[*landmark]), state)
+            Of::Sighting(sighting, landmark, spread) => {
+                let place = (*landmark, &self.places[*landmark]);
+                of_sighting(sighting, place, &self.sensor, state, spread)
             }
         }
     }
@@ -172,7 +184,7 @@ impl Problem {
 
     fn system(&self) -> System {
         let mut system = System::new(self.times.len(), self.numbers.len());
-        model::anywhere(&mut system, &self.places, self.stays);
+        model::anywhere(&mut system, &self.sensor, self.slow);
         self.slowness.begin(&mut system, &self.states[0]);
         for (at, said) in self.increments.iter().enumerate() {
             let states = [&self.states[at], &self.states[at + 1]];
@@ -181,10 +193,13 @@ impl Problem {
             self.slowness.over(&mut system, at, states, dt_s);
         }
         for it in &self.measured {
-            let factor = it.part / self.larger[it.of.kind()];
-            self.equation(it).add(&mut system, it.node, factor);
+            self.equation(it).add(&mut system, it.node, self.factor(it));
         }
         system
+    }
+
+    fn factor(&self, it: &Measured) -> f64 {
+        it.part / self.larger[it.of.kind()]
     }
 
     /// How far anything moved \[m\].
@@ -197,15 +212,19 @@ impl Problem {
         }
         for (place, step) in self.places.iter_mut().zip(&solution.landmarks) {
             *place += step;
-            moved = moved.max(step[0].hypot(step[1]));
+            moved = moved.max(step.norm());
         }
+        self.sensor += solution.landmarks[self.places.len()];
         moved
     }
 
     fn told(&self, covariances: &[PlaceBlock], enough: &Enough) -> Survey {
         let found = |index: usize| {
-            let own = covariances[index].fixed_view::<2, 2>(0, 0).into_owned();
-            self.found(index, own, enough)
+            self.found(
+                index,
+                covariances[index] + self.of_what_stays(index),
+                enough,
+            )
         };
         let stray = |it: &&Measured| it.of.kind() == 1 && it.part <= 0.0;
         Survey {
@@ -213,6 +232,19 @@ impl Problem {
             larger: self.larger.map(f64::sqrt),
             stray_fixes: self.measured.iter().filter(stray).count(),
         }
+    }
+
+    /// What a landmark's place errs by because the sensor errs about it for the whole drive: nothing where it is seen from all sides.
+    fn of_what_stays(&self, index: usize) -> Matrix2<f64> {
+        let own = self
+            .measured
+            .iter()
+            .filter(|it| it.of.landmark() == Some(index));
+        let terms = own.filter_map(|it| self.equation(it).of_place(self.factor(it)));
+        let [whole, pull] = terms.fold([PlaceBlock::zeros(); 2], |[a, b], [c, d]| [a + c, b + d]);
+        let moved = whole.try_inverse().unwrap_or_else(PlaceBlock::zeros) * pull;
+        let variances = Place::from(self.stays.map(|it| it * it));
+        moved * PlaceBlock::from_diagonal(&variances) * moved.transpose()
     }
 
     fn found(&self, index: usize, covariance: Matrix2<f64>, enough: &Enough) -> Found {
@@ -257,7 +289,7 @@ impl Of {
 
     fn landmark(&self) -> Option<usize> {
         match self {
-            Self::Sighting(_, landmark) => Some(*landmark),
+            Self::Sighting(_, landmark, _) => Some(*landmark),
             Self::Fix(_) => None,
         }
     }
@@ -287,6 +319,22 @@ fn unfit(found: &Found, spells: usize, enough: &Enough) -> Option<Unfit> {
     }
 }
 
+/// How many sightings of its landmark share the errors of each, by how long range and bearing err the same.
+fn repeats(journey: &Journey) -> Vec<[f64; 2]> {
+    let mut stamps: BTreeMap<u16, Vec<f64>> = BTreeMap::new();
+    for it in &journey.sightings {
+        stamps.entry(it.landmark).or_default().push(it.stamp_s);
+    }
+    let shared = |it: &Sighting, slow: Slow| {
+        let apart_s = stamps[&it.landmark]
+            .iter()
+            .map(|other| (other - it.stamp_s).abs());
+        apart_s.map(|apart_s| (-apart_s / slow.time_s).exp()).sum()
+    };
+    let of = |it: &Sighting| journey.sighting_slow.map(|slow| shared(it, slow));
+    journey.sightings.iter().map(of).collect()
+}
+
 /// As it was believed at each node, with sensors that do not err.
 fn beginning(journey: &Journey, times: &[f64]) -> Result<Vec<State>, NoSurvey> {
     let mut believed = journey.believed.clone();
@@ -308,7 +356,7 @@ fn beginning(journey: &Journey, times: &[f64]) -> Result<Vec<State>, NoSurvey> {
 fn places(measured: &[Measured], states: &[State], count: usize) -> Vec<Place> {
     let mut points: BTreeMap<usize, [Vec<f64>; 2]> = BTreeMap::new();
     for it in measured {
-        if let Of::Sighting(sighting, landmark) = it.of {
+        if let Of::Sighting(sighting, landmark, _) = it.of {
             let state = &states[it.node];
             let mount = super::path::rotation(state[2]) * Vector2::from(sighting.mount);
             let (sin, cos) = (state[2] + sighting.bearing_rad).sin_cos();
@@ -319,7 +367,7 @@ fn places(measured: &[Measured], states: &[State], count: usize) -> Vec<Place> {
     }
     let middle = |index: usize| {
         let [xs, ys] = points.remove(&index).unwrap_or_default();
-        Place::new(median(xs), median(ys), 0.0, 0.0)
+        Place::new(median(xs), median(ys))
     };
     (0..count).map(middle).collect()
 }

@@ -6,9 +6,17 @@
 //!                                                     └── weights, what is off ┘
 //! ```
 //!
-//! Slow errors of sensors and receivers are states along the path, so that what is the same for seconds is not counted as often as it was
-//! said; what it errs by about a landmark for good is sought beside its place. What is far off loses its weight at first, and is left out
-//! at last.
+//! What a sensor errs by about all that is in an image, and a receiver, are states along the path, so that what is the same for seconds is
+//! not counted as often as it was said; what the sensor errs by for the whole drive about all landmarks is sought beside their places. What it
+//! errs by about one landmark alone is no state: sightings that share it count together for what their mean is worth,
+//!
+//! ```text
+//! variance of one in the equations = white + (own² + stays²) Σ exp(−|Δt| / τ), over all sightings of its landmark
+//! ```
+//!
+//! and the covariance of a landmark's place grows by `A diag(stays²) Aᵀ`, `A = (Σ JᵀWJ)⁻¹ Σ JᵀWH`: how its place follows an error that stays,
+//! with `J` the slope of a sighting by the place, `H` that by the error, and `W` its weight. Seen from all sides, the `JᵀWH` cancel. What is
+//! far off loses its weight at first, and is left out at last.
 
 mod fit;
 mod model;
@@ -82,8 +90,11 @@ pub struct Journey {
     pub fixes: Vec<Fix>,
     /// Of one sensor.
     pub sightings: Vec<Sighting>,
-    /// Slow errors of the range, as a part of it, and of the bearing \[rad\].
+    /// Slow errors that are the same for all in an image: of the range, as a part of it, and of the bearing \[rad\].
     pub sighting_slow: [Slow; 2],
+    /// Slow errors about each landmark its own, beside those that are the same for all in an image: standard deviations, as a part of the
+    /// range and of the bearing \[rad\]. They last as long.
+    pub own: [f64; 2],
     /// Errors that stay for the whole drive, about each landmark its own: standard deviations, as a part of the range and of the bearing
     /// \[rad\].
     pub stays: [f64; 2],

@@ -3,7 +3,7 @@
 use coloc_estimator::angle::wrap;
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
-use super::normal::{Block, NODE, Node, PLACE, Place, System};
+use super::normal::{Block, NODE, Node, PLACE, Place, PlaceBlock, System};
 use super::path::{Increment, rotation};
 use super::{Fix, Sighting, Slow};
 
@@ -91,14 +91,30 @@ pub(super) fn drive(system: &mut System, at: usize, states: [&State; 2], said: &
 pub(super) struct Equation {
     off: Vector2<f64>,
     of_node: SMatrix<f64, 2, NODE>,
-    of_landmark: Option<(usize, SMatrix<f64, 2, PLACE>)>,
+    of_landmark: Option<(usize, Slope)>,
+    /// Of what the sensor errs by for the whole drive.
+    of_sensor: Slope,
+    /// Of what is new in it.
+    covariance: Matrix2<f64>,
+    /// Of what it counts for, given others of the same errors.
     weight: Matrix2<f64>,
 }
+
+/// Of two numbers by two.
+pub(super) type Slope = SMatrix<f64, 2, PLACE>;
 
 impl Equation {
     /// d²: χ² with two degrees of freedom, were the rest known.
     pub(super) fn distance(&self) -> f64 {
-        self.off.dot(&(self.weight * self.off))
+        let back = self.covariance.try_inverse();
+        back.map_or(0.0, |it| self.off.dot(&(it * self.off)))
+    }
+
+    /// What it says of its landmark, and how what the sensor errs by changes that.
+    pub(super) fn of_place(&self, factor: f64) -> Option<[PlaceBlock; 2]> {
+        let (_, of) = self.of_landmark?;
+        let weighed = of.transpose() * (self.weight * factor);
+        Some([weighed * of, weighed * self.of_sensor])
     }
 
     pub(super) fn add(&self, system: &mut System, node: usize, factor: f64) {
@@ -110,8 +126,47 @@ impl Equation {
             system.sights[node].push((landmark, weighed * of));
             system.landmarks[landmark] += of.transpose() * weight * of;
             system.landmarks_right[landmark] -= of.transpose() * weight * self.off;
+            let (sensor, own) = (system.ties.len(), self.of_sensor);
+            system.sights[node].push((sensor, weighed * own));
+            system.landmarks[sensor] += own.transpose() * weight * own;
+            system.landmarks_right[sensor] -= own.transpose() * weight * self.off;
+            system.ties[landmark] += of.transpose() * weight * own;
         }
     }
+}
+
+/// Variances of what a sighting's range and bearing err by \[m², rad²\].
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Spread {
+    /// Of it alone.
+    one: [f64; 2],
+    /// As many times the errors that it shares with others as there are sightings that share them: so much together they count for what
+    /// their mean is worth.
+    shared: [f64; 2],
+}
+
+impl Spread {
+    /// Of a sighting among `repeats` of its landmark that share its errors.
+    pub(super) fn of(sighting: &Sighting, errors: &Errors, repeats: [f64; 2]) -> Self {
+        let scale = [sighting.range_m * sighting.range_m, 1.0];
+        let of = |kind: usize, count: f64| {
+            let [own, stays] = [errors.own[kind], errors.stays[kind]].map(|it| it * it);
+            sighting.white[kind] + scale[kind] * count * (own + stays)
+        };
+        Self {
+            one: [0, 1].map(|kind| of(kind, 1.0)),
+            shared: [0, 1].map(|kind| of(kind, repeats[kind])),
+        }
+    }
+}
+
+/// Standard deviations of what sightings of one landmark err by, as a part of the range and of the bearing \[rad\].
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Errors {
+    /// For a while.
+    pub(super) own: [f64; 2],
+    /// For the whole drive.
+    pub(super) stays: [f64; 2],
 }
 
 pub(super) fn of_fix(fix: &Fix, state: &State) -> Equation {
@@ -127,15 +182,19 @@ pub(super) fn of_fix(fix: &Fix, state: &State) -> Equation {
         off: expected - Vector2::from(fix.position),
         of_node,
         of_landmark: None,
+        of_sensor: Slope::zeros(),
+        covariance: fix.covariance,
         weight: fix.covariance.try_inverse().unwrap_or_else(Matrix2::zeros),
     }
 }
 
-/// Of the landmark with that index.
+/// Of the landmark with that index, by a sensor that errs so for the whole drive.
 pub(super) fn of_sighting(
     sighting: &Sighting,
     (landmark, place): (usize, &Place),
+    sensor: &Place,
     state: &State,
+    spread: &Spread,
 ) -> Equation {
     let back = rotation(-state[2]);
     let body = back * Vector2::new(place[0] - state[0], place[1] - state[1]);
@@ -145,18 +204,13 @@ pub(super) fn of_sighting(
         sight / range,
         Vector2::new(-sight.y, sight.x) / (range * range),
     );
-    let scale = 1.0 + state[3] + place[2];
+    let scale = 1.0 + state[3] + sensor[0];
     let off = Vector2::new(
         scale * range - sighting.range_m,
-        wrap(sight.y.atan2(sight.x) + state[4] + place[3] - sighting.bearing_rad),
+        wrap(sight.y.atan2(sight.x) + state[4] + sensor[1] - sighting.bearing_rad),
     );
     let polar = Matrix2::from_rows(&[scale * along.transpose(), across.transpose()]);
     let of_position = polar * back;
-    let mut of_landmark = SMatrix::<f64, 2, PLACE>::zeros();
-    of_landmark
-        .fixed_view_mut::<2, 2>(0, 0)
-        .copy_from(&of_position);
-    (of_landmark[(0, 2)], of_landmark[(1, 3)]) = (range, 1.0);
     let turned = polar * Vector2::new(body.y, -body.x);
     let mut of_node = SMatrix::<f64, 2, NODE>::zeros();
     of_node
@@ -164,28 +218,27 @@ pub(super) fn of_sighting(
         .copy_from(&-of_position);
     of_node.fixed_view_mut::<2, 1>(0, 2).copy_from(&turned);
     (of_node[(0, 3)], of_node[(1, 4)]) = (range, 1.0);
-    let [range_variance, bearing_variance] = sighting.white;
     Equation {
         off,
         of_node,
-        of_landmark: Some((landmark, of_landmark)),
-        weight: Matrix2::from_diagonal(&Vector2::new(1.0 / range_variance, 1.0 / bearing_variance)),
+        of_landmark: Some((landmark, of_position)),
+        of_sensor: Slope::new(range, 0.0, 0.0, 1.0),
+        covariance: Matrix2::from_diagonal(&spread.one.into()),
+        weight: Matrix2::from_diagonal(&spread.shared.map(f64::recip).into()),
     }
 }
 
-/// Where nothing says anything: a landmark is somewhere in the world, and so is the path. What stays about each landmark is as it is
-/// said to be.
-pub(super) fn anywhere(system: &mut System, places: &[Place], stays: [f64; 2]) {
+/// Where nothing says anything: a landmark is somewhere in the world, and so is the path. The sensor errs for the whole drive by no more
+/// than by what it errs for a while.
+pub(super) fn anywhere(system: &mut System, sensor: &Place, slow: [Slow; 2]) {
     let weak = 1.0 / (ANYWHERE_M * ANYWHERE_M);
-    let [range, bearing] = stays.map(|it| it.max(LEAST_SLOW).powi(-2));
-    let weights = Place::new(weak, weak, range, bearing);
-    let known = Place::new(0.0, 0.0, range, bearing);
-    for (landmark, place) in places.iter().enumerate() {
-        for (at, weight) in weights.iter().enumerate() {
-            system.landmarks[landmark][(at, at)] += weight;
-        }
-        system.landmarks_right[landmark] -= known.component_mul(place);
+    let last = system.ties.len();
+    for landmark in &mut system.landmarks[..last] {
+        *landmark += PlaceBlock::from_diagonal_element(weak);
     }
+    let known = Place::from(slow.map(|it| it.sigma.max(LEAST_SLOW).powi(-2)));
+    system.landmarks[last] += PlaceBlock::from_diagonal(&known);
+    system.landmarks_right[last] -= known.component_mul(sensor);
     for at in 0..3 {
         system.diagonal[0][(at, at)] += weak;
     }
@@ -200,16 +253,16 @@ mod tests {
     }
 
     /// By differences.
-    fn check(equation: &dyn Fn(&State, &Place) -> Equation) {
+    fn check(equation: &dyn Fn(&State, &Place, &Place) -> Equation) {
         const STEP: f64 = 1e-6;
-        let place = Place::new(3.0, 1.5, 0.02, -0.01);
-        let exact = equation(&state(), &place);
+        let (place, sensor) = (Place::new(3.0, 1.5), Place::new(0.02, -0.01));
+        let exact = equation(&state(), &place, &sensor);
         let slope = |plus: Equation, minus: Equation| (plus.off - minus.off) / (2.0 * STEP);
         for number in 0..NODE {
             let moved = |by: f64| {
                 let mut state = state();
                 state[number] += by;
-                equation(&state, &place)
+                equation(&state, &place, &sensor)
             };
             let found = slope(moved(STEP), moved(-STEP));
             let expected = exact.of_node.column(number);
@@ -222,16 +275,21 @@ mod tests {
             return;
         };
         for axis in 0..PLACE {
-            let moved = |by: f64| {
-                let mut place = place;
-                place[axis] += by;
-                equation(&state(), &place)
-            };
-            let found = slope(moved(STEP), moved(-STEP));
+            let mut by = Place::zeros();
+            by[axis] = STEP;
+            let found = slope(
+                equation(&state(), &(place + by), &sensor),
+                equation(&state(), &(place - by), &sensor),
+            );
+            let of_sensor = slope(
+                equation(&state(), &place, &(sensor + by)),
+                equation(&state(), &place, &(sensor - by)),
+            );
             assert!(
                 (found - of_landmark.column(axis)).norm() < 1e-8,
                 "{axis}: {found}"
             );
+            assert!((of_sensor - exact.of_sensor.column(axis)).norm() < 1e-8);
         }
     }
 
@@ -245,13 +303,18 @@ mod tests {
             mount: [0.1, -0.05],
             white: [0.01, 0.02],
         };
-        check(&|state, place| of_sighting(&sighting, (0, place), state));
+        let errors = Errors {
+            own: [0.04, 0.01],
+            stays: [0.02, 0.0],
+        };
+        let spread = Spread::of(&sighting, &errors, [3.0, 2.0]);
+        check(&|state, place, sensor| of_sighting(&sighting, (0, place), sensor, state, &spread));
         let fix = Fix {
             stamp_s: 0.0,
             position: [1.0, 2.0],
             covariance: Matrix2::new(0.02, 0.001, 0.001, 0.01),
             lever: [0.3, 0.1],
         };
-        check(&|state, _| of_fix(&fix, state));
+        check(&|state, _, _| of_fix(&fix, state));
     }
 }

@@ -9,8 +9,8 @@ use crate::symmetric::Cholesky;
 /// Numbers of a node: x, y, heading; the slow errors of range and bearing; those of a fix.
 pub(super) const NODE: usize = 7;
 
-/// Numbers of a landmark: x, y; the errors of range and bearing that stay about it.
-pub(super) const PLACE: usize = 4;
+/// Numbers of a landmark: x, y; of the sensor: its errors of range and bearing that stay for the whole drive.
+pub(super) const PLACE: usize = 2;
 
 pub(super) type Place = SVector<f64, PLACE>;
 pub(super) type PlaceBlock = SMatrix<f64, PLACE, PLACE>;
@@ -27,7 +27,10 @@ pub(super) struct System {
     pub(super) right: Vec<Node>,
     /// By node: which landmark it sees, and how.
     pub(super) sights: Vec<Vec<(usize, Sight)>>,
+    /// The last one is the sensor.
     pub(super) landmarks: Vec<PlaceBlock>,
+    /// Between each landmark and the sensor.
+    pub(super) ties: Vec<PlaceBlock>,
     pub(super) landmarks_right: Vec<Place>,
 }
 
@@ -47,7 +50,10 @@ struct Gone {
 
 impl System {
     pub(super) fn new(nodes: usize, landmarks: usize) -> Self {
+        let ties = vec![PlaceBlock::zeros(); landmarks];
+        let landmarks = landmarks + 1;
         Self {
+            ties,
             diagonal: vec![Block::zeros(); nodes],
             next: vec![Block::zeros(); nodes],
             right: vec![Node::zeros(); nodes],
@@ -100,6 +106,14 @@ impl Rest {
             for (row, column) in of_block() {
                 let begin = PLACE * landmark;
                 matrix[(begin + row) * size + begin + column] = block[(row, column)];
+            }
+        }
+        let sensor = PLACE * system.ties.len();
+        for (landmark, block) in system.ties.iter().enumerate() {
+            for (row, column) in of_block() {
+                let (row_of, column_of) = (PLACE * landmark + row, sensor + column);
+                matrix[row_of * size + column_of] = block[(row, column)];
+                matrix[column_of * size + row_of] = block[(row, column)];
             }
         }
         let right = system.landmarks_right.iter();
@@ -155,7 +169,7 @@ fn of_block() -> impl Iterator<Item = (usize, usize)> {
 mod tests {
     use super::*;
 
-    /// Three nodes and two landmarks, all tied.
+    /// Three nodes, two landmarks and the sensor, all tied.
     fn system() -> System {
         let mut system = System::new(3, 2);
         let number =
@@ -166,15 +180,16 @@ mod tests {
             if node < 2 {
                 system.next[node] = Block::from_fn(|row, column| 0.3 * number(row + node, column));
             }
-            for landmark in 0..2 {
+            for landmark in 0..3 {
                 let sight =
                     Sight::from_fn(|row, column| 0.2 * number(row, column + landmark + node));
                 system.sights[node].push((landmark, sight));
             }
         }
         let own = PlaceBlock::from_diagonal_element(5.0) + PlaceBlock::from_element(0.3);
-        system.landmarks = vec![own; 2];
-        system.landmarks_right = [1.0, -2.0]
+        system.landmarks = vec![own; 3];
+        system.ties = vec![PlaceBlock::new(0.1, -0.2, 0.3, 0.4); 2];
+        system.landmarks_right = [1.0, -2.0, 0.5]
             .map(|it| Place::from_fn(|row, _| it + number(row, 2)))
             .to_vec();
         system
@@ -182,7 +197,7 @@ mod tests {
 
     /// The same, written out.
     fn whole(system: &System) -> (Vec<f64>, Vec<f64>) {
-        let size = 3 * NODE + 2 * PLACE;
+        let size = 3 * NODE + 3 * PLACE;
         let mut matrix = vec![0.0; size * size];
         let mut set = |row: usize, column: usize, value: f64| {
             matrix[row * size + column] = value;
@@ -207,11 +222,21 @@ mod tests {
                 }
             }
         }
-        for landmark in 0..2 {
+        for landmark in 0..3 {
             let block = system.landmarks[landmark];
             for (row, column) in of_block() {
                 let begin = 3 * NODE + PLACE * landmark;
                 set(begin + row, begin + column, block[(row, column)]);
+            }
+        }
+        for (landmark, block) in system.ties.iter().enumerate() {
+            for (row, column) in of_block() {
+                let begin = 3 * NODE + PLACE * landmark;
+                set(
+                    begin + row,
+                    3 * NODE + 2 * PLACE + column,
+                    block[(row, column)],
+                );
             }
         }
         let nodes = system.right.iter().flat_map(|it| it.iter().copied());

@@ -42,8 +42,11 @@ pub(crate) struct SurveyArgs {
     /// How long the sensor's slow errors last, in seconds
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = crate::args::seconds)]
     pub(crate) slow_time: f64,
-    /// What the sensor errs by about each landmark for the whole drive, as a part of its slow errors: it does not average out
+    /// How much of its slow errors the sensor makes about each landmark for itself, beside what is the same for all in an image
     #[arg(long, value_name = "PART", default_value_t = 1.0, value_parser = part)]
+    pub(crate) own: f64,
+    /// What the sensor errs by about each landmark for the whole drive, as a part of its slow errors: it does not average out
+    #[arg(long, value_name = "PART", default_value_t = 0.3, value_parser = part)]
     pub(crate) stays: f64,
     /// A landmark that is not known to this is left out: σ along its ellipse's longer axis, in metres
     #[arg(long, value_name = "M", default_value_t = 0.25, value_parser = metres)]

@@ -85,6 +85,7 @@ impl Read {
                 sigma,
                 time_s: args.slow_time,
             }),
+            own: slow.map(|sigma| args.own * sigma),
             stays: slow.map(|sigma| args.stays * sigma),
             sightings: (seen.into_iter().map(|(it, _)| it))
                 .filter(|it| it.stamp_s >= from_s)
