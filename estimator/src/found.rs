@@ -202,6 +202,7 @@ impl Found {
         let stride = Stride::of(motion, dt_s);
         if let Some(seed) = &mut self.seed {
             seed.step(&stride, lifted::Wandering::NONE);
+            self.seed_turned.step(&stride);
         }
         for seat in self.seats[..self.seated].iter_mut().flatten() {
             if let Some(hypothesis) = &mut seat.hypothesis {

@@ -2,6 +2,9 @@
 //! not fooled for long.
 #![allow(clippy::unwrap_used)] // A test may panic.
 
+use std::cell::RefCell;
+use std::f64::consts::PI;
+
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Decision, Estimator, FindingState, HeadingFix, HeadingOf,
     Kind, Measurement, Motion, OdometrySample, Origin, Pose, PositionFix, Settings, Slot,
@@ -47,11 +50,15 @@ fn compass(tick: i64, heading_rad: f64) -> Measurement {
 }
 
 fn fix(tick: i64, position: [f64; 2]) -> Measurement {
+    fix_with(tick, position, 0.01)
+}
+
+fn fix_with(tick: i64, position: [f64; 2], sigma_m: f64) -> Measurement {
     PositionFix {
         stamp: at(tick),
         origin: origin(tick),
         position,
-        covariance: Covariance2::diagonal([1e-4; 2]).unwrap(),
+        covariance: Covariance2::diagonal([sigma_m * sigma_m; 2]).unwrap(),
         lever: [0.0; 2],
         slow: SlowError::default(),
     }
@@ -79,8 +86,12 @@ impl Drive {
 
     /// A second passes; `says` tells what sensors say at a tenth of it.
     fn pass(&mut self, says: impl Fn(i64, &Pose) -> Vec<Measurement>) {
+        self.pass_ticks(TICKS_PER_S, says);
+    }
+
+    fn pass_ticks(&mut self, ticks: i64, says: impl Fn(i64, &Pose) -> Vec<Measurement>) {
         let [v, omega] = self.velocity;
-        for _ in 0..TICKS_PER_S {
+        for _ in 0..ticks {
             self.tick += 1;
             let Pose { x, y, phi } = self.truth;
             let way = v / 50.0;
@@ -233,7 +244,7 @@ fn a_course_over_ground_counts_while_the_wheels_move() {
         is_fused(forward) && (turned - 0.05).abs() < 1e-3,
         "{turned}"
     );
-    let (backward, turned) = verdict([-1.0, 0.0], 0.1 - std::f64::consts::PI);
+    let (backward, turned) = verdict([-1.0, 0.0], 0.1 - PI);
     assert!(
         is_fused(backward) && (turned - 0.05).abs() < 1e-3,
         "{turned}"
@@ -263,4 +274,87 @@ fn it_is_said_who_found_it() {
         panic!("{said:?}")
     };
     assert_eq!(source, Source::new(Kind::Heading, 0));
+}
+
+/// Numbers that look like chance, and are the same each time.
+struct Chance(u64);
+
+impl Chance {
+    /// Between 0 and 1.
+    #[allow(clippy::cast_precision_loss)] // 53 bits.
+    fn uniform(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// One of ten headings is that of its back.
+#[derive(Copy, Clone)]
+struct Flipping {
+    speed_m_s: f64,
+    fix_sigma_m: f64,
+    /// A heading in so many ticks.
+    every: i64,
+}
+
+impl Flipping {
+    /// When robot `number`, which starts from nowhere, is `ok` for the first time, and how long it then looks the wrong way \[s\].
+    fn robot(self, number: u64) -> (f64, f64) {
+        let chance = RefCell::new(Chance(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1));
+        let looks = PI * (2.0 * chance.borrow_mut().uniform() - 1.0);
+        let mut drive = Drive::starting(&Start::Unknown, Pose::new(5.0, -3.0, looks));
+        drive.velocity = [self.speed_m_s, 0.1];
+        let (mut found_s, mut wrong_s) = (f64::INFINITY, 0.0);
+        for tenth in 1..=100_u32 {
+            drive.pass_ticks(5, |tick, truth| {
+                self.said(tick, truth, &mut chance.borrow_mut())
+            });
+            if drive.state() == FindingState::Ok {
+                found_s = f64::min(found_s, 0.1 * f64::from(tenth));
+                let [_, turned] = drive.errors();
+                wrong_s += if turned > 1.0 { 0.1 } else { 0.0 };
+            }
+        }
+        (found_s, wrong_s)
+    }
+
+    fn said(self, tick: i64, truth: &Pose, chance: &mut Chance) -> Vec<Measurement> {
+        let mut said = Vec::new();
+        if tick % self.every == 0 {
+            let back = if chance.uniform() < 0.1 { PI } else { 0.0 };
+            said.push(compass(tick, truth.phi + back + 0.02 * chance.normal()));
+        }
+        if tick % 10 == 0 {
+            let sigma = self.fix_sigma_m;
+            let position = [truth.x, truth.y].map(|it| it + sigma * chance.normal());
+            said.push(fix_with(tick, position, sigma));
+        }
+        said
+    }
+}
+
+/// Its first heading may be that of its back, and nothing else says where it looks until it has driven some way.
+#[test]
+fn a_compass_that_flips_now_and_then_misleads_nobody_who_is_nowhere() {
+    let cases = [(0.0, 0.3, 5), (0.2, 1.0, 5), (0.2, 1.0, 50), (1.0, 0.3, 50)];
+    for (speed_m_s, fix_sigma_m, every) in cases {
+        let flipping = Flipping {
+            speed_m_s,
+            fix_sigma_m,
+            every,
+        };
+        let robots: Vec<_> = (0..60).map(|number| flipping.robot(number)).collect();
+        let misled = robots.iter().filter(|(_, wrong_s)| *wrong_s > 0.0).count();
+        let mut found: Vec<_> = robots.iter().map(|(found_s, _)| *found_s).collect();
+        found.sort_by(f64::total_cmp);
+        assert_eq!(misled, 0, "{speed_m_s} {fix_sigma_m} {every}");
+        assert!(found[30] < 5.0 && found[59] < 10.0, "{found:?}");
+    }
 }

@@ -111,6 +111,7 @@ impl Hypothesis {
     pub(crate) fn step(&mut self, stride: &Stride, dt_s: f64) {
         let wandering = Wandering::over(dt_s, self.slow, self.memory_s);
         self.lifted.step(stride, wandering);
+        self.turned.step(stride);
         self.way_m += libm::sqrt(stride.way.norm_sqr());
         if self.lever_m > 0.0 {
             self.way_m += self.lever_m * libm::atan2(stride.turn.im, stride.turn.re).abs();
