@@ -164,6 +164,11 @@ pub enum GyroNews {
         /// How long they did not \[ns\].
         after_ns: i64,
     },
+    /// Single samples part from all around them.
+    Wild {
+        /// How many, since the start.
+        count: u32,
+    },
 }
 
 /// How a source stands against the belief.

@@ -25,6 +25,8 @@ struct Gyro {
     is_known: bool,
     bias_radps: f64,
     sigma_radps: f64,
+    /// So many wild samples were told of.
+    wild: u32,
 }
 
 /// A bias that is known better than this is told, and one that is known worse than twice this is not known \[rad/s\].
@@ -78,7 +80,7 @@ impl Changes {
         }
     }
 
-    /// What is known of the gyro after a step, at `now`.
+    /// What is known of the gyro after a step, at `now`. Of wild samples it is told once there are twice as many.
     pub(super) fn gyro(&mut self, state: Option<GyroState>, now: Stamp, teller: &mut Teller) {
         let Some(state) = state else {
             return;
@@ -95,7 +97,13 @@ impl Changes {
         if !self.gyro.is_known && sigma < KNOWN {
             tell(GyroNews::Known);
         }
+        let mut wild = self.gyro.wild;
+        if state.wild > 0 && state.wild >= wild.saturating_mul(2) {
+            wild = state.wild;
+            tell(GyroNews::Wild { count: wild });
+        }
         self.gyro = Gyro {
+            wild,
             slipping_since: state.slipping_since,
             bias_radps: bias,
             sigma_radps: sigma,
@@ -152,6 +160,25 @@ mod tests {
 
     use super::*;
     use crate::event::Link;
+
+    #[test]
+    fn wild_samples_are_told_of_when_there_are_twice_as_many() {
+        let link = Arc::new(Link::new());
+        let mut teller = Teller::new(Arc::clone(&link));
+        let mut changes = Changes::default();
+        let told = [0, 1, 1, 2, 3, 5, 6, 9, 10].map(|wild| {
+            let before = link.waiting();
+            let state = GyroState {
+                bias: 0.0,
+                bias_variance: 1.0,
+                slipping_since: None,
+                wild,
+            };
+            changes.gyro(Some(state), Stamp::default(), &mut teller);
+            link.waiting() - before
+        });
+        assert_eq!(told, [0, 1, 0, 1, 0, 1, 0, 0, 1]);
+    }
 
     #[test]
     fn what_changes_is_told_once() {

@@ -202,6 +202,11 @@ fn gyro(count: Option<u64>, news: GyroNews, known: [f64; 2]) {
             "odometry: wheels and gyro turn alike again, after {:.1} s; {bias}",
             Span::from_nanos(after_ns).as_seconds()
         ),
+        GyroNews::Wild { count: samples } => warn!(
+            count,
+            "gyro: {samples} of its samples so far parted from the wheels and from the samples around them, and were not used: noise on its \
+             bus, or it is broken"
+        ),
     }
 }
 

@@ -113,6 +113,7 @@ fn kind(event: &Event) -> Kind {
                 GyroNews::Known => 0,
                 GyroNews::Slips => 1,
                 GyroNews::Holds { .. } => 2,
+                GyroNews::Wild { .. } => 3,
             };
             [16, word, 0, 0]
         }

@@ -120,10 +120,13 @@ impl<G: Samples> Turns<G> {
         }
         self.put(place, *sample);
         self.len += 1;
-        for later in [place, place + 1] {
-            if self.is_jump(later, jolt(settings)) {
-                let stamp = self.get(later).map_or(sample.stamp, |it| it.stamp);
-                self.smooth_from = self.smooth_from.max(stamp);
+        let jolt = jolt(settings);
+        for beside in [place.checked_sub(1), Some(place + 1)] {
+            let Some(other) = beside.and_then(|it| self.get(it)) else {
+                continue;
+            };
+            if (sample.rate_radps - other.rate_radps).abs() > jolt {
+                self.smooth_from = self.smooth_from.max(sample.stamp).max(other.stamp);
             }
         }
         Ok(())
@@ -204,6 +207,7 @@ impl<G: Samples> Turns<G> {
     }
 
     /// The sample as it counts for whoever knows those before `known`, and whether it is wild.
+    #[cold]
     fn tamed(
         &self,
         index: usize,
@@ -272,7 +276,10 @@ impl<G: Samples> Turns<G> {
     pub(crate) fn latest(&self, stamp: Stamp, settings: &GyroSettings) -> Option<[f64; 2]> {
         let known = self.first_after(stamp);
         let last = known.checked_sub(1)?;
-        let (sample, _) = self.tamed(last, known, &Expected::default(), settings)?;
+        let mut sample = *self.get(last)?;
+        if self.is_suspect(sample.stamp, settings) {
+            (sample, _) = self.tamed(last, known, &Expected::default(), settings)?;
+        }
         let is_fresh = stamp - sample.stamp <= most(settings.period);
         is_fresh.then(|| [sample.rate_radps, settings.density(sample.noise)])
     }
