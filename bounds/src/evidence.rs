@@ -3,7 +3,7 @@
 //! Everything is of the slot's end: fixes and sightings are moved there by what the robot's wheels can have done since.
 
 use crate::interval::AngleInterval;
-use crate::measurement::spaced;
+use crate::measurement::{spaced, support_of_box};
 use crate::team::{Motion, Supports};
 
 /// In how many directions motion is supported.
@@ -115,11 +115,7 @@ impl Since {
     }
 
     fn area(&self) -> Area {
-        let [right, up, left, down] = [0, 1, 2, 3].map(|k| self.moved.values()[k]);
-        Area {
-            centre: [(right - left) / 2.0, (up - down) / 2.0],
-            half: [(right + left) / 2.0, (up + down) / 2.0],
-        }
+        Area::of_supports([0, 1, 2, 3].map(|k| self.moved.values()[k]))
     }
 }
 
@@ -136,6 +132,14 @@ fn drive(moved: &mut Supports, heading: AngleInterval, motion: &Motion) -> Angle
 }
 
 impl Area {
+    /// What reaches so far to the right, up, left and down.
+    fn of_supports([right, up, left, down]: [f64; 4]) -> Self {
+        Self {
+            centre: [(right - left) / 2.0, (up - down) / 2.0],
+            half: [f64::midpoint(right, left), f64::midpoint(up, down)],
+        }
+    }
+
     /// Any point of this one and any of `other` added.
     fn plus(&self, other: &Self) -> Self {
         Self {
@@ -172,13 +176,8 @@ impl Area {
     /// Around it, turned by any angle of `angle`.
     #[must_use]
     pub fn turned(&self, angle: AngleInterval) -> Self {
-        let [right, up, left, down] = [0, 1, 2, 3].map(|k| {
-            crate::measurement::support_of_box(spaced(k, 4), self.centre, self.half, angle)
-        });
-        Self {
-            centre: [(right - left) / 2.0, (up - down) / 2.0],
-            half: [(right + left) / 2.0, (up + down) / 2.0],
-        }
+        let support = |k| support_of_box(spaced(k, 4), self.centre, self.half, angle);
+        Self::of_supports([0, 1, 2, 3].map(support))
     }
 }
 

@@ -145,7 +145,7 @@ struct Voices {
     begun_ns: i64,
     /// When the wheels last spoke.
     before_ns: i64,
-    voices: Vec<Voice>,
+    robots: Vec<Voice>,
     ticks: u32,
     lies: Lies,
 }
@@ -168,7 +168,7 @@ impl Voices {
         Self {
             begun_ns: now_ns,
             before_ns: now_ns - 1,
-            voices: voices.collect(),
+            robots: voices.collect(),
             ticks: 0,
             lies: Lies::default(),
         }
@@ -184,7 +184,7 @@ impl Voices {
         let seconds = self.seconds(now_ns);
         self.ticks += 1;
         let before_ns = std::mem::replace(&mut self.before_ns, now_ns);
-        for (robot, voice) in self.voices.iter_mut().enumerate() {
+        for (robot, voice) in self.robots.iter_mut().enumerate() {
             let [v, omega] = velocity(robot);
             let (port, sender) = &mut voice.odometry;
             let moved = Odometry {

@@ -68,6 +68,7 @@ fn run(form: &Form, world: &GridWorld, run: u16) -> Shares {
     shares
 }
 
+#[allow(clippy::needless_pass_by_value)] // As `reduce` wants it.
 fn plus(mut all: Shares, more: Shares) -> Shares {
     for (all, more) in all.iter_mut().flatten().zip(more.iter().flatten()) {
         all.begun += more.begun;

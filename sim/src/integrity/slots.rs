@@ -237,6 +237,7 @@ impl Drive {
 }
 
 /// How far `at` is inside of all half-planes of `robot` \[m\]; negative outside.
+#[allow(clippy::cast_precision_loss)] // Sixteen.
 pub(super) fn margin(monitor: &Monitor, robot: usize, at: [f64; 2]) -> f64 {
     let region = monitor.team.regions[robot].values();
     let angles = (0_u32..).map(|k| TAU * f64::from(k) / region.len() as f64);
