@@ -170,9 +170,8 @@ impl Member {
         }
         let before = self.before(place);
         let outcome = silent_fix(&before, position, &noise, self.settings.fix_gate).1;
-        if outcome.accepted {
-            self.insert(place, stamp_ns, event);
-        }
+        // One that the gate refuses may pass it once a correction has come, and the other way round.
+        self.insert(place, stamp_ns, event);
         outcome
     }
 

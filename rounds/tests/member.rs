@@ -233,3 +233,31 @@ fn nothing_allocates() {
     });
     assert_eq!(calls, Calls::NONE);
 }
+
+#[test]
+fn a_fix_that_only_fits_once_a_correction_has_come_counts_then() {
+    let run = |late: bool| {
+        let mut member = member(512);
+        drive(&mut member, 0, 50);
+        let shared = member.share(1);
+        let Pose { x, y, phi } = shared.pose;
+        let told = Correction {
+            slot: 1,
+            pose: Pose::new(x + 0.2, y, phi),
+            covariance: shared.covariance * 0.2,
+            factor: 1.0,
+        };
+        if !late {
+            assert_eq!(member.correct(&told), Ok(Taken::Exact));
+        }
+        member.drive(51 * STEP_NS, motion(51), 0.02);
+        let accepted = member.fix(51 * STEP_NS, [x + 0.45, y], noise()).accepted;
+        if late {
+            assert_eq!(member.correct(&told), Ok(Taken::Exact));
+        }
+        (accepted, bits(&member))
+    };
+    let (prompt, late) = (run(false), run(true));
+    assert_eq!((prompt.0, late.0), (true, false));
+    assert_eq!(prompt.1, late.1);
+}
