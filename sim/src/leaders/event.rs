@@ -12,8 +12,16 @@ use super::robot::PAPER;
 /// What robots see, by observer and observed.
 pub(crate) type Readings = BTreeMap<[RobotId; 2], Reading>;
 
-/// Poses, by child and leader.
-pub(crate) type Poses = BTreeMap<[RobotId; 2], GlobalPose>;
+/// What a leader says of a child.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Told {
+    pub(crate) pose: GlobalPose,
+    /// The readings that it is made of, from the leader on.
+    pub(crate) by: Vec<[RobotId; 2]>,
+}
+
+/// All of that, by child and leader.
+pub(crate) type Poses = BTreeMap<[RobotId; 2], Told>;
 
 /// What the leaders of `team` with these beliefs tell children.
 pub(crate) fn poses(
@@ -47,20 +55,26 @@ fn told(
     leaders: &BTreeMap<RobotId, Belief>,
     readings: &Readings,
 ) -> Poses {
-    let mut seen: BTreeMap<RobotId, Reading> = BTreeMap::new();
+    let leader = team.id(tree.leader());
+    let Some(belief) = leaders.get(&leader) else {
+        return Poses::new();
+    };
+    let mut seen: BTreeMap<RobotId, (Reading, Vec<[RobotId; 2]>)> = BTreeMap::new();
     for edge in tree.edges() {
-        let (parent, child) = (team.id(edge.parent), team.id(edge.child));
-        let Some(last) = readings.get(&[parent, child]) else {
+        let pair = [team.id(edge.parent), team.id(edge.child)];
+        let Some(last) = readings.get(&pair) else {
             continue;
         };
-        let near = seen.get(&parent);
-        seen.insert(child, near.map_or(*last, |near| joined(near, last, PAPER)));
+        let (reading, mut by) = seen.get(&pair[0]).map_or_else(
+            || (*last, Vec::new()),
+            |(near, by)| (joined(near, last, PAPER), by.clone()),
+        );
+        by.push(pair);
+        seen.insert(pair[1], (reading, by));
     }
-    let leader = team.id(tree.leader());
-    let belief = leaders.get(&leader);
-    let poses = belief.into_iter().flat_map(|belief| {
-        let seen = seen.iter();
-        seen.map(|(child, it)| ([*child, leader], first(belief, it, PAPER)))
+    let all = seen.into_iter().map(|(child, (reading, by))| {
+        let pose = first(belief, &reading, PAPER);
+        ([child, leader], Told { pose, by })
     });
-    poses.collect()
+    all.collect()
 }

@@ -14,8 +14,8 @@
 //! | `leader-cross` | the correlation with each leader's error is tracked; what becomes of that error it hears at every event |
 //! | `leader-default` | the same of what is on its way to it only: of events that it missed, a datum tells the last four |
 
-mod event;
-mod robot;
+pub(crate) mod event;
+pub(crate) mod robot;
 mod run;
 mod score;
 pub mod single;

@@ -50,8 +50,15 @@ fn step(belief: &Belief, motion: &Motion, dt_s: f64) -> nalgebra::Matrix3<f64> {
     driven(belief.pose.phi, [dt_s * v, 0.0])
 }
 
+/// What became of a pose.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Heard {
+    pub(crate) accepted: bool,
+    pub(crate) d2: f64,
+}
+
 /// A child by one method.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(crate) struct Child {
     method: Method,
     pub(crate) belief: Belief,
@@ -72,13 +79,13 @@ impl Child {
         self.belief = propagate(&self.belief, motion, dt_s, PAPER);
     }
 
-    /// What the leader at `place` says of itself at an event, and of this child, if it does; then the innovation's d².
+    /// What the leader at `place` says of itself at an event, and of this child, if it does; then what became of that.
     pub(crate) fn hear(
         &mut self,
         place: usize,
         news: &News,
         said: Option<&GlobalPose>,
-    ) -> Option<f64> {
+    ) -> Option<Heard> {
         let gate = GATES[2];
         let Some(said) = said else {
             if self.method == Method::Cross {
@@ -92,12 +99,14 @@ impl Child {
             Method::Cross | Method::Default => {
                 let update = self.bonds.fuse(&self.belief, place, (news, said), gate);
                 self.belief = update.belief;
-                return Some(update.d2);
+                let (accepted, d2) = (update.accepted, update.d2);
+                return Some(Heard { accepted, d2 });
             }
         };
         let fusion = rule.fuse_one(&self.belief, said);
         self.belief = fusion.belief;
-        Some(fusion.d2)
+        let (accepted, d2) = (fusion.accepted, fusion.d2);
+        Some(Heard { accepted, d2 })
     }
 
     /// After all poses of an event with some.
@@ -108,6 +117,8 @@ impl Child {
     }
 }
 
+/// A leader.
+#[derive(Clone, Debug)]
 pub(crate) struct Leader {
     pub(crate) belief: Belief,
     transitions: Transitions,
@@ -135,17 +146,24 @@ impl Leader {
     }
 
     pub(crate) fn correct(&mut self, by: &Absolute) {
-        let update = fix::update(&self.belief, by.position, &by.covariance, GATES[1]);
-        if update.accepted {
-            self.transitions.go_on(&fixed(&self.belief, &by.covariance));
-        }
-        self.belief = update.belief;
+        self.fix(by.position, &by.covariance);
         let white = HeadingNoise::white(by.variance);
         let update = heading::update(&self.belief, by.heading, &white, GATES[0]);
         if update.accepted {
             self.transitions.go_on(&turned(&self.belief, by.variance));
         }
         self.belief = update.belief;
+    }
+
+    /// By its receiver alone.
+    pub(crate) fn fix(&mut self, position: [f64; 2], covariance: &Covariance2) -> Heard {
+        let update = fix::update(&self.belief, position, covariance, GATES[1]);
+        if update.accepted {
+            self.transitions.go_on(&fixed(&self.belief, covariance));
+        }
+        self.belief = update.belief;
+        let (accepted, d2) = (update.accepted, update.d2);
+        Heard { accepted, d2 }
     }
 
     pub(crate) fn at_event(&mut self, slot: Slot) -> News {

@@ -91,9 +91,9 @@ impl<'a> Robots<'a> {
             for (number, (id, child)) in by_method.iter_mut().enumerate() {
                 let leaders = self.leaders.keys().enumerate();
                 for (place, leader) in leaders {
-                    let said = poses.get(&[*id, *leader]);
-                    if let Some(d2) = child.hear(place, &news[place], said) {
-                        score.innovation(*method, number, place, d2);
+                    let said = poses.get(&[*id, *leader]).map(|it| &it.pose);
+                    if let Some(heard) = child.hear(place, &news[place], said) {
+                        score.innovation(*method, number, place, heard.d2);
                     }
                 }
                 if is_told(&poses, *id) {
