@@ -4,12 +4,13 @@
 //! missed too much takes up the chain again, at once, by a bound of what C can be: of two errors no covariance but
 //!
 //! ```text
-//! C P_l⁻¹ Cᵀ ≤ W      W = G P_l⁻¹ Gᵀ of when C was known, G its C taken along by the child's own F      else W = P
+//! C P_l⁻¹ Cᵀ ≤ W      W = P, or G P_l⁻¹ Gᵀ of when C was known, G its C taken along by the child's own F
 //! [[P, C], [Cᵀ, P_l]] ≤ [[P + W/b, 0], [0, (1 + b) P_l]]      for any b > 0
 //! ```
 //!
 //! is possible, for what a leader's error becomes is in its covariance. The child goes on from the right side, with C = 0, and with D, by how
-//! much it takes the leader's covariance for larger than the leader does: `D := Φ D Φᵀ`. The b is taken that leaves the smallest trace.
+//! much it takes the leader's covariance for larger than the leader does: `D := Φ D Φᵀ`. Of both W and some b those are taken
+//! that leave the smallest trace of what the child believes and of D, which all that the leader says from then on is worse by.
 
 use nalgebra::Matrix3;
 
@@ -25,7 +26,7 @@ use crate::fix::FixUpdate;
 use crate::parts::Parts;
 
 /// Values of b that are tried.
-const SHARES: [f64; 9] = [0.062_5, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+const SHARES: [f64; 7] = [0.015_625, 0.031_25, 0.062_5, 0.125, 0.25, 0.5, 1.0];
 
 /// What a leader says of itself at an event.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -146,44 +147,46 @@ impl Bond {
         (news, said): (&News, &GlobalPose),
         gate: f64,
     ) -> (Self, Crossed) {
-        let (most, larger) = self.bounds(own, news);
-        let tried = SHARES.map(|share| {
-            let excess = ((1.0 + share) * larger - 1.0) * news.word.leader.covariance.matrix();
-            let anew = Self {
-                cross: Matrix3::zeros(),
-                excess,
-                ..*self
-            };
-            let wider = wider(own, &most.scaled(1.0 / share));
-            (anew.met(news), anew.update(&wider, (news, said), gate))
-        });
-        let accepted = tried.into_iter().filter(|(_, it)| it.update.accepted);
-        let best = accepted.min_by(|(_, one), (_, other)| trace(one).total_cmp(&trace(other)));
-        best.unwrap_or_else(|| (*self, Crossed::refused(own, f64::INFINITY)))
+        let mut best = (f64::INFINITY, *self, Crossed::refused(own, f64::INFINITY));
+        for (most, larger) in self.bounds(own, news).into_iter().flatten() {
+            for share in SHARES {
+                let factor = (1.0 + share) * larger - 1.0;
+                let anew = Self {
+                    cross: Matrix3::zeros(),
+                    excess: factor * news.word.leader.covariance.matrix(),
+                    ..*self
+                };
+                let wider = wider(own, &most.scaled(1.0 / share));
+                let crossed = anew.update(&wider, (news, said), gate);
+                let cost = crossed.update.belief.total().matrix().trace() + anew.excess.trace();
+                if crossed.update.accepted && cost < best.0 {
+                    best = (cost, anew.met(news), crossed);
+                }
+            }
+        }
+        (best.1, best.2)
     }
 
     /// W, and how many times larger than it says the leader's covariance is to be taken for already.
-    fn bounds(&self, own: &Belief, news: &News) -> (Covariance3, f64) {
-        let whole = (own.total(), 1.0);
-        let went_on = self.events_until(news.slot);
-        if went_on.is_none_or(|events| events == 0 || events > news.word.past.known) {
-            return whole;
+    fn bounds(&self, own: &Belief, news: &News) -> [Option<(Covariance3, f64)>; 2] {
+        [Some((own.total(), 1.0)), self.tight_bound(news)]
+    }
+
+    /// By C of when it was known, where the leader has not started anew since.
+    fn tight_bound(&self, news: &News) -> Option<(Covariance3, f64)> {
+        let events = self.events_until(news.slot)?;
+        if events == 0 || events > news.word.past.known {
+            return None;
         }
-        let Some(before) = covariance(&self.covariance) else {
-            return whole;
-        };
-        let inverse = Covariance3::trusted(&Factor::new(&before.symmetric()).inverse()).matrix();
-        let most = covariance(&(self.cross * inverse * self.cross.transpose()));
-        let plain = before.matrix() - self.excess;
-        let inverse = covariance(&plain).map(|it| Factor::new(&it.symmetric()).inverse());
-        let inverse = inverse.map(|it| Covariance3::trusted(&it).matrix());
-        let larger = inverse.map(|it| 1.0 + (it * self.excess).trace());
-        most.zip(larger).unwrap_or(whole)
+        let by = inverse(&covariance(&self.covariance)?);
+        let most = covariance(&(self.cross * by * self.cross.transpose()))?;
+        let plain = covariance(&(self.covariance - self.excess))?;
+        Some((most, 1.0 + (inverse(&plain) * self.excess).trace()))
     }
 }
 
-fn trace(crossed: &Crossed) -> f64 {
-    crossed.update.belief.total().variances().iter().sum()
+fn inverse(of: &Covariance3) -> Matrix3<f64> {
+    Covariance3::trusted(&Factor::new(&of.symmetric()).inverse()).matrix()
 }
 
 /// `own`, and errors more that may be correlated with anything.
@@ -217,14 +220,17 @@ mod tests {
         Covariance3::diagonal(variances).unwrap()
     }
 
-    fn news(slot: i64, past: Past) -> News {
+    fn news(slot: i64, past: &Past) -> News {
         let leader = Leader {
             pose: Pose::default(),
             covariance: diagonal(LEADER),
         };
         News {
             slot: Slot(slot),
-            word: Word { leader, past },
+            word: Word {
+                leader,
+                past: *past,
+            },
         }
     }
 
@@ -252,7 +258,7 @@ mod tests {
     #[test]
     fn c_goes_the_way_of_both_errors() {
         let (mut leader, mut bonds) = (Transitions::default(), Bonds::default());
-        let first = fused(&mut bonds, &own(), &news(1, leader.at_event()));
+        let first = fused(&mut bonds, &own(), &news(1, &leader.at_event()));
         let before = bonds.0[0].cross;
         let [child, by] = [0.2, 0.3].map(|phi| driven(phi, [0.1, 0.02]));
         bonds.go_on(&child);
@@ -261,7 +267,7 @@ mod tests {
             leader.go_on(&by);
             past = leader.at_event();
         }
-        let news = news(5, past);
+        let news = news(5, &past);
         let expected = child * before * (by * by * by * by).transpose();
         let mut heard = bonds;
         heard.hear(0, &news);
@@ -278,7 +284,7 @@ mod tests {
     fn a_chain_that_broke_is_taken_up_at_once_and_nothing_becomes_news_by_it() {
         let (mut bonds, mut taken_up, mut naive) = (Bonds::default(), own(), own());
         for slot in 0..30 {
-            let news = news(7 * slot, Past::default());
+            let news = news(7 * slot, &Past::default());
             naive = fused(&mut Bonds::default(), &naive, &news);
             taken_up = fused(&mut bonds, &taken_up, &news);
             assert_eq!(bonds.0[0].met, Some(news.slot));
@@ -295,22 +301,24 @@ mod tests {
     #[test]
     fn what_a_child_erred_since_is_no_part_of_what_may_be_common() {
         let (mut leader, mut bonds) = (Transitions::default(), Bonds::default());
-        let belief = fused(&mut bonds, &own(), &news(0, leader.at_event()));
+        let belief = fused(&mut bonds, &own(), &news(0, &leader.at_event()));
         let far = wider(&belief, &diagonal([1.0, 1.0, 0.1]));
         let past = [(); 20].map(|()| leader.at_event())[19];
-        let (most, larger) = bonds.0[0].bounds(&far, &news(20, past));
+        let [loose, tight] = bonds.0[0].bounds(&far, &news(20, &past));
+        let (most, larger) = tight.unwrap();
         assert!(belief.total().contains(&most) && (larger - 1.0).abs() < 1e-12);
+        assert_eq!(loose, Some((far.total(), 1.0)));
         leader.break_off();
-        let (most, _) = bonds.0[0].bounds(&far, &news(20, leader.at_event()));
-        assert_eq!(most, far.total());
+        let [_, tight] = bonds.0[0].bounds(&far, &news(20, &leader.at_event()));
+        assert_eq!(tight, None);
     }
 
     #[test]
     fn what_the_gate_refuses_leaves_all_as_it_was() {
         let mut bonds = Bonds::default();
-        let belief = fused(&mut bonds, &own(), &news(1, Past::default()));
+        let belief = fused(&mut bonds, &own(), &news(1, &Past::default()));
         let before = bonds;
-        let wrong = (&news(9, Past::default()), &said(10.0));
+        let wrong = (&news(9, &Past::default()), &said(10.0));
         let update = bonds.fuse(&belief, 0, wrong, GATE);
         assert!(!update.accepted);
         assert_eq!((update.belief, bonds), (belief, before));
