@@ -29,7 +29,7 @@ pub struct Leaders {
     settings: FilterSettings,
     /// `None`: nobody tells anybody anything.
     team: Option<Team>,
-    leaders: BTreeMap<RobotId, Leader>,
+    heads: BTreeMap<RobotId, Leader>,
     children: BTreeMap<RobotId, Listener>,
     wheels: Vec<Wheels>,
     under_way: Vec<Letter>,
@@ -78,7 +78,7 @@ impl Leaders {
     pub(crate) fn new(fusion: Fusion, settings: FilterSettings, initial: &[Belief]) -> Self {
         let leads = |robot: usize| settings.receivers.contains(&robot);
         let robots = || initial.iter().enumerate();
-        let leaders: BTreeMap<_, _> = robots()
+        let heads: BTreeMap<_, _> = robots()
             .filter(|it| leads(it.0))
             .map(|(robot, belief)| (id(robot), Leader::new(*belief)))
             .collect();
@@ -87,12 +87,12 @@ impl Leaders {
             .map(|(robot, belief)| (id(robot), Listener::new(Child::new(fusion, *belief))))
             .collect();
         let ids = [
-            leaders.keys().copied().collect::<Vec<_>>(),
+            heads.keys().copied().collect::<Vec<_>>(),
             children.keys().copied().collect(),
         ];
         Self {
             team: Team::new(&ids[0], &ids[1]).ok(),
-            leaders,
+            heads,
             children,
             wheels: vec![Wheels::default(); initial.len()],
             under_way: Vec::new(),
@@ -106,7 +106,7 @@ impl Leaders {
         for (robot, (wheels, reported)) in self.wheels.iter_mut().zip(&inputs.odometry).enumerate()
         {
             let motion = wheels.motion(*reported, settings);
-            if let Some(leader) = self.leaders.get_mut(&id(robot)) {
+            if let Some(leader) = self.heads.get_mut(&id(robot)) {
                 leader.drive(&motion, dt_s);
             }
             if let Some(child) = self.children.get_mut(&id(robot)) {
@@ -117,7 +117,7 @@ impl Leaders {
 
     fn fix(&mut self, inputs: &StepInputs, log: &mut dyn FnMut(Innovation)) {
         for fix in &inputs.fixes {
-            if let Some(leader) = self.leaders.get_mut(&id(fix.robot)) {
+            if let Some(leader) = self.heads.get_mut(&id(fix.robot)) {
                 let heard = leader.fix(fix.position, &self.settings.fix);
                 log(innovation(Sensor::Fix, fix.robot, heard));
             }
@@ -147,9 +147,9 @@ impl Leaders {
                 ([id(it.observer), id(it.observed)], reading)
             })
             .collect();
-        let beliefs = self.leaders.iter().map(|(id, it)| (*id, it.belief));
+        let beliefs = self.heads.iter().map(|(id, it)| (*id, it.belief));
         let poses = poses(&team, &beliefs.collect(), &readings);
-        for (place, (leader, it)) in self.leaders.iter_mut().enumerate() {
+        for (place, (leader, it)) in self.heads.iter_mut().enumerate() {
             let news = it.at_event(Slot(self.events));
             let told = poses.iter().filter(|([_, by], _)| by == leader);
             for ([to, _], Told { pose, by }) in told {
@@ -249,7 +249,7 @@ impl Method for Leaders {
 
     fn estimate(&self, robot: usize) -> (Pose, Matrix3<f64>) {
         let robot = id(robot);
-        let leader = self.leaders.get(&robot).map(|it| it.belief);
+        let leader = self.heads.get(&robot).map(|it| it.belief);
         let child = || self.children.get(&robot).map(|it| it.child.belief);
         let belief = leader.or_else(child).unwrap_or_default();
         (belief.pose, belief.total().matrix())

@@ -144,10 +144,10 @@ impl Kind {
     pub fn message_bytes(self) -> usize {
         match self {
             Self::Sl | Self::SlPlain => 0,
-            Self::Nb | Self::Ei | Self::Ci | Self::CiDet => 8 * (3 + 6),
-            Self::SplitCi | Self::Damped | Self::Coloc | Self::ColocStep => 8 * (3 + 6 + 6),
-            Self::LeaderKf => 8 * (3 + 6),
-            Self::LeaderSplit => 8 * (3 + 6 + 6),
+            Self::Nb | Self::Ei | Self::Ci | Self::CiDet | Self::LeaderKf => 8 * (3 + 6),
+            Self::SplitCi | Self::Damped | Self::Coloc | Self::ColocStep | Self::LeaderSplit => {
+                8 * (3 + 6 + 6)
+            }
             // The leader's own pose, its covariance and four transitions too.
             Self::LeaderCross => 8 * (3 + 6 + 6 + 3 + 6 + 4 * 9),
             Self::Ccl => 8 * 3,
