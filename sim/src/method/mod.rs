@@ -81,7 +81,7 @@ pub enum Kind {
 
 impl Kind {
     /// Every estimator.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 17] = [
         Self::Sl,
         Self::SlPlain,
         Self::Nb,
