@@ -147,12 +147,11 @@ impl Kind {
     #[must_use]
     pub fn message_bytes(self) -> usize {
         match self {
-            Self::Sl | Self::SlPlain => 0,
+            // The last three count what they send.
+            Self::Sl | Self::SlPlain | Self::Dkf | Self::Rounds | Self::Rounds5 => 0,
             Self::Nb | Self::Ei | Self::Ci | Self::CiDet => 8 * (3 + 6),
             Self::SplitCi | Self::Damped | Self::Coloc | Self::ColocStep => 8 * (3 + 6 + 6),
             Self::Ccl => 8 * 3,
-            // These count what they send.
-            Self::Dkf | Self::Rounds | Self::Rounds5 => 0,
         }
     }
 
