@@ -73,7 +73,9 @@ impl ObservableArgs {
                 self.robots
             )),
         };
-        let all = |numbers: &[u16]| numbers.iter().map(|it| robot(*it)).collect();
+        let all = |numbers: &[u16]| -> Result<Vec<usize>, String> {
+            numbers.iter().map(|it| robot(*it)).collect()
+        };
         let kind = match self.by {
             By::Pose => Kind::Pose,
             By::RangeBearing => Kind::RangeBearing,

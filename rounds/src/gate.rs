@@ -16,8 +16,12 @@ use crate::member::Shared;
 /// χ² with three degrees of freedom, 1 − 10⁻⁶: rounds are many.
 pub const CHI2_3_ONE_IN_A_MILLION: f64 = 30.664_849_706_154_26;
 
-/// Relative to the standard deviations; rounding of an honest leader is far below.
+/// Relative to what was shared; rounding of an honest leader is far below.
 const ROUNDING: f64 = 1e-9;
+
+/// A direction in which less was learned, relative to what was shared, is held against this: several measurements one after the other, each
+/// linearised where the last one led, move a robot a little in directions in which they teach nothing.
+const FLOOR: f64 = 1e-4;
 
 /// A round leaves that much of a variance at least, relative: a thousandth of a standard deviation.
 const LEAST: f64 = 1e-6;
@@ -79,24 +83,31 @@ pub fn check(shared: &Shared, told: &Correction, robots: usize, gate: f64) -> Re
     if !(1.0..=most.max(1.0)).contains(&told.factor) {
         return Err(Refusal::Factor);
     }
-    let before = shared.covariance * told.factor;
-    let learned = scaled(&(before - told.covariance), &before);
-    let eigen = learned.symmetric_eigen();
+    // In units of what was shared all of it is between nothing and everything.
+    let Some(root) = (shared.covariance * told.factor).cholesky() else {
+        return Err(Refusal::NotABelief);
+    };
+    let Some(left) = whitened(&root.l(), &told.covariance) else {
+        return Err(Refusal::NotABelief);
+    };
+    let eigen = (Matrix3::identity() - left).symmetric_eigen();
     if eigen.eigenvalues.min() < -ROUNDING {
         return Err(Refusal::LessCertain);
     }
-    if !leaves_enough(&told.covariance, &before) {
+    if eigen.eigenvalues.max() > 1.0 - LEAST {
         return Err(Refusal::TooCertain);
     }
     let Pose { x, y, phi } = shared.pose;
     let turn = wrap(told.pose.phi - phi);
     let moved = Vector3::new(told.pose.x - x, told.pose.y - y, turn);
-    let moved = eigen.eigenvectors.transpose() * moved.component_div(&sigmas(&before));
-    // A direction in which nothing was learned has no variance but rounding.
+    let Some(moved) = root.l().solve_lower_triangular(&moved) else {
+        return Err(Refusal::NotABelief);
+    };
+    let moved = eigen.eigenvectors.transpose() * moved;
     let d2 = moved
         .iter()
         .zip(eigen.eigenvalues.iter())
-        .map(|(step, variance)| step * step / variance.max(ROUNDING))
+        .map(|(step, learned)| step * step / learned.max(FLOOR))
         .sum::<f64>();
     if d2 <= gate {
         Ok(())
@@ -105,22 +116,14 @@ pub fn check(shared: &Shared, told: &Correction, robots: usize, gate: f64) -> Re
     }
 }
 
-/// Whether `after ≥ LEAST · before`.
-fn leaves_enough(after: &Matrix3<f64>, before: &Matrix3<f64>) -> bool {
-    (after - before * LEAST).cholesky().is_some()
+/// `L⁻¹ M L⁻ᵀ`, made symmetric.
+fn whitened(root: &Matrix3<f64>, matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+    let half = root.solve_lower_triangular(matrix)?.transpose();
+    let white = root.solve_lower_triangular(&half)?;
+    Some(0.5 * (white + white.transpose()))
 }
 
 /// Whether the matrix is a covariance with something left in every direction.
 fn is_positive(matrix: &Matrix3<f64>) -> bool {
     Covariance3::new(*matrix).is_ok() && matrix.cholesky().is_some()
-}
-
-fn sigmas(of: &Matrix3<f64>) -> Vector3<f64> {
-    of.diagonal().map(|v| libm::sqrt(v.max(f64::MIN_POSITIVE)))
-}
-
-/// In units of the standard deviations of `of`.
-fn scaled(matrix: &Matrix3<f64>, of: &Matrix3<f64>) -> Matrix3<f64> {
-    let sigma = sigmas(of);
-    Matrix3::from_fn(|row, column| matrix[(row, column)] / (sigma[row] * sigma[column]))
 }

@@ -38,7 +38,7 @@ pub enum Message {
         /// The slot of the newest round known.
         known: u64,
         /// What is believed and seen.
-        share: Share,
+        share: Box<Share>,
     },
     /// What came of a slot.
     Round(Arc<Round>),
@@ -156,13 +156,13 @@ pub struct Party {
     me: Robot,
     rules: Rules,
     round: Arc<Round>,
-    at: Option<Slot>,
+    at: Option<Present>,
     /// Slots in a row at which nobody knew this robot's last round.
     unknown: u32,
 }
 
 #[derive(Clone, Debug)]
-struct Slot {
+struct Present {
     slot: u64,
     begin_ns: i64,
     own: Share,
@@ -214,7 +214,7 @@ impl Party {
         let mut heard = vec![None; self.rules.robots];
         heard[self.me] = Some(self.round.slot);
         let slot = own.shared.slot;
-        self.at = Some(Slot {
+        self.at = Some(Present {
             slot,
             begin_ns: now_ns,
             own,
@@ -316,7 +316,7 @@ impl Party {
                     message: Message::Share {
                         leader,
                         known: self.round.slot,
-                        share: at.own.clone(),
+                        share: Box::new(at.own.clone()),
                     },
                 });
             }

@@ -144,9 +144,9 @@ fn the_distributed_filter_and_full_rounds_are_the_centralized_one() {
     let sensors = Sensors::new(&world, &scenario, 3, 0);
     for step in 1..world.steps() {
         let inputs = sensors.at(step);
-        methods
-            .iter_mut()
-            .for_each(|it| it.step(&inputs, &mut |_| ()));
+        for method in &mut methods {
+            method.step(&inputs, &mut |_| ());
+        }
         for robot in 0..world.robots() {
             let [central, others @ ..] = &methods;
             let (pose, p) = central.estimate(robot);

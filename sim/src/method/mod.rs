@@ -166,7 +166,8 @@ impl Kind {
     #[must_use]
     pub fn message_bytes(self) -> usize {
         match self {
-            Self::Sl | Self::SlPlain => 0,
+            // The last three count what they send.
+            Self::Sl | Self::SlPlain | Self::Dkf | Self::Rounds | Self::Rounds5 => 0,
             Self::Nb | Self::Ei | Self::Ci | Self::CiDet | Self::LeaderKf => 8 * (3 + 6),
             Self::SplitCi | Self::Damped | Self::Coloc | Self::ColocStep | Self::LeaderSplit => {
                 8 * (3 + 6 + 6)
@@ -174,8 +175,6 @@ impl Kind {
             // The leader's own pose, its covariance and four transitions too.
             Self::LeaderCross => 8 * (3 + 6 + 6 + 3 + 6 + 4 * 9),
             Self::Ccl => 8 * 3,
-            // These count what they send.
-            Self::Dkf | Self::Rounds | Self::Rounds5 => 0,
         }
     }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use coloc_estimator::{Belief, Motion, Pose};
+use coloc_rounds::gate::Refusal;
 use coloc_rounds::member::Settings as MemberSettings;
 use coloc_rounds::model::Kind;
 use coloc_rounds::party::follow;
@@ -61,8 +62,10 @@ pub struct Counts {
     pub exact: u64,
     /// Corrections after it.
     pub first_order: u64,
-    /// Refused by the gate.
+    /// Refused by the gate …
     pub refused: u64,
+    /// … and the last of them, why.
+    pub last_refusal: Option<Refusal>,
     /// Rounds that were taken back.
     pub undone: u64,
     /// Robots that had to join again.
@@ -328,6 +331,7 @@ impl Crew {
         self.counts.exact += u64::from(followed.taken == Some(Taken::Exact));
         self.counts.first_order += u64::from(followed.taken == Some(Taken::FirstOrder));
         self.counts.refused += u64::from(followed.refused.is_some());
+        self.counts.last_refusal = followed.refused.or(self.counts.last_refusal);
         self.counts.undone += u64::from(followed.undone);
         self.counts.joined += u64::from(followed.joins);
     }

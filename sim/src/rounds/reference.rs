@@ -131,24 +131,23 @@ impl Reference {
         true
     }
 
-    /// `robots` share nothing that is known any more: their P and everything of the others times `factor`; of `later` it is said when
-    /// they take part again.
+    /// `robots` share nothing that is known any more: their P and everything of the others times `factor`; who is `absent` owes it.
     fn bound(&mut self, robots: &[usize], factor: f64, owed: &mut [f64], absent: &[usize]) {
         let size = self.poses.len();
-        for l in 0..size {
-            for m in 0..size {
-                let joins = robots.contains(&l) || robots.contains(&m);
-                let by = match (l == m, joins) {
-                    (true, _) if absent.contains(&l) => {
-                        owed[l] *= factor;
-                        1.0
-                    }
-                    (false, true) => 0.0,
-                    _ => factor,
-                };
-                let block = self.block(l, m) * by;
-                put(&mut self.covariance, [l, m], &block);
-            }
+        let pairs = (0..size).flat_map(|l| (0..size).map(move |m| (l, m)));
+        for (l, m) in pairs {
+            let by = if l == m && absent.contains(&l) {
+                1.0
+            } else if l != m && (robots.contains(&l) || robots.contains(&m)) {
+                0.0
+            } else {
+                factor
+            };
+            let block = self.block(l, m) * by;
+            put(&mut self.covariance, [l, m], &block);
+        }
+        for robot in absent {
+            owed[*robot] *= factor;
         }
     }
 
@@ -206,8 +205,15 @@ pub fn distance(
             .copied()
             .filter(|it| matches!(logged.shares[*it].shared.standing, Standing::Joining(_)))
             .collect();
-        // What a robot that joins has to pay is of before it joined.
+        // A robot that joins may have refused or lost what the team has for it: what it says counts, and what it owed is of before.
         for &robot in &joins {
+            let shared = &logged.shares[robot].shared;
+            reference.poses[robot] = shared.pose;
+            put(
+                &mut reference.covariance,
+                [robot, robot],
+                &shared.covariance,
+            );
             owed[robot] = 1.0;
         }
         for &robot in &took {

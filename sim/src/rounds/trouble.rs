@@ -135,6 +135,7 @@ pub fn find(form: &Form) -> Finding {
 struct Central {
     rounds: f64,
     dkf: f64,
+    counts: Counts,
     sent: Sent,
     traffic: Traffic,
 }
@@ -153,8 +154,12 @@ impl Central {
         let of_rounds = rate(self.sent.bytes as f64);
         format!(
             "`dkf` is {:.1e} from `ccl` at most, in {updates} updates and {messages} messages: {faithful}, {replicated} with replicated \
-             blocks. Rounds at 10 Hz with every fix in the round are {:.1e} from it, in {} messages: {of_rounds}.\n",
-            self.dkf, self.rounds, self.sent.messages,
+             blocks. Rounds at 10 Hz with every fix in the round are {:.1e} from it, in {} messages: {of_rounds}; {} corrections were refused{}.\n",
+            self.dkf,
+            self.rounds,
+            self.sent.messages,
+            self.counts.refused,
+            why(&self.counts),
         )
     }
 }
@@ -182,6 +187,12 @@ fn settings(world: &GridWorld, form: &Form, loss: f64) -> FilterSettings {
         noise: Noise::new(form.seed, 0),
         ..FilterSettings::new(&scenario, world.dt_s())
     }
+}
+
+/// The last reason.
+fn why(counts: &Counts) -> String {
+    let reason = |it| format!(" ({it})");
+    counts.last_refusal.map_or_else(String::new, reason)
 }
 
 /// Rounds at the sightings' rate, with every fix in them, and the distributed filter beside the centralized one.
@@ -214,6 +225,7 @@ fn against_ccl(world: &GridWorld, form: &Form) -> Central {
     Central {
         rounds: farthest[0],
         dkf: farthest[1],
+        counts: crew.counts(),
         sent: crew.sent().unwrap_or_default(),
         traffic: dkf.traffic(),
     }
@@ -284,7 +296,13 @@ fn row(case: &Case, outcome: &Outcome) -> [String; 9] {
             counts.first_order,
             counts.exact + counts.first_order
         ),
-        format!("{}, {}, {}", counts.refused, counts.undone, counts.joined),
+        format!(
+            "{}{}, {}, {}",
+            counts.refused,
+            why(counts),
+            counts.undone,
+            counts.joined
+        ),
         all(&|it| digits(it.nees())),
         all(&|it| percent(it.nees_outside())),
     ]
