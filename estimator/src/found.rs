@@ -80,7 +80,8 @@ pub(crate) const OPEN: f64 = 2.0 * 2.0;
 const CONFIRMED: u32 = 5;
 
 /// Words that a belief takes so soon after it was followed from nowhere do not count: they are from the way that it was found by. Who
-/// goes on from a belief that was confirmed, after an outage, is not from nowhere.
+/// goes on from a belief that was confirmed, after an outage, is not from nowhere; where two sources agree on the way, not one alone
+/// says that the wheels are right.
 const TRIAL: Span = Span::from_millis(5_000);
 
 /// Nothing was heard for so long: lost, if it is not known where.
@@ -797,6 +798,27 @@ mod tests {
         assert_eq!(heard.nth(23), Some((true, 0)));
         assert_eq!(heard.next(), Some((true, 1)));
         assert_eq!(heard.nth(4), Some((true, 6)));
+    }
+
+    /// One source and the wheels may be wrong together; two bear each other out.
+    #[test]
+    fn whom_two_sources_found_is_not_on_trial() {
+        let settings = Settings::default();
+        let belief = Belief::independent(Pose::default(), Covariance3::default());
+        let mut found = Found::new(Stamp::default(), &Start::Unknown);
+        let ahead = Motion::Holonomic {
+            velocity: [1.0, 0.0, 0.0],
+            noise: Covariance3::default(),
+        };
+        let mut heard = (1..60_u32).map(|tick| {
+            found.drive(&ahead, 0.2);
+            for receiver in 0..2 {
+                let word = fix(receiver, tick.into(), 0.2 * f64::from(tick), NEAR);
+                let _ = found.hear(&word, &belief, &settings);
+            }
+            (found.knows, found.is_confirmed())
+        });
+        assert_eq!(heard.find(|(knows, _)| *knows), Some((true, true)));
     }
 
     /// Its heading was too uncertain for a fix after an outage. If the wheels stood by what it believed before, they do again.

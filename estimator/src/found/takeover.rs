@@ -164,7 +164,7 @@ impl Found {
         let count = self.count(at, now);
         let distance_m = self.distance(&lifted, prior);
         self.words = self.taken_by(at);
-        if self.knows || self.goes_on(at) {
+        if self.knows || self.goes_on(at) || count.agree > 1 {
             self.confirmed = self.words;
         } else {
             (self.confirmed, self.tried_until) = (0, now + TRIAL);
