@@ -32,6 +32,8 @@ pub struct Plan {
     pub wait_s: [f64; 2],
     /// Entries of a robot's history.
     pub history: usize,
+    /// χ² of corrections.
+    pub correction_gate: f64,
     /// What goes wrong.
     pub trouble: Trouble,
     /// Whether everything is written down that [`reference`](super::reference) needs.
@@ -47,6 +49,7 @@ impl Plan {
             fixes_in_rounds: false,
             wait_s: [0.04, 0.1],
             history: 512,
+            correction_gate: coloc_rounds::gate::CHI2_3_ONE_IN_A_MILLION,
             trouble: Trouble::default(),
             keeps_log: false,
         }
@@ -118,7 +121,7 @@ impl Crew {
         let member = MemberSettings {
             robots,
             fix_gate: settings.product.position_gate,
-            correction_gate: coloc_rounds::gate::CHI2_3_ONE_IN_A_MILLION,
+            correction_gate: plan.correction_gate,
             history: plan.history,
         };
         let [hello_ns, deadline_ns] = plan.wait_s.map(|it| (it * 1e9) as i64);
