@@ -14,7 +14,8 @@
 //! |---|---|
 //! | [`datum`] | composes what a leader says of a child |
 //! | [`kalman`], [`fusion`], [`cross`] | what a child makes of it, in three ways |
-//! | [`transition`] | what becomes of a leader's error, and what a child keeps of it |
+//! | [`transition`] | what becomes of a leader's error |
+//! | [`bond`] | what a child keeps of it, also where the leader was not heard for long |
 //! | [`tree`] | which pose goes where, if leaders know all readings |
 //! | [`search`], [`path`] | the same without a centre, at one child and one event |
 //! | [`events`], [`slot`], [`refusal`] | all events that are open at a child, and what it does not listen to |
@@ -23,6 +24,7 @@
 //! | [`team`] | robots as bits |
 
 pub mod assistant;
+pub mod bond;
 pub mod cross;
 pub mod datum;
 pub mod events;

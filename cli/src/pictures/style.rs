@@ -29,7 +29,18 @@ pub(super) fn robot_color(index: usize) -> RGBColor {
 
 /// The same colour for a method in every picture; variants share their method's.
 pub(crate) fn method_color(kind: Kind) -> RGBColor {
-    let [blue, vermilion, green, pink, orange, sky, ..] = PALETTE;
+    let [
+        blue,
+        vermilion,
+        green,
+        pink,
+        orange,
+        sky,
+        _,
+        brown,
+        olive,
+        violet,
+    ] = PALETTE;
     match kind {
         Kind::Sl | Kind::SlPlain => TRUTH,
         Kind::Nb => orange,
@@ -37,6 +48,9 @@ pub(crate) fn method_color(kind: Kind) -> RGBColor {
         Kind::Ci | Kind::CiDet => sky,
         Kind::SplitCi => blue,
         Kind::Damped | Kind::Coloc | Kind::ColocStep => vermilion,
+        Kind::LeaderKf => olive,
+        Kind::LeaderSplit => brown,
+        Kind::LeaderCross => violet,
         Kind::Ccl => green,
     }
 }

@@ -58,6 +58,19 @@ impl Crossed {
     pub fn with_other(&self, before: &Matrix3<f64>) -> Matrix3<f64> {
         self.left * before
     }
+
+    /// A datum that the gate refuses.
+    pub(super) fn refused(own: &Belief, d2: f64) -> Self {
+        Self {
+            update: FixUpdate {
+                belief: *own,
+                accepted: false,
+                d2,
+            },
+            left: Matrix3::identity(),
+            gained: Matrix3::zeros(),
+        }
+    }
 }
 
 /// `own` after a datum of a leader with which its error has the covariance `cross` (C, at the event).
@@ -73,15 +86,7 @@ pub fn update(
 ) -> Crossed {
     let terms = Terms::new(own, cross, leader, said);
     let (inverse, d2) = terms.normalised(innovation(&own.pose, &said.pose));
-    let refused = Crossed {
-        update: FixUpdate {
-            belief: *own,
-            accepted: false,
-            d2,
-        },
-        left: Matrix3::identity(),
-        gained: Matrix3::zeros(),
-    };
+    let refused = Crossed::refused(own, d2);
     if !(accepts(d2, gate) && d2 >= 0.0) {
         return refused;
     }

@@ -1,11 +1,10 @@
-//! What becomes of an error: Φ, which a leader says of its own, and C, which a child keeps of it.
+//! What becomes of an error: Φ, which a leader says of its own. [`super::bond`] is what a child makes of it.
 //!
 //! An error goes on by the Jacobian F of each step, and by `I − K H` of each measurement. A leader says what became of its error since
 //! each of the last [`TRANSITIONS`] events, so that a child can miss some of them.
 
 use nalgebra::Matrix3;
 
-use super::slot::Slot;
 use crate::belief::Belief;
 use crate::covariance::Covariance2;
 use crate::factor::Factor;
@@ -19,16 +18,17 @@ pub const TRANSITIONS: usize = 4;
 pub struct Past {
     /// Φ from the last event to this one, from the last but one, and so on.
     pub transitions: [[[f64; 3]; 3]; TRANSITIONS],
-    /// So many of them are known; others are nothing. After a start, or after somebody set the pose, none is.
+    /// So many events ago, or more if it is 255, the leader's error began to go its way: at a start, or when somebody set the pose. No more transitions than
+    /// that are known; others are nothing.
     pub known: u8,
 }
 
 impl Past {
     /// Φ from so many events ago, at least one.
-    fn from(&self, events: usize) -> Option<Matrix3<f64>> {
-        let known = self.transitions.get(..usize::from(self.known));
-        let known = known.unwrap_or(&self.transitions);
-        let rows = known.get(events.checked_sub(1)?)?;
+    pub(super) fn from(&self, events: u8) -> Option<Matrix3<f64>> {
+        let place = usize::from(events.checked_sub(1)?);
+        let rows = self.transitions.get(place);
+        let rows = rows.filter(|_| events <= self.known)?;
         Some(Matrix3::from(*rows).transpose()) // An array of rows is read as one of columns.
     }
 
@@ -85,7 +85,7 @@ pub struct Transitions {
     since: Matrix3<f64>,
     /// At the last event, of those before it.
     before: [Matrix3<f64>; TRANSITIONS],
-    /// How many events there were, as far as that counts.
+    /// How many events there were.
     events: u8,
 }
 
@@ -119,59 +119,11 @@ impl Transitions {
             earlier = core::mem::replace(it, since * earlier);
         }
         let known = self.events;
-        self.events = known.saturating_add(1).min(4);
+        self.events = known.saturating_add(1);
         Past {
             transitions: self.before.map(|it| it.transpose().into()),
             known,
         }
-    }
-}
-
-/// At a child: C of one leader.
-#[derive(Copy, Clone, Debug, Default, PartialEq)]
-pub struct Bond {
-    cross: Matrix3<f64>,
-    met: Met,
-}
-
-/// When C was what it is.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
-enum Met {
-    /// Nothing was ever heard of that leader: C is zero.
-    #[default]
-    Never,
-    /// At this event.
-    At(Slot),
-    /// Nobody knows what became of the leader's error.
-    Lost,
-}
-
-impl Bond {
-    /// The child's own step, or a pose of another leader: F of its error.
-    pub fn go_on(&mut self, by: &Matrix3<f64>) {
-        self.cross = by * self.cross;
-    }
-
-    /// C at an event of which the leader says what became of its error; `None` if the chain is broken: then its poses can only be
-    /// fused as dependent. A datum that is declined says it too.
-    pub fn at_event(&mut self, slot: Slot, past: &Past) -> Option<&Matrix3<f64>> {
-        let by = match self.met {
-            Met::Never => Some(Matrix3::identity()),
-            Met::At(last) if last == slot => Some(Matrix3::identity()),
-            Met::At(last) => {
-                let events = usize::try_from(slot.0.saturating_sub(last.0)).ok();
-                events.and_then(|it| past.from(it))
-            }
-            Met::Lost => None,
-        };
-        self.met = by.map_or(Met::Lost, |_| Met::At(slot));
-        self.cross = by.map_or(Matrix3::zeros(), |by| self.cross * by.transpose());
-        by.map(|_| &self.cross)
-    }
-
-    /// What C became by a pose of that leader.
-    pub fn set(&mut self, cross: Matrix3<f64>) {
-        self.cross = cross;
     }
 }
 
@@ -195,56 +147,31 @@ mod tests {
         for (number, it) in (0..).zip(&steps) {
             leader.go_on(it);
             last = leader.at_event();
-            assert_eq!(last.known, number.min(4));
+            assert_eq!(last.known, number);
         }
         let mut product = Matrix3::identity();
-        for (events, it) in steps.iter().rev().take(TRANSITIONS).enumerate() {
+        for (events, it) in (1..).zip(steps.iter().rev().take(TRANSITIONS)) {
             product *= it;
-            let said = last.from(events + 1).unwrap();
+            let said = last.from(events).unwrap();
             assert!((said - product).abs().max() < 1e-12, "{events}");
         }
     }
 
     #[test]
-    fn a_child_may_miss_three_events() {
+    fn a_child_may_miss_three_events_and_a_leader_that_starts_anew_has_no_past() {
         let mut leader = Transitions::default();
-        let mut bond = Bond::default();
-        let first = leader.at_event();
-        assert_eq!(bond.at_event(Slot(1), &first), Some(&Matrix3::zeros()));
-        bond.set(Matrix3::from_diagonal_element(0.01));
-        let mut product = Matrix3::identity();
-        let mut at = |slot: i64| {
-            let by = step(0.1 * f64::from(i32::try_from(slot).unwrap()));
-            leader.go_on(&by);
-            product = by * product;
-            (leader.at_event(), product)
-        };
-        let [_, _, _, (said, product)] = [2, 3, 4, 5].map(&mut at);
-        let mut second = bond;
-        let found = bond.at_event(Slot(5), &said).unwrap();
-        assert!((found - product.transpose() * 0.01).abs().max() < 1e-15);
-        let (said, _) = at(6);
-        assert_eq!(second.at_event(Slot(6), &said), None, "it missed four");
-        assert_eq!(second.at_event(Slot(7), &at(7).0), None, "for good");
-        assert!(bond.at_event(Slot(6), &said).is_some());
-        assert_eq!(bond.at_event(Slot(5), &said), None, "back in time");
-    }
-
-    #[test]
-    fn a_leader_that_starts_anew_has_no_past() {
-        let (mut leader, mut bond) = (Transitions::default(), Bond::default());
-        assert!(bond.at_event(Slot(1), &leader.at_event()).is_some());
-        assert!(bond.at_event(Slot(2), &leader.at_event()).is_some());
+        let lasts = [(); 7].map(|()| leader.at_event());
+        assert_eq!(lasts[0].from(1), None);
+        assert!(lasts[3].from(3).is_some() && lasts[3].from(4).is_none());
+        assert!(lasts[6].from(4).is_some() && lasts[6].from(5).is_none());
+        assert_eq!(lasts[6].from(0), None, "of the same event nobody asks");
         leader.break_off();
-        assert_eq!(bond.at_event(Slot(3), &leader.at_event()), None);
-        let mut other = Bond::default();
-        assert!(other.at_event(Slot(4), &leader.at_event()).is_some());
+        assert_eq!(leader.at_event().from(1), None);
         let forged = Past {
             known: 200,
-            ..leader.at_event()
+            ..lasts[0]
         };
-        assert!(other.at_event(Slot(5), &forged).is_some());
-        assert_eq!(other.at_event(Slot(50), &forged), None);
+        assert_eq!(forged.from(5), None);
     }
 
     /// `P⁺ = (I − K H) P`

@@ -4,7 +4,7 @@ use coloc_estimator::angle::wrap;
 use coloc_estimator::{Belief, Pose};
 use nalgebra::Vector3;
 
-use super::run::Method;
+use super::robot::Method;
 use crate::metrics::statistics::mean_and_deviation;
 use crate::random::{Draws, Noise, Purpose};
 
@@ -14,76 +14,134 @@ const CHI2_3_95: f64 = 7.814_727_903_251_179;
 /// Draws of runs, for the interval of a share.
 const DRAWS: usize = 4000;
 
+/// Samples of a d².
+#[derive(Copy, Clone, Debug, Default)]
+struct Tally {
+    /// Beyond the 95 % bound.
+    outside: f64,
+    sum: f64,
+    count: f64,
+}
+
+impl Tally {
+    fn add(&mut self, d2: f64) {
+        self.outside += f64::from(u8::from(d2 > CHI2_3_95));
+        self.sum += d2;
+        self.count += 1.0;
+    }
+
+    fn plus(self, other: &Self) -> Self {
+        Self {
+            outside: self.outside + other.outside,
+            sum: self.sum + other.sum,
+            count: self.count + other.count,
+        }
+    }
+}
+
 /// Of one child by one method.
 #[derive(Clone, Debug, Default)]
 struct Account {
-    /// Sums over runs of the squared errors of each step.
-    squares: Vec<[f64; 3]>,
-    /// Of each run: how many NEES are outside, and their sum.
-    runs: Vec<[f64; 2]>,
+    /// Sums over runs of the squared errors of each step; nothing where nobody knows the truth.
+    squares: Vec<Option<[f64; 3]>>,
+    /// NEES of each run.
+    runs: Vec<Tally>,
+    /// NIS by leader, of all runs.
+    innovations: Vec<Tally>,
 }
 
-/// Of all children by all methods.
+/// Of all.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Score([[Account; 4]; 3]);
+pub(crate) struct Score {
+    by_method: [Vec<Account>; 4],
+    leaders: Vec<Tally>,
+}
+
+fn error(belief: &Belief, truth: &Pose) -> Vector3<f64> {
+    let error = belief.pose.to_vector() - truth.to_vector();
+    Vector3::new(error.x, error.y, wrap(error.z))
+}
+
+fn nees(belief: &Belief, error: &Vector3<f64>) -> f64 {
+    let inverse = belief.total().matrix().try_inverse();
+    inverse.map_or(f64::INFINITY, |it| (error.transpose() * it * error).x)
+}
 
 impl Score {
-    /// Before a run of so many steps.
-    pub(crate) fn of_run(steps: usize) -> Self {
+    /// Before a run of so many steps, with so many children and leaders.
+    pub(crate) fn of_run(steps: usize, [children, leaders]: [usize; 2]) -> Self {
         let empty = Account {
-            squares: vec![[0.0; 3]; steps],
-            runs: vec![[0.0; 2]],
+            squares: vec![None; steps],
+            runs: vec![Tally::default()],
+            innovations: vec![Tally::default(); leaders],
         };
-        Self([(); 3].map(|()| [(); 4].map(|()| empty.clone())))
+        Self {
+            by_method: [(); 4].map(|()| vec![empty.clone(); children]),
+            leaders: vec![Tally::default(); leaders],
+        }
     }
 
     pub(crate) fn add(
         &mut self,
-        (method, child, step): (usize, usize, usize),
-        belief: &Belief,
-        truth: &Pose,
+        method: Method,
+        child: usize,
+        step: usize,
+        (belief, truth): (&Belief, &Pose),
     ) {
-        let error = belief.pose.to_vector() - truth.to_vector();
-        let error = Vector3::new(error.x, error.y, wrap(error.z));
-        let account = &mut self.0[method][child];
-        for (square, it) in account.squares[step - 1].iter_mut().zip(error.iter()) {
-            *square += it * it;
+        let error = error(belief, truth);
+        let account = &mut self.by_method[method as usize][child];
+        let squares = error.map(|it| it * it).into();
+        account.squares[step - 1] = Some(squares);
+        if let Some(tally) = account.runs.last_mut() {
+            tally.add(nees(belief, &error));
         }
-        let inverse = belief.total().matrix().try_inverse();
-        let nees = inverse.map_or(f64::INFINITY, |it| (error.transpose() * it * error).x);
-        if let Some([outside, sum]) = account.runs.last_mut() {
-            *outside += f64::from(u8::from(nees > CHI2_3_95));
-            *sum += nees;
-        }
+    }
+
+    pub(crate) fn leader(&mut self, leader: usize, (belief, truth): (&Belief, &Pose)) {
+        self.leaders[leader].add(nees(belief, &error(belief, truth)));
+    }
+
+    pub(crate) fn innovation(&mut self, method: Method, child: usize, leader: usize, d2: f64) {
+        self.by_method[method as usize][child].innovations[leader].add(d2);
     }
 
     /// With the runs of another.
     pub(crate) fn merged(mut self, other: Self) -> Self {
-        let all = self.0.iter_mut().flatten();
-        for (one, mut more) in all.zip(other.0.into_iter().flatten()) {
-            if one.squares.is_empty() {
-                *one = more;
-                continue;
-            }
+        if self.leaders.is_empty() {
+            return other;
+        }
+        let all = self.by_method.iter_mut().flatten();
+        for (one, mut more) in all.zip(other.by_method.into_iter().flatten()) {
             one.runs.append(&mut more.runs);
+            add_up(&mut one.innovations, &more.innovations);
             for (sum, square) in one.squares.iter_mut().zip(&more.squares) {
-                *sum = core::array::from_fn(|i| sum[i] + square[i]);
+                let both = sum.zip(*square);
+                *sum = both.map(|(a, b)| core::array::from_fn(|i| a[i] + b[i]));
             }
         }
+        add_up(&mut self.leaders, &other.leaders);
         self
     }
 
     fn account(&self, method: Method, child: usize) -> &Account {
-        &self.0[method as usize][child]
+        &self.by_method[method as usize][child]
     }
 
-    /// Of x, y and φ: mean over time and deviation of the RMSE over runs.
-    pub(crate) fn accuracy(&self, method: Method, child: usize) -> [[f64; 2]; 3] {
+    /// Of x, y and φ, in steps that `counts`: mean over time and deviation of the RMSE over runs.
+    pub(crate) fn accuracy(
+        &self,
+        method: Method,
+        child: usize,
+        counts: impl Fn(usize) -> bool,
+    ) -> [[f64; 2]; 3] {
         let account = self.account(method, child);
         #[allow(clippy::cast_precision_loss)] // Some runs.
         let runs = account.runs.len() as f64;
         [0, 1, 2].map(|i| {
-            let squares = account.squares.iter();
+            let squares = (1..)
+                .zip(&account.squares)
+                .filter(|(step, _)| counts(*step));
+            let squares = squares.filter_map(|(_, it)| *it);
             let rmse: Vec<f64> = squares.map(|it| (it[i] / runs).sqrt()).collect();
             mean_and_deviation(&rmse)
         })
@@ -91,36 +149,54 @@ impl Score {
 
     /// Share of NEES beyond the 95 % bound.
     pub(crate) fn outside(&self, method: Method, child: usize) -> f64 {
-        self.mean(method, child, 0)
+        let all = total(&self.account(method, child).runs);
+        all.outside / all.count
     }
 
     /// Mean NEES.
     pub(crate) fn nees(&self, method: Method, child: usize) -> f64 {
-        self.mean(method, child, 1)
+        let all = total(&self.account(method, child).runs);
+        all.sum / all.count
     }
 
-    #[allow(clippy::cast_precision_loss)] // Some millions of samples.
-    fn mean(&self, method: Method, child: usize, which: usize) -> f64 {
-        let account = self.account(method, child);
-        let samples = account.squares.len() * account.runs.len();
-        let sum: f64 = account.runs.iter().map(|it| it[which]).sum();
-        sum / samples as f64
+    /// Share of NIS beyond the 95 % bound, of what one leader said.
+    pub(crate) fn nis(&self, method: Method, child: usize, leader: usize) -> f64 {
+        let tally = self.account(method, child).innovations[leader];
+        tally.outside / tally.count
+    }
+
+    /// Share of a leader's own NEES beyond the 95 % bound.
+    pub(crate) fn leader_outside(&self, leader: usize) -> f64 {
+        self.leaders[leader].outside / self.leaders[leader].count
     }
 
     /// Of the share outside: what 99 % of draws of as many runs come to.
     pub(crate) fn interval(&self, method: Method, child: usize) -> [f64; 2] {
-        let account = self.account(method, child);
-        let (noise, count) = (Noise::new(1, 0), account.runs.len());
-        #[allow(clippy::cast_precision_loss)]
-        let samples = (account.squares.len() * count) as f64;
+        let runs = &self.account(method, child).runs;
+        let noise = Noise::new(1, 0);
         let draw = |step| {
             let mut draws = noise.draws(Purpose::Ordeal, step, 0, 0);
-            let runs = (0..count).map(|_| account.runs[any(&mut draws, count)][0]);
-            runs.sum::<f64>() / samples
+            let drawn: Vec<_> = runs
+                .iter()
+                .map(|_| runs[any(&mut draws, runs.len())])
+                .collect();
+            let all = total(&drawn);
+            all.outside / all.count
         };
         let mut shares: Vec<f64> = (0..DRAWS).map(draw).collect();
         shares.sort_by(f64::total_cmp);
         [shares[DRAWS / 200], shares[DRAWS - 1 - DRAWS / 200]]
+    }
+}
+
+fn total(tallies: &[Tally]) -> Tally {
+    let sum = |all: Tally, it: &Tally| all.plus(it);
+    tallies.iter().fold(Tally::default(), sum)
+}
+
+fn add_up(sums: &mut [Tally], more: &[Tally]) {
+    for (sum, it) in sums.iter_mut().zip(more) {
+        *sum = sum.plus(it);
     }
 }
 

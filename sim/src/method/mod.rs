@@ -12,10 +12,12 @@
 //! | `damped` | the same with β = 0.2 and reset on transmit: a reference point |
 //! | `coloc` | the same with a memory and a trace in m² too: the product's default |
 //! | `coloc-step` | the product's `step` with its history, message by message: the bits of the daemon |
+//! | `leader-kf`, `leader-split`, `leader-cross` | ignores it: robots with a receiver tell all others, also those that they do not see ([`leader`]) |
 //! | `ccl` | no messages: one extended Kalman filter of the whole team ([`joint`]) |
 
 pub mod ellipsoidal;
 pub mod joint;
+pub mod leader;
 pub mod plain;
 pub mod rule;
 pub mod stepwise;
@@ -57,13 +59,19 @@ pub enum Kind {
     Coloc,
     /// The product's default through its `step`.
     ColocStep,
+    /// Leaders and children, the thesis's fusion.
+    LeaderKf,
+    /// The same by split covariance intersection.
+    LeaderSplit,
+    /// The same with the correlation tracked.
+    LeaderCross,
     /// Centralized.
     Ccl,
 }
 
 impl Kind {
     /// Every estimator.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 14] = [
         Self::Sl,
         Self::SlPlain,
         Self::Nb,
@@ -74,6 +82,9 @@ impl Kind {
         Self::Damped,
         Self::Coloc,
         Self::ColocStep,
+        Self::LeaderKf,
+        Self::LeaderSplit,
+        Self::LeaderCross,
         Self::Ccl,
     ];
 
@@ -91,6 +102,9 @@ impl Kind {
             Self::Damped => "damped",
             Self::Coloc => "coloc",
             Self::ColocStep => "coloc-step",
+            Self::LeaderKf => "leader-kf",
+            Self::LeaderSplit => "leader-split",
+            Self::LeaderCross => "leader-cross",
             Self::Ccl => "ccl",
         }
     }
@@ -113,6 +127,11 @@ impl Kind {
                 "the product's default: damped to a memory of 1 s, a trace in m², reset on transmit"
             }
             Self::ColocStep => "the same through the daemon's step and its history of measurements",
+            Self::LeaderKf => {
+                "robots with a receiver lead: they tell all others where they are, by what others see too"
+            }
+            Self::LeaderSplit => "the same, the leader's error bounded",
+            Self::LeaderCross => "the same, the correlation with the leader's error tracked",
             Self::Ccl => {
                 "centralized: one extended Kalman filter of the whole team, a bound for the others"
             }
@@ -125,8 +144,12 @@ impl Kind {
     pub fn message_bytes(self) -> usize {
         match self {
             Self::Sl | Self::SlPlain => 0,
-            Self::Nb | Self::Ei | Self::Ci | Self::CiDet => 8 * (3 + 6),
-            Self::SplitCi | Self::Damped | Self::Coloc | Self::ColocStep => 8 * (3 + 6 + 6),
+            Self::Nb | Self::Ei | Self::Ci | Self::CiDet | Self::LeaderKf => 8 * (3 + 6),
+            Self::SplitCi | Self::Damped | Self::Coloc | Self::ColocStep | Self::LeaderSplit => {
+                8 * (3 + 6 + 6)
+            }
+            // The leader's own pose, its covariance and four transitions too.
+            Self::LeaderCross => 8 * (3 + 6 + 6 + 3 + 6 + 4 * 9),
             Self::Ccl => 8 * 3,
         }
     }
@@ -153,6 +176,8 @@ pub struct FilterSettings {
     pub product: Settings,
     /// The longest that a message is under way \[steps\].
     pub longest_delay: usize,
+    /// Robots that have a receiver.
+    pub receivers: Vec<usize>,
 }
 
 impl FilterSettings {
@@ -169,6 +194,7 @@ impl FilterSettings {
             fix: Covariance2::diagonal([fix, fix]).unwrap_or_default(),
             product: Settings::default(),
             longest_delay: (scenario.radio.delay_s[1] / dt_s).ceil() as usize,
+            receivers: scenario.fixes.robots.clone(),
         }
     }
 }
@@ -251,6 +277,7 @@ pub trait Method {
 pub fn build(kind: Kind, settings: &FilterSettings, initial: &[Belief]) -> Box<dyn Method + Send> {
     let on_paper = settings.on_paper();
     let team = |rule| Box::new(team::Team::new(rule, on_paper.clone(), initial));
+    let leaders = |fusion| Box::new(leader::Leaders::new(fusion, settings.clone(), initial));
     match kind {
         Kind::Sl => team(Rule::Single),
         Kind::SlPlain => Box::new(plain::Plain::new(settings.clone(), initial)),
@@ -272,6 +299,9 @@ pub fn build(kind: Kind, settings: &FilterSettings, initial: &[Belief]) -> Box<d
             initial,
         )),
         Kind::ColocStep => Box::new(stepwise::Stepwise::new(settings.clone(), initial)),
+        Kind::LeaderKf => leaders(leader::Fusion::Kalman),
+        Kind::LeaderSplit => leaders(leader::Fusion::Split),
+        Kind::LeaderCross => leaders(leader::Fusion::Default),
         Kind::Ccl => Box::new(joint::Joint::new(settings.clone(), initial)),
     }
 }

@@ -221,5 +221,6 @@ fn settings(life: Life, propagation: Propagation) -> FilterSettings {
             ..Settings::default()
         },
         longest_delay: 0,
+        receivers: Vec::new(),
     }
 }
