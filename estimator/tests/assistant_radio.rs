@@ -58,6 +58,8 @@ struct Scenario {
     dead: &'static [usize],
     from: i64,
     to: i64,
+    /// Each leader's fixes are off by something of its own, as long as it runs, with this variance \[m²\]; it says so.
+    apart: f64,
 }
 
 impl Scenario {
@@ -114,6 +116,8 @@ struct Robot {
     estimator: Box<Estimator<Vec<Slot>>>,
     assistant: Box<Assistant>,
     truth: Pose,
+    /// Of its fixes.
+    off: [f64; 2],
     /// By the tick in which they come.
     data: BTreeMap<i64, Vec<Heard>>,
     acks: BTreeMap<i64, Vec<Ack>>,
@@ -140,7 +144,7 @@ fn agreement() -> Agreement {
 }
 
 impl Robot {
-    fn new(robot: usize, random: &mut Random) -> Self {
+    fn new(robot: usize, apart: f64, random: &mut Random) -> Self {
         let variances = START[usize::from(robot >= LEADERS)];
         let side = f64::from(u8::try_from(robot).unwrap());
         let truth = Pose::new(2.0 * side, side, 0.5 * side);
@@ -159,6 +163,13 @@ impl Robot {
             estimator: Box::new(Estimator::new(settings, at(0), belief, storage)),
             assistant: Box::new(Assistant::new(agreement(), id(robot)).unwrap()),
             truth,
+            off: [0; 2].map(|_| {
+                if apart > 0.0 {
+                    random.normal(apart)
+                } else {
+                    0.0
+                }
+            }),
             data: BTreeMap::new(),
             acks: BTreeMap::new(),
             sent: 0,
@@ -263,18 +274,26 @@ impl Outcome {
     }
 }
 
-fn fixes(truth: &Pose, tick: i64, random: &mut Random) -> [Measurement; 2] {
+fn fixes(
+    scenario: &Scenario,
+    (truth, off): (&Pose, [f64; 2]),
+    tick: i64,
+    random: &mut Random,
+) -> [Measurement; 2] {
     let origin = Origin::counted(u64::try_from(tick).unwrap());
     let position = PositionFix {
         stamp: at(tick),
         origin,
         position: [
-            truth.x + random.normal(FIX[0]),
-            truth.y + random.normal(FIX[1]),
+            truth.x + off[0] + random.normal(FIX[0]),
+            truth.y + off[1] + random.normal(FIX[1]),
         ],
         covariance: Covariance2::diagonal([FIX[0], FIX[1]]).unwrap(),
         lever: [0.0; 2],
-        slow: SlowError::default(),
+        slow: SlowError {
+            variance: scenario.apart,
+            memory: Span::from_millis(1_000_000),
+        },
     };
     let heading = HeadingFix {
         stamp: at(tick),
@@ -290,7 +309,7 @@ fn fixes(truth: &Pose, tick: i64, random: &mut Random) -> [Measurement; 2] {
 /// What a robot's sensors say besides its wheels.
 fn measured(
     scenario: &Scenario,
-    truths: &[Pose],
+    (truths, offs): (&[Pose], &[[f64; 2]]),
     (robot, tick): (usize, i64),
     random: &mut Random,
 ) -> Vec<Measurement> {
@@ -299,7 +318,7 @@ fn measured(
         return all;
     }
     if robot < LEADERS {
-        all.extend(fixes(&truths[robot], tick, random));
+        all.extend(fixes(scenario, (&truths[robot], offs[robot]), tick, random));
     }
     if !scenario.is_dead(robot, tick) {
         let seen = SIGHTS
@@ -312,14 +331,17 @@ fn measured(
 
 fn run(scenario: &Scenario, seed: u64, outcome: &mut Outcome) {
     let mut random = Random(seed);
-    let mut robots: Vec<_> = (0..ROBOTS).map(|it| Robot::new(it, &mut random)).collect();
+    let mut robots: Vec<_> = (0..ROBOTS)
+        .map(|it| Robot::new(it, scenario.apart, &mut random))
+        .collect();
+    let offs: Vec<_> = robots.iter().map(|it| it.off).collect();
     let mut checker = Checker::default();
     for tick in 1..=scenario.ticks {
         let drive = |it: &mut Robot| it.drive(tick, &mut random);
         let moved: Vec<_> = robots.iter_mut().map(drive).collect();
         let truths: Vec<_> = robots.iter().map(|it| it.truth).collect();
         for (robot, moved) in moved.into_iter().enumerate() {
-            let mut measurements = measured(scenario, &truths, (robot, tick), &mut random);
+            let mut measurements = measured(scenario, (&truths, &offs), (robot, tick), &mut random);
             measurements.push(moved);
             let said = robots[robot].tick(tick, &measurements);
             post(
@@ -432,6 +454,27 @@ fn a_relay_that_falls_silent_takes_nothing_with_it_but_its_poses() {
         dead: &[3],
         from: 300,
         to: 1001,
+        ..Scenario::default()
+    });
+}
+
+#[test]
+fn one_leader_that_is_dead_for_a_minute_is_not_waited_for() {
+    outcome(&Scenario {
+        ticks: 3500,
+        dead: &[0],
+        from: 300,
+        to: 3300,
+        ..Scenario::default()
+    });
+}
+
+/// By ten times what a fix errs otherwise: what each says is as uncertain as that makes it, and children are between them.
+#[test]
+fn children_of_two_leaders_that_disagree_are_as_uncertain_as_that_makes_them() {
+    outcome(&Scenario {
+        ticks: 1000,
+        apart: 100.0 * FIX[0],
         ..Scenario::default()
     });
 }
