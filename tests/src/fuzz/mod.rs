@@ -3,6 +3,7 @@
 //! They are played in three ways: `tests/tests/fuzz.rs` for a moment, the program `fuzz` as long as one likes, both on any
 //! toolchain and from one seed; and the targets of `tests/fuzz` with the compiler's help, on a nightly.
 
+mod assists;
 mod belief;
 mod bytes;
 mod candump;
@@ -35,7 +36,7 @@ pub struct Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 9] = [
+pub const TARGETS: [Target; 10] = [
     candump::TARGET,
     dbc::TARGET,
     configuration::TARGET,
@@ -45,6 +46,7 @@ pub const TARGETS: [Target; 9] = [
     belief::TARGET,
     receiver::TARGET,
     scans::TARGET,
+    assists::TARGET,
 ];
 
 impl Target {
