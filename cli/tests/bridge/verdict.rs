@@ -18,8 +18,6 @@ pub(crate) struct Verdict {
     /// In a row.
     pub(crate) longest_wrong: usize,
     pub(crate) left_ok: usize,
-    /// Ticks not ok after it was ok.
-    pub(crate) doubting: usize,
     /// Before the event where negative.
     pub(crate) first_ok_s: Option<f64>,
     /// First not ok after the event.
@@ -44,7 +42,6 @@ pub(crate) fn judge(ticks: &[PlayedTick], event_ns: i64, truth: impl Fn(i64) -> 
         verdict.not_ok += usize::from(!is_ok);
         verdict.wrong += usize::from(is_ok && !is_right);
         verdict.longest_wrong = verdict.longest_wrong.max(row);
-        verdict.doubting += usize::from(verdict.first_ok_s.is_some() && !is_ok);
         verdict.left_ok += usize::from(verdict.ok_at_end && !is_ok);
         if is_ok {
             verdict.first_ok_s.get_or_insert(since_s);
