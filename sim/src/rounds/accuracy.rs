@@ -108,7 +108,11 @@ fn campaign(form: &Form, scenario: &str, title: &str, judge: &Judge) -> Finding 
                 }
                 let index = usize::from(number != 1);
                 if number == 6 && seconds.is_none() {
-                    for method in &report.methods {
+                    // With one receiver R1 has none from then on: a joint filter's own bar is of two.
+                    let judged = report.methods.iter().filter(|it| {
+                        it.method != Kind::Ccl || config.scenario.fixes.robots.len() > 1
+                    });
+                    for method in judged {
                         judge_honest(index, method, &mut finding.missed);
                     }
                 } else {
