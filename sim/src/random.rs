@@ -44,10 +44,10 @@ pub enum Purpose {
     Laser = 17,
     /// What a ranging radio says too much, and its noise.
     Radio = 18,
-    /// Errors that end at a bound, a compass, and in which direction somebody lies.
-    Integrity = 19,
     /// What becomes of a message between robots that make rounds, and who is there.
-    Rounds = 20,
+    Rounds = 19,
+    /// Errors that end at a bound, a compass, and in which direction somebody lies.
+    Integrity = 20,
 }
 
 /// All randomness of a run: a pure function of (seed, run, purpose, robots, step).
