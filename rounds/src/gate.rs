@@ -3,7 +3,7 @@
 //! A joint update moves a robot by `d = K r`, whose covariance is `D = f P(s) − P⁺`, and never makes it less certain than `f P(s)`; f is 1,
 //! or the block bound's factor where somebody joined. So a leader that lies moves nobody farther than the gate allows for what it says it
 //! has learned. That it has learned less than it says can be seen by nobody who has not all that it has: a covariance that is too small by
-//! less than [`LEAST`] passes, and with it a move of as many standard deviations of what was shared as the gate has, and no more.
+//! less than `LEAST` passes, and with it a move of as many standard deviations of what was shared as the gate has, and no more.
 
 use core::fmt;
 

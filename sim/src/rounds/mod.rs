@@ -7,7 +7,7 @@
 //! | [`trouble`] | absent robots, lost messages, leaders killed, a team cut in two, a robot that has forgotten | the joint filter with the same robots left out, to 10⁻⁹ |
 //!
 //! The rounds themselves are [`coloc_rounds`]; here are the network ([`Trouble`]), a team on it ([`Crew`]) and the joint filter in one
-//! matrix ([`reference`]).
+//! matrix ([`reference`](mod@reference)).
 
 pub mod accuracy;
 mod crew;
