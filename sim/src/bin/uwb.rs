@@ -11,9 +11,6 @@ use coloc_sim::uwb::{Form, plaza, radio};
 /// What do ranging radios say too much, and how well do robots know where they are by them?
 #[derive(Parser)]
 struct Args {
-    /// What some seconds of one processor are enough for
-    #[arg(long)]
-    short: bool,
     /// Where all chance comes from
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -34,11 +31,7 @@ const PARTS: [Part<Form>; 2] = [("plaza", plaza::find), ("radio", radio::find)];
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let args = Args::parse();
     let data = recordings(args.data);
-    let form = if args.short {
-        Form::short(args.seed, data)
-    } else {
-        Form::long(args.seed, data)
-    };
+    let form = Form::new(args.seed, data);
     let page = args
         .markdown
         .as_deref()

@@ -52,7 +52,7 @@ impl Form {
     #[must_use]
     pub fn short(seed: u64, data: Option<PathBuf>) -> Self {
         Self {
-            runs: 2,
+            runs: 10,
             seconds: 200.0,
             ..Self::long(seed, data)
         }

@@ -33,17 +33,10 @@ pub struct Form {
 }
 
 impl Form {
-    /// The whole campaign.
+    /// Ten draws: it takes seconds.
     #[must_use]
-    pub fn long(seed: u64, data: Option<PathBuf>) -> Self {
+    pub fn new(seed: u64, data: Option<PathBuf>) -> Self {
         let draws = 10;
-        Self { seed, draws, data }
-    }
-
-    /// What some seconds of one processor are enough for.
-    #[must_use]
-    pub fn short(seed: u64, data: Option<PathBuf>) -> Self {
-        let draws = 2;
         Self { seed, draws, data }
     }
 }
