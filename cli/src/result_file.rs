@@ -53,6 +53,17 @@ impl ResultFile {
         })
     }
 
+    /// The same of one that must not be there yet: what a person may have changed since is not overwritten.
+    pub(crate) fn prepare_new(path: &Path) -> Result<Self, WriteError> {
+        if std::fs::symlink_metadata(path).is_ok() {
+            return Err(WriteError::new(
+                path,
+                "it is there already: give a new name",
+            ));
+        }
+        Self::prepare(path)
+    }
+
     /// Refuses two that are one file: the second would take the first one's place.
     pub(crate) fn check_apart(&self, other: &Self) -> Result<(), WriteError> {
         if self.target().is_some() && self.target() == other.target() {

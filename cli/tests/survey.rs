@@ -158,6 +158,46 @@ fn what_is_written_is_where_they_stand_and_the_daemon_takes_it() {
     }
     let again = survey(folder.path(), &["--write", "found.toml"]);
     assert_eq!(again.status.code(), Some(1), "nothing is overwritten");
+    assert!(again.stdout.is_empty(), "nothing is computed in vain");
+    let said = String::from_utf8(again.stderr).unwrap();
+    assert!(said.contains("found.toml: it is there already"), "{said}");
+    let said = refusal(folder.path(), &["--receiver", "9"]);
+    assert!(
+        said.contains("receiver 9 has no fixes") && said.contains("there is 0"),
+        "{said}"
+    );
+    let said = refusal(folder.path(), &["--sensor", "9"]);
+    assert!(said.contains("sensor 9 has no sightings"), "{said}");
+}
+
+fn refusal(folder: &Path, words: &[&str]) -> String {
+    let output = survey(folder, words);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn a_recording_with_gaps_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    record(folder.path(), &LANDMARKS);
+    let path = folder.path().join("drive.jsonl");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let halved = |(at, line): (usize, &str)| {
+        let end = if at % 40 == 39 {
+            line.len() / 2
+        } else {
+            line.len()
+        };
+        format!("{}\n", &line[..end])
+    };
+    std::fs::write(
+        &path,
+        text.lines().enumerate().map(halved).collect::<String>(),
+    )
+    .unwrap();
+    let output = survey(folder.path(), &[]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("the recording has gaps"), "{said}");
 }
 
 #[test]

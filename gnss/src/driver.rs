@@ -139,6 +139,7 @@ impl<O: Outlet> GnssDriver<O> {
         self.gates.check(fix)?;
         let floor = self.section.floor(fix.quality).ok_or(Refusal::Quality)?;
         let stamp_ns = self.stamper.stamp(fix.utc_ns, arrived)?;
+        self.gates.check_after_gap(fix, stamp_ns)?;
         if self
             .last_position_ns
             .is_some_and(|last_ns| stamp_ns <= last_ns)
@@ -336,6 +337,7 @@ impl<O: Outlet> Driver for GnssDriver<O> {
             whole: counts.whole,
             broken: counts.broken_lines + counts.broken_frames + counts.malformed,
             said: self.tally.said,
+            nothing_to_say: 0,
             said_ns: self.tally.said_ns,
             refused: self.tally.refused,
             figures: [

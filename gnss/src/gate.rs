@@ -63,34 +63,28 @@ impl Gates {
         self.good.as_ref().is_some_and(lasts)
     }
 
-    /// What the receiver says of the fix.
+    /// What the receiver says of the fix. Until a minute was good it is held to both gates.
     ///
     /// # Errors
     /// The first reason against it.
     pub fn check(&self, fix: &Fix) -> Result<(), Refusal> {
-        let limits = if self.is_settled() {
-            &self.normal
-        } else {
-            &self.start
-        };
-        if fix.quality == 0 {
-            return Err(Refusal::NoFix);
+        self.normal.check(fix)?;
+        if self.is_settled() {
+            return Ok(());
         }
-        if !limits.qualities.contains(&fix.quality) {
-            return Err(Refusal::Quality);
+        self.start.check(fix)
+    }
+
+    /// The same of one whose moment is known: after a gap it is the first again.
+    ///
+    /// # Errors
+    /// The first reason against it.
+    pub fn check_after_gap(&self, fix: &Fix, at_ns: i64) -> Result<(), Refusal> {
+        let goes_on = |(_, last): &(i64, Placed)| at_ns.saturating_sub(last.at_ns) <= GAP_NS;
+        if self.good.as_ref().is_some_and(goes_on) {
+            return Ok(());
         }
-        if fix.satellites.is_some_and(|it| it < limits.satellites) {
-            return Err(Refusal::Satellites);
-        }
-        let is_beyond =
-            |value: Option<f64>, most: f64| value.is_some_and(|it| it.is_nan() || it > most);
-        if is_beyond(fix.hdop, limits.hdop) {
-            return Err(Refusal::Hdop);
-        }
-        if is_beyond(fix.worst_m(), limits.sigma_m) {
-            return Err(Refusal::Accuracy);
-        }
-        Ok(())
+        self.start.check(fix)
     }
 
     /// Whether it can have come there from the fix before. One that passed all else.
@@ -126,6 +120,29 @@ impl Gates {
     fn begin(&mut self, fix: Placed) {
         self.good = Some((fix.at_ns, fix));
         self.elsewhere = None;
+    }
+}
+
+impl Limits {
+    fn check(&self, fix: &Fix) -> Result<(), Refusal> {
+        if fix.quality == 0 {
+            return Err(Refusal::NoFix);
+        }
+        if !self.qualities.contains(&fix.quality) {
+            return Err(Refusal::Quality);
+        }
+        if fix.satellites.is_some_and(|it| it < self.satellites) {
+            return Err(Refusal::Satellites);
+        }
+        let is_beyond =
+            |value: Option<f64>, most: f64| value.is_some_and(|it| it.is_nan() || it > most);
+        if is_beyond(fix.hdop, self.hdop) {
+            return Err(Refusal::Hdop);
+        }
+        if is_beyond(fix.worst_m(), self.sigma_m) {
+            return Err(Refusal::Accuracy);
+        }
+        Ok(())
     }
 }
 
@@ -227,6 +244,29 @@ mod tests {
         assert_eq!(gates.check(&said(4, 3.0, 1)), Err(Refusal::Satellites));
         gates.pass(fix(71, 0.0, 5.0)).unwrap();
         assert!(!gates.is_settled(), "a gap begins anew");
+    }
+
+    #[test]
+    fn until_a_minute_was_good_both_gates_hold() {
+        let section = Gnss {
+            gate: Limits {
+                qualities: vec![4],
+                ..Limits::default()
+            },
+            ..Gnss::of("stdin")
+        };
+        let gates = Gates::new(&section);
+        assert_eq!(gates.check(&said(9, 1.0, 1)), Err(Refusal::Quality));
+        assert_eq!(gates.check(&said(9, 1.0, 4)), Ok(()));
+    }
+
+    #[test]
+    fn the_first_fix_after_a_gap_is_a_first_one() {
+        let gates = driven(70);
+        let poor = said(5, 3.0, 1);
+        assert_eq!(gates.check_after_gap(&poor, 75 * SECOND), Ok(()));
+        let refused = gates.check_after_gap(&poor, 81 * SECOND);
+        assert_eq!(refused, Err(Refusal::Satellites));
     }
 
     #[test]

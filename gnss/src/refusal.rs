@@ -81,10 +81,18 @@ impl Refusal {
     pub const fn advice(self) -> &'static str {
         match self {
             Self::NoFix => "the receiver has no fix: does its antenna see the sky?",
-            Self::Quality => "the quality of the fixes is none of gate.qualities",
-            Self::Satellites => "the fixes have too few satellites for [gnss.gate]",
-            Self::Hdop => "the satellites stand too close together for [gnss.gate]",
-            Self::Accuracy => "the receiver states a larger error than [gnss.gate] allows",
+            Self::Quality => {
+                "the quality of the fixes is none of [gnss.gate] qualities, or until a minute was good of [gnss.start_gate]"
+            }
+            Self::Satellites => {
+                "the fixes have too few satellites for [gnss.gate], or until a minute was good for [gnss.start_gate]"
+            }
+            Self::Hdop => {
+                "the satellites stand too close together for [gnss.gate], or until a minute was good for [gnss.start_gate]"
+            }
+            Self::Accuracy => {
+                "the receiver states a larger error than [gnss.gate] allows, or until a minute was good [gnss.start_gate]"
+            }
             Self::Jump => "a fix jumped",
             Self::NoDate => {
                 "no sentence says the date: have the receiver send RMC or ZDA, or set stamp = \"arrival\""

@@ -411,7 +411,12 @@ impl Section for Gnss {
                 format!(" = {:?}: must be two letters, as \"GN\"", self.talker),
             )
         });
-        let refused = [input, half, one].into_iter().flatten();
+        let gates = [("gate", &self.gate), ("start_gate", &self.start_gate)];
+        let empty = gates.map(|(name, limits)| {
+            let never = limits.qualities.is_empty();
+            never.then(|| (name, ".qualities = []: no fix would ever pass".into()))
+        });
+        let refused = [input, half, one].into_iter().chain(empty).flatten();
         refused
             .map(|(key, problem)| (key.into(), problem))
             .collect()

@@ -50,6 +50,7 @@ struct Tally {
     whole: u64,
     broken: u64,
     said: u64,
+    nothing_to_say: u64,
     said_ns: i64,
     refused: [u64; 16],
     /// Of the last scan: beams, priors, robots seen.
@@ -150,6 +151,7 @@ impl<O: Outlet> LaserDriver<O> {
         let last = [count, priors.len(), self.seen.len()].map(|it| it as f64);
         self.tally.last = last;
         self.count(before, self.finder.counts());
+        self.tally.nothing_to_say += u64::from(self.seen.is_empty());
         Ok(())
     }
 
@@ -316,6 +318,7 @@ impl<O: Outlet> Driver for LaserDriver<O> {
             whole: self.tally.whole,
             broken: self.tally.broken + self.lines.broken,
             said: self.tally.said,
+            nothing_to_say: self.tally.nothing_to_say,
             said_ns: self.tally.said_ns,
             refused: self.tally.refused,
             figures: [beams, expected, seen, bodies, nan, nan, nan, nan],

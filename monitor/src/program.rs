@@ -248,6 +248,13 @@ pub fn unlikely(config: &Config, bounds: &Bounds) -> Vec<String> {
                 .to_owned(),
         );
     }
+    let limit = config.odometry.as_ref().map(|it| it.max_speed_mps);
+    if let Some(limit) = limit.filter(|it| *it > bounds.max_speed_mps) {
+        warnings.push(format!(
+            "bounds.max_speed_mps = {}: odometry.max_speed_mps allows {limit}, so this robot may break it",
+            bounds.max_speed_mps
+        ));
+    }
     if bounds.compass_rad == 0.0 {
         warnings.push(
             "bounds.compass_rad = 0: without a compass the regions of robots that have no fixes are many times as large"

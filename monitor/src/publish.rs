@@ -358,6 +358,7 @@ impl Channels {
             whole: self.tally.whole,
             broken: self.tally.broken,
             said: self.tally.said,
+            nothing_to_say: 0,
             said_ns: self.tally.said_ns,
             refused,
             figures: [

@@ -12,8 +12,8 @@ pub struct Counts {
     pub bytes: u64,
     /// Messages that were whole and right.
     pub whole: u64,
-    /// What was said on the robot's channels.
-    pub said: u64,
+    /// What was said on the robot's channels, or looked through without anything to say.
+    pub of_use: u64,
 }
 
 /// When each of the counts last grew.
@@ -22,7 +22,7 @@ pub struct Vitals {
     counts: Counts,
     heard_ns: Option<i64>,
     whole_ns: Option<i64>,
-    said_ns: Option<i64>,
+    of_use_ns: Option<i64>,
 }
 
 impl Vitals {
@@ -30,15 +30,20 @@ impl Vitals {
     pub fn judge(&mut self, counts: Counts, now_ns: i64) -> Health {
         note(&mut self.heard_ns, counts.bytes, self.counts.bytes, now_ns);
         note(&mut self.whole_ns, counts.whole, self.counts.whole, now_ns);
-        note(&mut self.said_ns, counts.said, self.counts.said, now_ns);
+        note(
+            &mut self.of_use_ns,
+            counts.of_use,
+            self.counts.of_use,
+            now_ns,
+        );
         self.counts = counts;
         let is_fresh =
             |at: Option<i64>| at.is_some_and(|at| now_ns.saturating_sub(at) <= PATIENCE_NS);
-        match (self.heard_ns, self.whole_ns, self.said_ns) {
+        match (self.heard_ns, self.whole_ns, self.of_use_ns) {
             (None, ..) => Health::NeverSeen,
             (heard, ..) if !is_fresh(heard) => Health::Stale,
             (_, whole, _) if !is_fresh(whole) => Health::Faulty,
-            (_, _, said) if !is_fresh(said) => Health::Refused,
+            (_, _, of_use) if !is_fresh(of_use) => Health::Refused,
             _ => Health::Ok,
         }
     }
@@ -60,9 +65,13 @@ mod tests {
     fn the_worst_link_of_the_chain_is_the_health() {
         let mut vitals = Vitals::default();
         let mut now_ns = 0;
-        let mut judge = |bytes, whole, said| {
+        let mut judge = |bytes, whole, of_use| {
             now_ns += 4 * SECOND;
-            let counts = Counts { bytes, whole, said };
+            let counts = Counts {
+                bytes,
+                whole,
+                of_use,
+            };
             vitals.judge(counts, now_ns)
         };
         assert_eq!(judge(0, 0, 0), Health::NeverSeen);

@@ -1,7 +1,7 @@
 //! What a driver's program prints when it is asked: what a configuration means, and how the one that runs is doing.
 
 use std::io::{self, Write};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use coloc_shm_types::{DriverStatus, RobotName, Space};
 use serde_json::{Map, Value, json};
@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 use crate::EndError;
 
 /// So many statuses, one a second, are waited for.
-const PATIENCE: usize = 3;
+const PATIENCE: Duration = Duration::from_secs(3);
 
 /// A driver as its status names it.
 #[derive(Copy, Clone, Debug)]
@@ -47,8 +47,9 @@ pub fn check(mut understood: String, warnings: &[String], strict: bool) -> Resul
 /// If none speaks, or of shared memory or standard output.
 pub fn status(space: &Space, robot: &RobotName, names: &Names<'_>) -> Result<(), EndError> {
     let statuses = space.subscriber::<DriverStatus>(robot)?;
-    for _ in 0..PATIENCE {
-        let waited = statuses.wait(Duration::from_secs(1));
+    let until = Instant::now() + PATIENCE;
+    while let Some(left) = until.checked_duration_since(Instant::now()) {
+        let waited = statuses.wait(left);
         let heard = waited.map_err(|problem| EndError::Input(problem.to_string()))?;
         let own = |it: &DriverStatus| it.header.source == names.source && it.name() == names.driver;
         if let Some(status) = heard.filter(own) {

@@ -55,6 +55,8 @@ pub struct Report {
     pub broken: u64,
     /// What was said on the robot's channels.
     pub said: u64,
+    /// What was understood, and there was nothing to say of it.
+    pub nothing_to_say: u64,
     /// When the last of it was measured.
     pub said_ns: i64,
     /// What was refused, by the driver's own reasons.
@@ -92,9 +94,10 @@ pub fn run(
         health: None,
     };
     let ended = loop {
-        match life.turn(driver, input, stop, teller) {
+        match life.turn(driver, input, stop, outlet, teller) {
             Ok(Turn::On) => {}
             Ok(Turn::Over) => break end(driver, stop),
+            Ok(Turn::Played) => break played(driver, input, stop, life.line.bytes),
             Err(error) => break Err(error),
         }
         life.line.is_open = input.is_open();
@@ -116,6 +119,23 @@ fn end(driver: &mut impl Driver, stop: &Stop) -> Result<(), EndError> {
     Ok(())
 }
 
+/// A recording of which nothing was understood was hardly meant.
+fn played(
+    driver: &mut impl Driver,
+    input: &Input,
+    stop: &Stop,
+    bytes: u64,
+) -> Result<(), EndError> {
+    end(driver, stop)?;
+    if driver.report().whole > 0 {
+        return Ok(());
+    }
+    Err(EndError::Input(format!(
+        "{}: in {bytes} bytes there was no whole message: is it a recording of this sensor?",
+        input.spec()
+    )))
+}
+
 struct Life {
     pace: Option<Pace>,
     line: Line,
@@ -125,6 +145,8 @@ struct Life {
 enum Turn {
     On,
     Over,
+    /// The recording is at its end.
+    Played,
 }
 
 impl Life {
@@ -133,12 +155,13 @@ impl Life {
         driver: &mut impl Driver,
         input: &mut Input,
         stop: &Stop,
+        outlet: &mut Outlet<'_>,
         teller: &mut Teller,
     ) -> Result<Turn, EndError> {
         match input.step(stop, IDLE).map_err(cannot_wait)? {
             Step::Bytes => {
                 self.line.bytes += input.bytes().len() as u64;
-                return self.hand_on(driver, input.bytes(), stop);
+                return self.hand_on(driver, input.bytes(), stop, outlet, teller);
             }
             Step::Quiet => driver.idle(Moment::now())?,
             Step::Opened => {
@@ -150,29 +173,38 @@ impl Life {
                 teller.remark(format!("{why}; it is tried again"));
             }
             Step::Unreadable(why) => return Err(EndError::Input(why)),
-            Step::End | Step::Stop => return Ok(Turn::Over),
+            Step::End => return Ok(Turn::Played),
+            Step::Stop => return Ok(Turn::Over),
         }
         Ok(Turn::On)
     }
 
-    /// A recording is handed on line by line, each at its time.
+    /// A recording is handed on line by line, each at its time; of minutes of it, so it says meanwhile how it is doing.
     fn hand_on(
         &mut self,
         driver: &mut impl Driver,
         bytes: &[u8],
         stop: &Stop,
+        outlet: &mut Outlet<'_>,
+        teller: &mut Teller,
     ) -> Result<Turn, EndError> {
-        let Some(pace) = &mut self.pace else {
+        if self.pace.is_none() {
             driver.take(bytes, Moment::now())?;
             return Ok(Turn::On);
-        };
+        }
+        self.line.is_open = true;
         for piece in bytes.split_inclusive(|byte| *byte == b'\n') {
             driver.take(piece, Moment::now())?;
             let recorded = driver.recorded_ns();
-            let is_asked = recorded.map_or(Ok(false), |recorded_ns| pace.keep(recorded_ns, stop));
+            let is_asked = match (&mut self.pace, recorded) {
+                (Some(pace), Some(recorded_ns)) => pace.keep(recorded_ns, stop),
+                _ => Ok(false),
+            };
             if is_asked.map_err(cannot_wait)? {
                 return Ok(Turn::Over);
             }
+            self.report(driver, outlet, teller)?;
+            teller.tell(Instant::now());
         }
         Ok(Turn::On)
     }

@@ -68,7 +68,7 @@ impl Reporter {
         let counts = Counts {
             bytes: line.bytes,
             whole: report.whole,
-            said: report.said,
+            of_use: report.said.saturating_add(report.nothing_to_say),
         };
         let health = self.vitals.judge(counts, now_ns);
         // It is the newest that matters: who missed it gets the next.

@@ -77,6 +77,37 @@ fn a_file_is_read_plain_or_out_of_gzip_and_a_cut_one_is_said() {
     assert_eq!(read("zipped").unwrap(), text);
     assert!(read("cut").unwrap_err().contains("cut"));
     assert!(read("missing").unwrap_err().contains("No such file"));
+    // As after a loss of power while it was written: what is there is handed on first.
+    let mut cut = input("file:cut", directory.path());
+    let mut bytes = Vec::new();
+    let why = loop {
+        match next(&mut cut, &stop) {
+            Step::Opened => {}
+            Step::Bytes => bytes.extend_from_slice(cut.bytes()),
+            Step::Unreadable(why) => break why,
+            step => panic!("{step:?}"),
+        }
+    };
+    assert!(why.contains("cut") && bytes.len() > text.len() / 2 && text.starts_with(&bytes));
+}
+
+#[test]
+fn a_pipe_that_nobody_writes_to_holds_nobody() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("pipe");
+    rustix::fs::mkfifoat(rustix::fs::CWD, &path, rustix::fs::Mode::RWXU).unwrap();
+    let (stop, mut asks) = Stop::by_hand().unwrap();
+    let mut pipe = input("file:pipe", directory.path());
+    assert!(matches!(next(&mut pipe, &stop), Step::Opened));
+    assert!(matches!(pipe.step(&stop, MOMENT).unwrap(), Step::Quiet));
+    let mut writer = File::options().write(true).open(&path).unwrap();
+    writer.write_all(b"a line\n").unwrap();
+    drop(writer);
+    assert_eq!(all(&mut pipe, &stop).unwrap(), b"a line\n");
+    let mut pipe = input("file:pipe", directory.path());
+    assert!(matches!(next(&mut pipe, &stop), Step::Opened));
+    asks.write_all(&[1]).unwrap();
+    assert!(matches!(next(&mut pipe, &stop), Step::Stop));
 }
 
 #[test]

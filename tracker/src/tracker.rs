@@ -392,6 +392,7 @@ impl Tracker {
             whole: self.tally.whole,
             broken: self.tally.broken,
             said: self.tally.said,
+            nothing_to_say: 0,
             said_ns: self.tally.said_ns,
             refused: self.tally.refused,
             figures: [

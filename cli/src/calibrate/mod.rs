@@ -10,18 +10,15 @@ mod section;
 mod told;
 mod turns;
 
-use std::fs::OpenOptions;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
-
 use coloc_calibrate::{Fit, Judgement, NoFit, Robot, SampleSize, fit};
 use coloc_daemon::config::{Config, ConfigError};
-use coloc_daemon::record::{Recording, RecordingError};
+use coloc_daemon::record::{Gaps, Recording, RecordingError};
 use indicatif::{ProgressBar, ProgressStyle};
 
 pub(crate) use args::CalibrateArgs;
 
 use crate::output::{complain, print};
+use crate::result_file::{ResultFile, WriteError};
 use crate::status::Status;
 use read::Recorded;
 
@@ -46,8 +43,8 @@ enum CalibrateError {
     Sideways,
     #[error(transparent)]
     NoFit(#[from] NoFit),
-    #[error("cannot write {path}: {reason}", path = .0.display(), reason = .1)]
-    Write(PathBuf, std::io::Error),
+    #[error(transparent)]
+    Write(#[from] WriteError),
     #[error("cannot be written as TOML: {0}")]
     Toml(#[from] toml::ser::Error),
 }
@@ -61,7 +58,10 @@ pub(crate) fn command(args: &CalibrateArgs) -> Status {
 }
 
 fn calibrate(args: &CalibrateArgs) -> Result<Status, CalibrateError> {
+    let file = args.write.as_deref().map(ResultFile::prepare_new);
+    let file = file.transpose()?;
     let recording = Recording::read(&args.recording)?;
+    tell_gaps(&recording.gaps);
     let config = Config::load(&args.config())?;
     let recorded = Recorded::new(&recording, &config)?;
     let (begin_s, end_s) = (recorded.drive.begin_s(), recorded.drive.end_s());
@@ -91,11 +91,8 @@ fn calibrate(args: &CalibrateArgs) -> Result<Status, CalibrateError> {
         return Ok(Status::Failed);
     }
     let text = section::sections(&config, &recorded, &fit)?;
-    match &args.write {
-        Some(path) => {
-            write_new(path, &text)
-                .map_err(|error| CalibrateError::Write(path.to_owned(), error))?;
-        }
+    match file {
+        Some(file) => file.write(text.as_bytes())?,
         None => print(&format!("\n{text}")),
     }
     Ok(Status::Done)
@@ -124,10 +121,14 @@ fn with_heading(robot: &Robot, fit: &Fit) -> Robot {
     }
 }
 
-/// Writes a new file.
-pub(crate) fn write_new(path: &Path, text: &str) -> std::io::Result<()> {
-    let file = OpenOptions::new().write(true).create_new(true).open(path);
-    file.and_then(|mut file| file.write_all(text.as_bytes()))
+/// What is missing of a recording, on standard error.
+pub(crate) fn tell_gaps(gaps: &Gaps) {
+    let Gaps { ticks, lines } = *gaps;
+    if ticks + lines > 0 {
+        complain(&format!(
+            "coloc: the recording has gaps: {ticks} ticks are missing and {lines} lines were lost or cannot be read; the rest is used"
+        ));
+    }
 }
 
 /// How far the search is, on standard error if that is a terminal.

@@ -8,18 +8,17 @@ mod args;
 mod read;
 mod told;
 
-use std::path::PathBuf;
-
 use coloc_calibrate::survey::{Enough, NoSurvey, survey};
 use coloc_daemon::config::{Config, ConfigError};
 use coloc_daemon::record::{Recording, RecordingError};
 
 pub(crate) use args::SurveyArgs;
 
-use crate::calibrate::{Bar, write_new};
+use crate::calibrate::{Bar, tell_gaps};
 use crate::output::{complain, print};
+use crate::result_file::{ResultFile, WriteError};
 use crate::status::Status;
-use read::Read;
+use read::{Read, SURE_M, SURE_RAD};
 
 /// Why there is no result.
 #[derive(Debug, thiserror::Error)]
@@ -30,8 +29,16 @@ enum SurveyError {
     Recording(#[from] RecordingError),
     #[error(transparent)]
     NoSurvey(#[from] NoSurvey),
-    #[error("cannot write {path}: {reason}", path = .0.display(), reason = .1)]
-    Write(PathBuf, std::io::Error),
+    #[error(
+        "the robot was never sure of its pose in this drive, to {SURE_M} m and {SURE_RAD} rad: nothing can begin from there"
+    )]
+    NeverSure,
+    #[error("receiver {0} has no fixes in this drive: {1}")]
+    NoReceiver(u16, String),
+    #[error("sensor {0} has no sightings of landmarks in this drive: {1}")]
+    NoSensor(u16, String),
+    #[error(transparent)]
+    Write(#[from] WriteError),
     #[error("cannot be written as TOML: {0}")]
     Toml(#[from] toml::ser::Error),
 }
@@ -46,9 +53,12 @@ pub(crate) fn command(args: &SurveyArgs) -> Status {
 
 #[allow(clippy::cast_possible_truncation)] // 32 bits, where the program runs.
 fn found(args: &SurveyArgs) -> Result<Status, SurveyError> {
+    let file = args.write.as_deref().map(ResultFile::prepare_new);
+    let file = file.transpose()?;
     let recording = Recording::read(&args.recording)?;
+    tell_gaps(&recording.gaps);
     let config = Config::load(&args.config())?;
-    let read = Read::new(&recording, &config, args);
+    let read = Read::new(&recording, &config, args)?;
     let enough = Enough {
         sightings: args.least as usize,
         sigma_m: args.worst,
@@ -63,10 +73,8 @@ fn found(args: &SurveyArgs) -> Result<Status, SurveyError> {
         return Ok(Status::Failed);
     }
     let text = told::sections(&survey)?;
-    match &args.write {
-        Some(path) => {
-            write_new(path, &text).map_err(|error| SurveyError::Write(path.clone(), error))?;
-        }
+    match file {
+        Some(file) => file.write(text.as_bytes())?,
         None => print(&format!("\n{text}")),
     }
     Ok(Status::Done)

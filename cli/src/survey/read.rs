@@ -1,18 +1,23 @@
 //! From a recording and its configuration to a journey.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use coloc_calibrate::survey::{Fix, Journey, Leg, Sighting, Slow};
 use coloc_daemon::config::Config;
 use coloc_daemon::record::{RecordedTick, Recording};
 use coloc_estimator::partial::{BodySighting, Reading};
-use coloc_estimator::{Belief, LandmarkSighting, Measurement, OdometrySample, PositionFix, Stamp};
+use coloc_estimator::{
+    Belief, LandmarkSighting, Measurement, OdometrySample, Origin, PositionFix, Stamp,
+};
 use nalgebra::{Matrix2, Vector2};
 
+use super::SurveyError;
 use super::args::SurveyArgs;
 
-/// A belief as sure as this is one to begin with, σ \[m, rad\].
-const SURE: [f64; 2] = [3.0, 0.5];
+/// A belief as sure as this is one to begin with, σ \[m\] …
+pub(super) const SURE_M: f64 = 3.0;
+/// … \[rad\].
+pub(super) const SURE_RAD: f64 = 0.5;
 
 /// A journey, and what was not used of the recording.
 pub(super) struct Read {
@@ -50,13 +55,31 @@ impl<'a> Sorted<'a> {
 }
 
 impl Read {
-    pub(super) fn new(recording: &Recording, config: &Config, args: &SurveyArgs) -> Self {
+    pub(super) fn new(
+        recording: &Recording,
+        config: &Config,
+        args: &SurveyArgs,
+    ) -> Result<Self, SurveyError> {
         let begin = recording.stamp;
         let mut sorted = Sorted::of(recording);
         let sensors = sorted.sightings.iter().map(|it| it.origin.source);
         let sensor = args.sensor.or_else(|| most(sensors));
         let receivers = sorted.fixes.iter().map(|it| it.origin.source);
         let receiver = args.receiver.or_else(|| most(receivers));
+        if let Some(asked) = args
+            .sensor
+            .filter(|it| !numbers(&sorted.sightings, |it| it.origin).contains(it))
+        {
+            let there = list(&numbers(&sorted.sightings, |it| it.origin));
+            return Err(SurveyError::NoSensor(asked, there));
+        }
+        if let Some(asked) = args
+            .receiver
+            .filter(|it| !numbers(&sorted.fixes, |it| it.origin).contains(it))
+        {
+            let there = list(&numbers(&sorted.fixes, |it| it.origin));
+            return Err(SurveyError::NoReceiver(asked, there));
+        }
         sorted
             .sightings
             .retain(|it| Some(it.origin.source) == sensor);
@@ -65,7 +88,9 @@ impl Read {
             .filter(|tick| is_sure(&tick.belief))
             .map(|tick| believed(tick, begin))
             .collect();
-        let from_s = believed.first().map_or(f64::INFINITY, |(it, _)| *it);
+        let Some(&(from_s, _)) = believed.first() else {
+            return Err(SurveyError::NeverSure);
+        };
         let mount = mount(config, sensor);
         let seen: Vec<_> = (sorted.sightings.iter())
             .filter_map(|it| seen(it, mount, begin))
@@ -96,12 +121,25 @@ impl Read {
             }),
             believed,
         };
-        Self {
+        Ok(Self {
             journey,
             used: [sensor, receiver],
             alone,
-        }
+        })
     }
+}
+
+/// Of the sensors that said something.
+fn numbers<T>(all: &[&T], origin: impl Fn(&T) -> Origin) -> BTreeSet<u16> {
+    all.iter().map(|it| origin(it).source).collect()
+}
+
+fn list(numbers: &BTreeSet<u16>) -> String {
+    if numbers.is_empty() {
+        return "there are none at all".into();
+    }
+    let numbers: Vec<_> = numbers.iter().map(u16::to_string).collect();
+    format!("there is {}", numbers.join(", "))
 }
 
 fn most(numbers: impl Iterator<Item = u16>) -> Option<u16> {
@@ -121,7 +159,7 @@ fn seconds(stamp: Stamp, begin: Stamp) -> f64 {
 
 fn is_sure(belief: &Belief) -> bool {
     let [x, y, heading] = belief.total().variances();
-    let [position, turn] = SURE.map(|it| it * it);
+    let [position, turn] = [SURE_M, SURE_RAD].map(|it| it * it);
     x < position && y < position && heading < turn
 }
 

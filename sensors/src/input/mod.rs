@@ -9,7 +9,10 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::net::TcpStream;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::path::Path;
 use std::time::{Duration, Instant};
+
+use rustix::fs::{Mode, OFlags};
 
 use crate::backoff::Backoff;
 use crate::stop::{Stop, Woken};
@@ -136,7 +139,7 @@ impl Input {
         let opened = match &self.spec {
             InputSpec::Serial { path, baud } => open_serial(path, *baud).map(Device::Serial),
             InputSpec::File { path, .. } => {
-                File::open(path).map(|file| Device::File(file, Unzip::default()))
+                open_file(path).map(|file| Device::File(file, Unzip::default()))
             }
             InputSpec::Stdin { .. } => (io::stdin().as_fd().try_clone_to_owned())
                 .map(|stdin| Device::Stdin(stdin, Unzip::default())),
@@ -232,11 +235,21 @@ impl Device {
         };
         match self {
             Self::Serial(_) | Self::Tcp(_) => out.extend_from_slice(&piece[..read]),
-            Self::File(_, unzip) | Self::Stdin(_, unzip) if read == 0 => unzip.end(out)?,
+            Self::File(_, unzip) | Self::Stdin(_, unzip) if read == 0 => match unzip.end(out) {
+                // What it has comes first; that it was cut is said when it is read again.
+                Err(_) if !out.is_empty() => return Ok(Came::Some),
+                ended => ended?,
+            },
             Self::File(_, unzip) | Self::Stdin(_, unzip) => unzip.take(&piece[..read], out)?,
         }
         Ok(if read == 0 { Came::End } else { Came::Some })
     }
+}
+
+/// A pipe that nobody writes to would hold who opens it.
+fn open_file(path: &Path) -> io::Result<File> {
+    let flags = OFlags::RDONLY | OFlags::CLOEXEC | OFlags::NONBLOCK;
+    Ok(rustix::fs::open(path, flags, Mode::empty())?.into())
 }
 
 fn is_for_later(error: &io::Error) -> bool {
