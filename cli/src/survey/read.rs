@@ -66,18 +66,10 @@ impl Read {
         let sensor = args.sensor.or_else(|| most(sensors));
         let receivers = sorted.fixes.iter().map(|it| it.origin.source);
         let receiver = args.receiver.or_else(|| most(receivers));
-        if let Some(asked) = args
-            .sensor
-            .filter(|it| !numbers(&sorted.sightings, |it| it.origin).contains(it))
-        {
-            let there = list(&numbers(&sorted.sightings, |it| it.origin));
+        if let Some((asked, there)) = missing(args.sensor, &sorted.sightings, |it| it.origin) {
             return Err(SurveyError::NoSensor(asked, there));
         }
-        if let Some(asked) = args
-            .receiver
-            .filter(|it| !numbers(&sorted.fixes, |it| it.origin).contains(it))
-        {
-            let there = list(&numbers(&sorted.fixes, |it| it.origin));
+        if let Some((asked, there)) = missing(args.receiver, &sorted.fixes, |it| it.origin) {
             return Err(SurveyError::NoReceiver(asked, there));
         }
         sorted
@@ -129,17 +121,19 @@ impl Read {
     }
 }
 
-/// Of the sensors that said something.
-fn numbers<T>(all: &[&T], origin: impl Fn(&T) -> Origin) -> BTreeSet<u16> {
-    all.iter().map(|it| origin(it).source).collect()
-}
-
-fn list(numbers: &BTreeSet<u16>) -> String {
-    if numbers.is_empty() {
-        return "there are none at all".into();
+/// The number that was asked for, if nobody with it said anything, and who did.
+fn missing<T>(
+    asked: Option<u16>,
+    all: &[&T],
+    origin: impl Fn(&T) -> Origin,
+) -> Option<(u16, String)> {
+    let there: BTreeSet<u16> = all.iter().map(|it| origin(it).source).collect();
+    let asked = asked.filter(|it| !there.contains(it))?;
+    if there.is_empty() {
+        return Some((asked, "there are none at all".into()));
     }
-    let numbers: Vec<_> = numbers.iter().map(u16::to_string).collect();
-    format!("there is {}", numbers.join(", "))
+    let there: Vec<_> = there.iter().map(u16::to_string).collect();
+    Some((asked, format!("there is {}", there.join(", "))))
 }
 
 fn most(numbers: impl Iterator<Item = u16>) -> Option<u16> {
