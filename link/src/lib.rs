@@ -1,0 +1,1 @@
+//! `coloc-link`: carries what robots say to one another between computers.

@@ -1,0 +1,3 @@
+//! `coloc-link`.
+
+fn main() {}
