@@ -199,7 +199,7 @@ fn play(path: &Path, log: PathBuf, full_speed: bool) -> Result<(), EndError> {
     let (config, section) = Config::load_with::<Laser>(path)?;
     let space = config.open_space(NAME)?;
     let name = &config.robot.name;
-    let mut player = Player::open(&space, name, section.source)?;
+    let mut player = Player::open(&space, name, section.source, !full_speed)?;
     let mut life = Life {
         space: &space,
         reporter: Reporter::open(&space, name, PLAYER, section.source)?,

@@ -12,8 +12,8 @@ use coloc_daemon::collect::sensors::Sensors;
 use coloc_daemon::config::{Config, Robot as Named};
 use coloc_sensors::Moment;
 use coloc_shm_types::{
-    BeliefState, Clock, DriverStatus, Estimate, Limits, Present, RelativePose, RobotName, Sender,
-    Sighting, Space, boot,
+    BeliefState, Clock, DriverStatus, Estimate, Limits, Present, RelativePose, RobotName, Scan,
+    Sender, Sighting, Space, boot,
 };
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -250,6 +250,35 @@ fn a_log_that_is_played_onto_the_channel_becomes_sightings_that_colocd_takes() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert!(said.contains("scans are looked through"), "{said}");
+}
+
+#[test]
+fn what_is_played_is_never_of_the_future() {
+    let mut robot = Robot::new(RECTANGLE);
+    let scans = robot
+        .space
+        .subscriber::<Scan>(&RobotName::new("a").unwrap())
+        .unwrap();
+    let log = robot.home.path().join("gaps.log");
+    let times = ["0.0", "0.3", "0.6", "3600.0", "3600.3", "1.0", "1.3"];
+    let line = |time| {
+        format!(
+            "FLASER 180{} 0 0 0 0 0 0 {time} h {time}\n",
+            " 5".repeat(180)
+        )
+    };
+    std::fs::write(&log, times.map(line).concat()).unwrap();
+    let mut play = robot.command("play");
+    play.arg(log);
+    robot.start(play);
+    let mut last_ns = 0;
+    for time in times {
+        let scan = scans.wait(PATIENCE).unwrap().expect(time);
+        let now_ns = Moment::now().boottime_ns;
+        let stamp_ns = scan.header.stamp_ns;
+        assert!(stamp_ns > last_ns && stamp_ns <= now_ns, "{time} s");
+        last_ns = stamp_ns;
+    }
 }
 
 #[test]

@@ -36,8 +36,9 @@ pub trait Driver {
     /// If it could not say the last of it.
     fn end(&mut self, at: Moment) -> Result<(), EndError>;
 
-    /// When the newest of what it has taken in was measured, for the pace of a recording (ns, of any clock).
-    fn recorded_ns(&self) -> Option<i64>;
+    /// When what comes next of a recording was measured, as far as `line` of it and all before say: it is held back until then
+    /// (ns, of any clock).
+    fn recorded_ns(&self, line: &[u8]) -> Option<i64>;
 
     /// What it has to tell of itself.
     fn report(&self) -> Report;
@@ -194,8 +195,7 @@ impl Life {
         }
         self.line.is_open = true;
         for piece in bytes.split_inclusive(|byte| *byte == b'\n') {
-            driver.take(piece, Moment::now())?;
-            let recorded = driver.recorded_ns();
+            let recorded = driver.recorded_ns(piece);
             let is_asked = match (&mut self.pace, recorded) {
                 (Some(pace), Some(recorded_ns)) => pace.keep(recorded_ns, stop),
                 _ => Ok(false),
@@ -203,6 +203,7 @@ impl Life {
             if is_asked.map_err(cannot_wait)? {
                 return Ok(Turn::Over);
             }
+            driver.take(piece, Moment::now())?;
             self.report(driver, outlet, teller)?;
             teller.tell(Instant::now());
         }
