@@ -41,7 +41,7 @@ pub enum Status {
     RealTimeEnded = 3,
     /// The shared memory was taken away.
     SpaceLost = 4,
-    /// Another process acts for this robot.
+    /// Another process acts for this robot, or is this driver of it.
     AlreadyRun = 5,
 }
 

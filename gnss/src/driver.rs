@@ -323,7 +323,8 @@ impl<O: Outlet> Driver for GnssDriver<O> {
         Ok(())
     }
 
-    fn recorded_ns(&self) -> Option<i64> {
+    /// By the sentences before: what a fix says is said when the next one begins.
+    fn recorded_ns(&self, _: &[u8]) -> Option<i64> {
         self.receiver.newest_ns()
     }
 

@@ -2,18 +2,15 @@
 
 use std::ffi::OsString;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::{Parser, Subcommand};
+use clap::Args;
 use coloc_daemon::config::Config;
 use coloc_sensors::input::Step;
-use coloc_sensors::page::{self, Names};
-use coloc_sensors::run::{self, Outlet as Life};
-use coloc_sensors::status::Reporter;
-use coloc_sensors::teller::Teller;
-use coloc_sensors::{EndError, Input, InputSpec, Moment, Stop, end};
+use coloc_sensors::program::{self, Other, Program, Start};
+use coloc_sensors::{EndError, Input, InputSpec, Moment, Stop, run};
 use coloc_shm_types::places;
 use coloc_shm_types::private::{OwnFile, PrivateDirectory};
 use serde_json::json;
@@ -27,90 +24,65 @@ use crate::section::Gnss;
 use crate::stamp::Stamper;
 use crate::utc::iso;
 
-const NAME: &str = "coloc-gnss";
-const DRIVER: &str = "gnss";
-
-/// Satellite receivers for coloc: NMEA 0183 and UBX, from a serial device, TCP, gpsd, a file or standard input.
-#[derive(Debug, Parser)]
-#[command(name = NAME, version, arg_required_else_help = true)]
-struct Args {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Publish the receiver's fixes for colocd, until SIGINT or SIGTERM.
-    Run {
-        /// The robot's configuration, with a section [gnss].
-        config: PathBuf,
-    },
-    /// Read a configuration, say what it means and what is unlikely about it, open nothing.
-    Check {
-        /// The robot's configuration.
-        config: PathBuf,
-        /// End with status 1 if anything is unlikely.
-        #[arg(long)]
-        strict: bool,
-    },
-    /// Print what a receiver or a recording says, a line of JSON for each fix and heading.
-    Fixes {
-        /// As `input` in [gnss]; a path alone is a file, read as fast as it can be.
-        input: String,
-    },
-    /// Print the status of the coloc-gnss that runs with this configuration, once.
-    Status {
-        /// The robot's configuration.
-        config: PathBuf,
-    },
-}
-
 /// The whole program, from its arguments to its exit status.
-pub fn main_from_args<I, T>(args: I) -> ExitCode
-where
-    I: IntoIterator<Item = T>,
-    T: Into<OsString> + Clone,
-{
-    coloc_daemon::file_size::let_writers_see_the_limit();
-    let result = match Args::try_parse_from(args) {
-        Ok(Args { command }) => match command {
-            Command::Run { config } => run(&config),
-            Command::Check { config, strict } => check(&config, strict),
-            Command::Fixes { input } => fixes(&input),
-            Command::Status { config } => status(&config),
-        },
-        Err(answer) => {
-            // If nobody reads it, nobody is left to tell.
-            let _ = answer.print();
-            return ExitCode::from(u8::from(answer.use_stderr()) * 2);
-        }
-    };
-    end::finish(NAME, result)
+pub fn main_from_args(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
+    program::main_from_args::<GnssProgram>(args)
 }
 
-fn run(path: &Path) -> Result<(), EndError> {
-    let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
-    let (config, section) = Config::load_with::<Gnss>(path)?;
-    let name = &config.robot.name;
-    let space = config.open_space(NAME)?;
-    let spec = spec(&section, path)?;
-    let origin = origin(&config, &section, path)?;
-    let stamper = stamper(&section, &spec);
-    let channels = Channels::open(&space, name, section.source, stamper.clock())?;
-    let reporter = Reporter::open(&space, name, DRIVER, section.source)?;
-    let mut input = Input::new(spec, Duration::from_secs_f64(section.silence_s));
-    let mut driver = GnssDriver::new(section, origin, channels, stamper);
-    let mut life = Life {
-        space: &space,
-        reporter,
-    };
-    run::run(
-        &mut driver,
-        &mut input,
-        &stop,
-        &mut life,
-        &mut Teller::new(NAME),
-    )
+struct GnssProgram;
+
+/// Print what a receiver or a recording says, a line of JSON for each fix and heading.
+#[derive(Debug, Args)]
+struct Fixes {
+    /// As `input` in [gnss]; a path alone is a file, read as fast as it can be.
+    input: String,
+}
+
+impl Program for GnssProgram {
+    const NAME: &'static str = "coloc-gnss";
+    const DRIVER: &'static str = "gnss";
+    const ABOUT: &'static str = "Satellite receivers for coloc: NMEA 0183 and UBX, from a serial device, TCP, gpsd, a file or standard input";
+    const RUN: &'static str = "Publish the receiver's fixes for colocd, until SIGINT or SIGTERM";
+    const SECTION: &'static str = "gnss";
+    const HEARD: &'static str = "the receiver";
+    const FIGURES: &'static [&'static str] = &FIGURES;
+    type Settings = Gnss;
+
+    fn refusals() -> Vec<&'static str> {
+        Refusal::ALL.map(Refusal::name).into()
+    }
+
+    fn load(path: &Path) -> Result<(Config, Gnss), EndError> {
+        Ok(Config::load_with(path)?)
+    }
+
+    fn source(section: &Gnss) -> u16 {
+        section.source
+    }
+
+    fn understood(config: &Config, section: &Gnss) -> String {
+        understood(config, section)
+    }
+
+    fn unlikely(config: &Config, section: &Gnss) -> Vec<String> {
+        unlikely(config, section)
+    }
+
+    fn run(mut start: Start<'_, Gnss>) -> Result<(), EndError> {
+        let section = start.settings.clone();
+        let spec = start.below(section.spec().map_err(EndError::Input)?);
+        let origin = origin(start.config, &section, start.path)?;
+        let stamper = stamper(&section, &spec);
+        let name = &start.config.robot.name;
+        let channels = Channels::open(start.space, name, section.source, stamper.clock())?;
+        let mut input = Input::new(spec, Duration::from_secs_f64(section.silence_s));
+        let mut driver = GnssDriver::new(section, origin, channels, stamper);
+        run::run(&mut driver, &mut input, start.stop, &mut start.voice)
+    }
+
+    fn others() -> Vec<Other> {
+        vec![Other::new("fixes", fixes)]
+    }
 }
 
 fn stamper(section: &Gnss, spec: &InputSpec) -> Stamper {
@@ -125,11 +97,6 @@ fn stamper(section: &Gnss, spec: &InputSpec) -> Stamper {
 #[allow(clippy::cast_possible_truncation)] // Of at most an hour.
 fn nanos(seconds: f64) -> i64 {
     (seconds * 1e9).round() as i64
-}
-
-fn spec(section: &Gnss, config: &Path) -> Result<InputSpec, EndError> {
-    let spec = section.spec().map_err(EndError::Input)?;
-    Ok(spec.below(config.parent().unwrap_or(Path::new(""))))
 }
 
 fn origin(config: &Config, section: &Gnss, path: &Path) -> Result<Origin, EndError> {
@@ -147,12 +114,6 @@ fn datum_file(config: &Config, section: &Gnss, path: &Path) -> Result<OwnFile, E
     }
     let directory = path.parent().unwrap_or(Path::new(""));
     Ok(OwnFile::named(&directory.join(configured))?)
-}
-
-fn check(path: &Path, strict: bool) -> Result<(), EndError> {
-    let (config, section) = Config::load_with::<Gnss>(path)?;
-    let warnings = unlikely(&config, &section);
-    page::check(understood(&config, &section), &warnings, strict)
 }
 
 /// A configuration in words, a line a subject.
@@ -195,13 +156,13 @@ fn understood(config: &Config, section: &Gnss) -> String {
     lines.join("\n") + "\n"
 }
 
-fn fixes(input: &str) -> Result<(), EndError> {
+fn fixes(Fixes { input }: Fixes) -> Result<(), EndError> {
     let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
     let is_path = !input.contains(':') && input != "stdin";
     let text = if is_path {
         format!("file:{input}?speed=full")
     } else {
-        input.to_owned()
+        input
     };
     let spec = text.parse().map_err(EndError::Input)?;
     let mut input = Input::new(spec, Duration::from_secs(10));
@@ -268,7 +229,7 @@ fn summary(counts: Counts) -> String {
 
 fn say(text: &str) {
     // If this fails there is nowhere left to say so.
-    let _ = io::stderr().write_all(format!("{NAME}: {text}\n").as_bytes());
+    let _ = io::stderr().write_all(format!("{}: {text}\n", GnssProgram::NAME).as_bytes());
 }
 
 /// An event as a line; that there is no fix is none.
@@ -286,16 +247,4 @@ fn shown(event: Event) -> Option<serde_json::Value> {
             "quality": heading.quality,
         })),
     }
-}
-
-fn status(path: &Path) -> Result<(), EndError> {
-    let (config, section) = Config::load_with::<Gnss>(path)?;
-    let names = Names {
-        program: NAME,
-        driver: DRIVER,
-        source: section.source,
-        refusals: &Refusal::ALL.map(Refusal::name),
-        figures: &FIGURES,
-    };
-    page::status(&config.open_space(NAME)?, &config.robot.name, &names)
 }

@@ -35,7 +35,7 @@ pub struct Gnss {
     pub latency_s: f64,
     /// A fix whose time is further than that from the computer's clock is refused as `clock`, where it is stamped with its own \[s\].
     #[serde(default = "two")]
-    #[schemars(range(max = 3600), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.001, max = 3600))]
     pub clock_off_s: f64,
     /// A device or server that is silent for so long is opened again \[s\].
     #[serde(default = "ten")]
@@ -122,10 +122,10 @@ pub struct Limits {
     #[schemars(range(min = 0, max = 100))]
     pub satellites: u32,
     /// So small a horizontal dilution of precision, or smaller.
-    #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.1, max = 100))]
     pub hdop: f64,
     /// So small a stated standard deviation, or smaller \[m\].
-    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.0001, max = 1000))]
     pub sigma_m: f64,
     /// The qualities that count, in the numbers of GGA: 1 autonomous, 2 differential, 3 precise, 4 RTK fixed, 5 RTK float.
     #[schemars(inner(range(min = 1, max = 5)))]
@@ -137,10 +137,10 @@ pub struct Limits {
 #[serde(default, deny_unknown_fields)]
 pub struct Jump {
     /// So fast is the robot at most, where the receiver says no velocity \[m/s\].
-    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.01, max = 1000))]
     pub most_speed_m_s: f64,
     /// So fast does its velocity change at most \[m/s²\].
-    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.01, max = 1000))]
     pub most_acceleration_m_s2: f64,
     /// Once all fixes agree for so long on another place than the one before, it is believed \[s\].
     #[schemars(range(min = 0, max = 3600))]
@@ -152,13 +152,13 @@ pub struct Jump {
 #[serde(deny_unknown_fields)]
 pub struct Floor {
     /// Standard deviation in each coordinate of what is another error in every fix \[m\].
-    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.0001, max = 1000))]
     pub sigma_m: f64,
     /// Standard deviation of what the next fix has again. What a receiver states beyond both is added here \[m\].
     #[schemars(range(min = 0, max = 1000))]
     pub slow_sigma_m: f64,
     /// How long that lasts \[s\].
-    #[schemars(range(max = 86400), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.001, max = 86400))]
     pub slow_time_s: f64,
 }
 
@@ -169,13 +169,13 @@ pub struct HeadingSection {
     /// What HDT and RELPOSNED say.
     pub from: HeadingFrom,
     /// Standard deviation of what is another error in every word, at least \[rad\].
-    #[schemars(range(max = 4), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.00001, max = 4))]
     pub sigma_rad: f64,
     /// Standard deviation of what the next word has again \[rad\].
     #[schemars(range(min = 0, max = 4))]
     pub slow_sigma_rad: f64,
     /// How long that lasts \[s\].
-    #[schemars(range(max = 86400), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.001, max = 86400))]
     pub slow_time_s: f64,
 }
 
@@ -199,16 +199,16 @@ pub struct CourseSection {
     /// Whether it is published. Fixes teach the heading of a robot that drives without it.
     pub publish: bool,
     /// Only while the receiver says that it moves at least so fast \[m/s\].
-    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.01, max = 1000))]
     pub least_speed_m_s: f64,
     /// Standard deviation of the velocity across: over the speed it is that of the course \[m/s\].
-    #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.0001, max = 100))]
     pub sigma_m_s: f64,
     /// Standard deviation of what the next course has again \[rad\].
     #[schemars(range(min = 0, max = 4))]
     pub slow_sigma_rad: f64,
     /// How long that lasts \[s\].
-    #[schemars(range(max = 86400), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.001, max = 86400))]
     pub slow_time_s: f64,
 }
 

@@ -1,6 +1,7 @@
 //! The stamps of messages.
 
 use coloc_sensors::Moment;
+use coloc_sensors::pace::Playback;
 use coloc_shm_types::Clock;
 
 use crate::refusal::Refusal;
@@ -19,7 +20,7 @@ pub struct Stamper {
     behind_ns: Option<i64>,
 }
 
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 enum How {
     /// A receiver's own time, held against the computer's.
     Live,
@@ -28,7 +29,7 @@ enum How {
     /// The time in a recording, as it is.
     Recorded,
     /// A recording that is played now: its first fix is of the moment at which it is read.
-    Played { ahead_ns: Option<i64> },
+    Played(Playback),
 }
 
 impl Stamper {
@@ -51,7 +52,7 @@ impl Stamper {
     #[must_use]
     pub fn recording(played: bool, latency_ns: i64) -> Self {
         let how = if played {
-            How::Played { ahead_ns: None }
+            How::Played(Playback::default())
         } else {
             How::Recorded
         };
@@ -68,7 +69,7 @@ impl Stamper {
     pub fn clock(&self) -> Clock {
         match self.how {
             How::Live | How::Recorded => Clock::Realtime,
-            How::Arrival | How::Played { .. } => Clock::Boottime,
+            How::Arrival | How::Played(_) => Clock::Boottime,
         }
     }
 
@@ -86,10 +87,8 @@ impl Stamper {
         let measured_ns = match &mut self.how {
             How::Arrival => arrived.boottime_ns,
             How::Recorded => utc_ns.ok_or(Refusal::NoDate)?,
-            How::Played { ahead_ns } => {
-                let utc_ns = utc_ns.ok_or(Refusal::NoDate)?;
-                let begun_ns = arrived.boottime_ns.saturating_sub(utc_ns);
-                utc_ns.saturating_add(*ahead_ns.get_or_insert(begun_ns))
+            How::Played(playback) => {
+                playback.due_ns(utc_ns.ok_or(Refusal::NoDate)?, arrived.boottime_ns)
             }
             How::Live => {
                 let utc_ns = of_this_era(utc_ns.ok_or(Refusal::NoDate)?, arrived.realtime_ns);
@@ -150,6 +149,23 @@ mod tests {
         for eras in -2..3 {
             let said = NOW.realtime_ns + eras * ROLLOVER_NS;
             assert_eq!(live.stamp(Some(said), NOW), Ok(NOW.realtime_ns));
+        }
+    }
+
+    #[test]
+    fn a_recording_with_a_gap_goes_on_in_the_present() {
+        let mut played = Stamper::recording(true, 0);
+        for (second, hours) in (0..8).zip([0, 0, 1, 1, 1, 0, 0, 9]) {
+            let arrived = Moment {
+                boottime_ns: NOW.boottime_ns + second * SECOND,
+                ..NOW
+            };
+            let utc_ns = (hours * 3600 + second) * SECOND;
+            assert_eq!(
+                played.stamp(Some(utc_ns), arrived),
+                Ok(arrived.boottime_ns),
+                "{hours} h"
+            );
         }
     }
 

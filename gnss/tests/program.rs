@@ -5,85 +5,41 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::unix::fs::symlink;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::path::Path;
+use std::process::{Command, Output};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use coloc_gnss::sentence::line;
 use coloc_gnss::utc::iso;
-use coloc_shm_types::{
-    Clock, DriverStatus, Heading, Health, Message, Position, RobotName, Space, Subscriber,
-};
-use rustix::process::{Pid, Signal, kill_process};
+use coloc_rig::{PATIENCE, Rig};
+use coloc_shm_types::{Clock, DriverStatus, Heading, Health, Message, Position, Subscriber};
+use rustix::process::{Pid, Resource, Rlimit, prlimit};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
-const PATIENCE: Duration = Duration::from_secs(30);
-const PREFIX: &str = "gnss";
 const NORTH: f64 = 48.0;
 const EAST: f64 = 11.0;
 
-/// A robot, its shared memory, and the program once it was started.
-struct Robot {
-    home: tempfile::TempDir,
-    space: Space,
-    program: Option<Child>,
+/// A robot with a datum, and a receiver.
+fn robot(input: &str, more: &str) -> Rig {
+    let datum = format!("latitude_deg = {NORTH}\nlongitude_deg = {EAST}\n");
+    with_datum(input, more, &datum)
 }
 
-impl Robot {
-    fn new(input: &str, more: &str) -> Self {
-        let home = tempfile::tempdir().unwrap();
-        let root = home.path().join("shm");
-        let space = Space::open(&root, PREFIX, "test").unwrap();
-        let text = format!(
-            "[robot]\nname = \"a\"\nid = 1\n[position]\nreceivers = 1\n[shm]\nroot = \"{}\"\nprefix = \"{PREFIX}\"\n\
-             [gnss]\ninput = \"{input}\"\nsource = 3\n{more}\n[gnss.datum]\nlatitude_deg = {NORTH}\nlongitude_deg = {EAST}\n",
-            root.display()
-        );
-        std::fs::write(home.path().join("robot.toml"), text).unwrap();
-        Self {
-            home,
-            space,
-            program: None,
-        }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.home.path().join(name)
-    }
-
-    fn command(&self, word: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_coloc-gnss"));
-        command.arg(word).arg(self.path("robot.toml"));
-        command
-    }
-
-    fn listen<M: Message>(&self) -> Subscriber<M> {
-        self.space
-            .subscriber(&RobotName::new("a").unwrap())
-            .unwrap()
-    }
-
-    fn start(&mut self) {
-        let mut command = self.command("run");
-        self.program = Some(command.stderr(Stdio::piped()).spawn().unwrap());
-    }
-
-    /// SIGTERM; status and what it said.
-    fn stop(mut self) -> Output {
-        let program = self.program.take().unwrap();
-        let pid = Pid::from_raw(program.id().cast_signed()).unwrap();
-        kill_process(pid, Signal::TERM).unwrap();
-        program.wait_with_output().unwrap()
-    }
+fn with_datum(input: &str, more: &str, datum: &str) -> Rig {
+    let rig = Rig::new("gnss", env!("CARGO_BIN_EXE_coloc-gnss"));
+    let more = format!(
+        "[position]\nreceivers = 1\n[gnss]\ninput = \"{input}\"\nsource = 3\n{more}\n[gnss.datum]\n{datum}"
+    );
+    rig.configure("a", &["a"], &more);
+    rig
 }
 
-impl Drop for Robot {
-    fn drop(&mut self) {
-        if let Some(mut program) = self.program.take() {
-            let _ = program.kill();
-            let _ = program.wait();
-        }
-    }
+fn start(robot: &mut Rig) -> u32 {
+    robot.start(robot.command("run", "a"))
+}
+
+fn stop(robot: Rig) -> Output {
+    robot.stop().swap_remove(0)
 }
 
 fn now_ns() -> i64 {
@@ -109,17 +65,8 @@ fn burst(utc_ns: i64) -> String {
 
 /// Lets the receiver speak until `heard` hears what it wants.
 fn until<T>(mut speak: impl FnMut(&str), mut heard: impl FnMut() -> Option<T>) -> T {
-    let begin = Instant::now();
-    while begin.elapsed() < PATIENCE {
-        speak(&burst(now_ns()));
-        let turn = Instant::now();
-        while turn.elapsed() < Duration::from_millis(100) {
-            if let Some(heard) = heard() {
-                return heard;
-            }
-        }
-    }
-    panic!("nothing was heard for {PATIENCE:?}");
+    let apart = Duration::from_millis(100);
+    coloc_rig::until(&mut speak, apart, |it| it(&burst(now_ns())), |_| heard())
 }
 
 fn next<M: Message>(messages: &Subscriber<M>) -> Option<M> {
@@ -170,12 +117,12 @@ impl Line {
 
 #[test]
 fn a_receiver_that_is_pulled_out_is_heard_again_once_it_is_back() {
-    let mut robot = Robot::new("serial:ttyGNSS?baud=115200", "");
+    let mut robot = robot("serial:ttyGNSS?baud=115200", "");
     let link = robot.path("ttyGNSS");
-    let positions = robot.listen::<Position>();
-    let headings = robot.listen::<Heading>();
-    let statuses = robot.listen::<DriverStatus>();
-    robot.start();
+    let positions = robot.subscriber::<Position>("a");
+    let headings = robot.subscriber::<Heading>("a");
+    let statuses = robot.subscriber::<DriverStatus>("a");
+    start(&mut robot);
     let mut line = Line::new();
     line.plug(&link);
     let first = until(|text| line.say(text), || next(&positions));
@@ -199,7 +146,7 @@ fn a_receiver_that_is_pulled_out_is_heard_again_once_it_is_back() {
     assert_eq!(again.header.session, first.header.session);
     let well = |it: &DriverStatus| it.opened >= 2 && it.health() == Health::Ok;
     until(|text| line.say(text), || next(&statuses).filter(well));
-    let output = robot.stop();
+    let output = stop(robot);
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert!(
@@ -230,25 +177,25 @@ fn accept(server: &TcpListener) -> TcpStream {
 fn a_server_that_closes_is_asked_again() {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = server.local_addr().unwrap();
-    let mut robot = Robot::new(&format!("tcp:{address}"), "");
-    let positions = robot.listen::<Position>();
-    robot.start();
+    let mut robot = robot(&format!("tcp:{address}"), "");
+    let positions = robot.subscriber::<Position>("a");
+    start(&mut robot);
     for _ in 0..3 {
         let mut stream = accept(&server);
         while positions.receive().unwrap().is_some() {}
         let say = |text: &str| drop(stream.write_all(text.as_bytes()));
         assert_is_the_fix(&until(say, || next(&positions)));
     }
-    assert_eq!(robot.stop().status.code(), Some(0));
+    assert_eq!(stop(robot).status.code(), Some(0));
 }
 
 #[test]
 fn gpsd_is_asked_for_what_the_receiver_says_and_its_own_words_do_no_harm() {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = server.local_addr().unwrap();
-    let mut robot = Robot::new(&format!("gpsd:{address}?device=/dev/ttyS9"), "");
-    let positions = robot.listen::<Position>();
-    robot.start();
+    let mut robot = robot(&format!("gpsd:{address}?device=/dev/ttyS9"), "");
+    let positions = robot.subscriber::<Position>("a");
+    start(&mut robot);
     let mut stream = accept(&server);
     stream
         .write_all(b"{\"class\":\"VERSION\",\"release\":\"3.25\"}\r\n")
@@ -264,19 +211,19 @@ fn gpsd_is_asked_for_what_the_receiver_says_and_its_own_words_do_no_harm() {
         drop(stream.write_all(said.as_bytes()));
     };
     assert_is_the_fix(&until(say, || next(&positions)));
-    assert_eq!(robot.stop().status.code(), Some(0));
+    assert_eq!(stop(robot).status.code(), Some(0));
 }
 
 #[test]
 fn a_silent_server_is_left_and_asked_again() {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = server.local_addr().unwrap();
-    let mut robot = Robot::new(&format!("tcp:{address}"), "silence_s = 1");
-    robot.start();
+    let mut robot = robot(&format!("tcp:{address}"), "silence_s = 1");
+    start(&mut robot);
     let first = accept(&server);
     let second = accept(&server);
     drop((first, second));
-    let output = robot.stop();
+    let output = stop(robot);
     assert!(
         String::from_utf8_lossy(&output.stderr).contains("silent for 1 s"),
         "{output:?}"
@@ -285,26 +232,24 @@ fn a_silent_server_is_left_and_asked_again() {
 
 #[test]
 fn a_recording_is_read_to_its_end() {
-    let mut robot = Robot::new("file:log.nmea?speed=full", "");
+    let mut robot = robot("file:log.nmea?speed=full", "");
     let begin_ns = 1_500_000_000_000_000_000;
     let bursts = (0..20).map(|fix| burst(begin_ns + fix * 1_000_000_000));
     std::fs::write(robot.path("log.nmea"), bursts.collect::<String>()).unwrap();
-    let positions = robot.listen::<Position>();
-    robot.start();
+    let positions = robot.subscriber::<Position>("a");
+    start(&mut robot);
     let mut stamps = Vec::new();
-    let mut ended = None;
-    while ended.is_none() {
-        ended = robot.program.as_mut().unwrap().try_wait().unwrap();
+    while !robot.is_over() {
         stamps.extend(next(&positions).map(|position| position.header.stamp_ns));
     }
-    assert!(ended.unwrap().success());
+    assert!(robot.ended().status.success());
     let expected: Vec<_> = (0..20).map(|fix| begin_ns + fix * 1_000_000_000).collect();
     assert_eq!(stamps, expected);
 }
 
 #[test]
 fn a_recording_is_shown_as_lines() {
-    let robot = Robot::new("stdin", "");
+    let robot = robot("stdin", "");
     let path = robot.path("log.nmea");
     let bursts = (0..20).map(|fix| burst(1_500_000_000_000_000_000 + fix * 1_000_000_000));
     std::fs::write(&path, bursts.collect::<String>()).unwrap();
@@ -322,28 +267,28 @@ fn a_recording_is_shown_as_lines() {
 
 #[test]
 fn a_recording_is_played_as_if_it_were_now_and_ends_when_it_is_asked_to() {
-    let mut robot = Robot::new("file:log.nmea", "");
+    let mut robot = robot("file:log.nmea", "");
     let bursts = (0..5000).map(|fix| burst(1_500_000_000_000_000_000 + fix * 100_000_000));
     std::fs::write(robot.path("log.nmea"), bursts.collect::<String>()).unwrap();
-    let positions = robot.listen::<Position>();
-    robot.start();
+    let positions = robot.subscriber::<Position>("a");
+    start(&mut robot);
     let [first, later] = [0, 1].map(|_| until(|_| {}, || next(&positions)));
     assert_eq!(first.header.clock(), Ok(Clock::Boottime));
     assert_eq!(later.header.stamp_ns - first.header.stamp_ns, 100_000_000);
-    assert_eq!(robot.stop().status.code(), Some(0));
+    assert_eq!(stop(robot).status.code(), Some(0));
 }
 
 #[test]
 fn what_is_wrong_is_said_and_has_its_status() {
     let ended = |input: &str, word: &str, more: &str| {
-        let robot = Robot::new(input, more);
-        let output = robot.command(word).output().unwrap();
+        let robot = robot(input, more);
+        let output = robot.command(word, "a").output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         (output.status.code(), said)
     };
     let (status, said) = ended("usb:1", "run", "");
     assert!(
-        status == Some(2) && said.contains("robot.toml:10: gnss.input = \"usb:1\": write serial:"),
+        status == Some(2) && said.contains("a.toml:10: gnss.input = \"usb:1\": write serial:"),
         "{said}"
     );
     let (status, said) = ended("stdin", "check", "baud = 1");
@@ -359,26 +304,57 @@ fn what_is_wrong_is_said_and_has_its_status() {
 
 #[test]
 fn check_says_what_it_understood() {
-    let robot = Robot::new("serial:/dev/ttyS0", "");
-    let output = robot.command("check").arg("--strict").output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
+    let robot = robot("serial:/dev/ttyS0", "");
+    let (status, said) = robot.said("check", "a", &["--strict"]);
     assert!(
         said.contains("input        serial:/dev/ttyS0?baud=9600\n"),
         "{said}"
     );
     assert!(said.contains("datum        48° north, 11° east"), "{said}");
-    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert_eq!(status, Some(0), "{said}");
 }
 
 #[test]
 fn who_deletes_the_shared_memory_ends_it() {
     let line = Line::new();
-    let mut robot = Robot::new("serial:ttyGNSS", "");
+    let mut robot = robot("serial:ttyGNSS", "");
     line.plug(&robot.path("ttyGNSS"));
-    let statuses = robot.listen::<DriverStatus>();
-    robot.start();
+    let statuses = robot.subscriber::<DriverStatus>("a");
+    start(&mut robot);
     until(|_| {}, || next(&statuses));
     std::fs::remove_dir_all(robot.path("shm")).unwrap();
-    let output = robot.program.take().unwrap().wait_with_output().unwrap();
+    let output = robot.ended();
     assert_eq!(output.status.code(), Some(4), "{output:?}");
+}
+
+#[test]
+fn there_is_one_of_it() {
+    robot("serial:ttyGNSS", "").assert_alone("run", "a");
+}
+
+#[test]
+fn nothing_is_left_of_a_datum_that_could_not_be_written() {
+    let datum = "file = \"datum.toml\"\nfixes = 2\n";
+    let mut robot = with_datum("serial:ttyGNSS", "", datum);
+    let mut line = Line::new();
+    line.plug(&robot.path("ttyGNSS"));
+    let positions = robot.subscriber::<Position>("a");
+    let statuses = robot.subscriber::<DriverStatus>("a");
+    let process = start(&mut robot);
+    until(|_| {}, || next(&statuses));
+    // As on a full disk: what is there stays, and nothing more is written.
+    let full = Rlimit {
+        current: Some(0),
+        maximum: Some(0),
+    };
+    let process = Pid::from_raw(process.cast_signed());
+    prlimit(process, Resource::Fsize, full).unwrap();
+    until(|text| line.say(text), || next(&positions));
+    let left = std::fs::read_dir(robot.path("")).unwrap();
+    let left = left.map(|it| it.unwrap().file_name().into_string().unwrap());
+    let left: Vec<_> = left.filter(|name| name.starts_with("datum")).collect();
+    let output = stop(robot);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("it could not be saved"), "{said}");
+    assert_eq!(left, Vec::<String>::new());
 }

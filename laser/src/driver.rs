@@ -3,6 +3,7 @@
 use coloc_daemon::config::Config;
 use coloc_scan::carmen::{FrontLaser, Line};
 use coloc_scan::{Counts, Finder, Raw, Seen, View};
+use coloc_sensors::pace::Playback;
 use coloc_sensors::{Driver, EndError, Moment, Report};
 use coloc_shm_types::{RelativePose, Scan, Sighting};
 
@@ -38,8 +39,8 @@ pub struct LaserDriver<O> {
     seen: Vec<Seen>,
     lines: Lines,
     log: FrontLaser,
-    /// The log's time and this computer's of its first scan \[s, ns\].
-    begin: Option<(f64, i64)>,
+    /// What is read as fast as it can be is of the moment at which it is read.
+    playback: Option<Playback>,
     tally: Tally,
     remarks: Vec<String>,
 }
@@ -69,6 +70,9 @@ impl<O: Outlet> LaserDriver<O> {
     /// As `[laser]` says.
     #[must_use]
     pub fn new(section: &Laser, beliefs: Beliefs, own_boot: u64, outlet: O) -> Self {
+        let is_timed = !section
+            .spec()
+            .is_ok_and(|spec| spec.is_some_and(|it| it.is_recording() && !it.is_paced()));
         Self {
             source: section.source,
             own_boot,
@@ -79,7 +83,7 @@ impl<O: Outlet> LaserDriver<O> {
             seen: Vec::with_capacity(coloc_scan::finder::MOST_ROBOTS),
             lines: Lines::default(),
             log: FrontLaser::default(),
-            begin: None,
+            playback: is_timed.then(Playback::default),
             tally: Tally::default(),
             remarks: Vec::with_capacity(8),
         }
@@ -203,8 +207,9 @@ impl<O: Outlet> LaserDriver<O> {
         let read = log.read(line);
         let heard = match read {
             Line::Scan => {
-                let (first_s, begin_ns) = *self.begin.get_or_insert((log.time_s, at.boottime_ns));
-                let stamp_ns = begin_ns.saturating_add(nanos(log.time_s - first_s));
+                let now_ns = at.boottime_ns;
+                let due = |it: &mut Playback| it.stamp_ns(nanos(log.time_s), now_ns);
+                let stamp_ns = self.playback.as_mut().map_or(now_ns, due);
                 self.raw(&log.raw(), stamp_ns, at)
             }
             Line::Other => Ok(()),
@@ -283,6 +288,11 @@ pub fn raw(scan: &Scan) -> Raw<'_> {
     }
 }
 
+/// The log's own time of the scan that `piece` ends (ns).
+pub(crate) fn recorded_ns(lines: &Lines, piece: &[u8]) -> Option<i64> {
+    lines.peek(piece, FrontLaser::time_s).map(nanos)
+}
+
 #[allow(clippy::cast_possible_truncation)] // A number that is too large is the largest.
 pub(crate) fn nanos(seconds: f64) -> i64 {
     (seconds * NANOS).round() as i64
@@ -299,14 +309,16 @@ impl<O: Outlet> Driver for LaserDriver<O> {
 
     fn interrupted(&mut self) {
         self.lines = Lines::default();
+        // Whoever comes next counts its own time.
+        self.playback = self.playback.map(|_| Playback::default());
     }
 
     fn end(&mut self, at: Moment) -> Result<(), EndError> {
         self.take_lines(at, |lines, each| lines.end(each))
     }
 
-    fn recorded_ns(&self) -> Option<i64> {
-        self.begin.map(|_| nanos(self.log.time_s))
+    fn recorded_ns(&self, line: &[u8]) -> Option<i64> {
+        recorded_ns(&self.lines, line)
     }
 
     fn report(&self) -> Report {
@@ -344,6 +356,12 @@ pub fn unlikely(config: &Config, section: &Laser) -> Vec<String> {
         found.push(format!(
             "no [[laser.look]] is of robot {}: it is not looked for",
             peer.id
+        ));
+    }
+    let named = section.look.iter().flat_map(|it| &it.robots);
+    for robot in named.filter(|robot| config.peers().all(|peer| peer.id != **robot)) {
+        found.push(format!(
+            "a [[laser.look]] is of robot {robot}, which is no other robot of [[team]]"
         ));
     }
     let is_round = |it: &LookSection| it.shape == Shape::Cylinder;

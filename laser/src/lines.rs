@@ -39,6 +39,15 @@ impl Lines {
         }
     }
 
+    /// What `read` reads of the line that `piece` ends, if it ends one.
+    pub fn peek<T>(&self, piece: &[u8], read: impl FnOnce(&str) -> Option<T>) -> Option<T> {
+        if self.skips || !piece.ends_with(b"\n") {
+            return None;
+        }
+        let line = [self.held.as_slice(), piece].concat();
+        read(std::str::from_utf8(&line).ok()?)
+    }
+
     /// Nothing more of the line will come.
     pub fn end(&mut self, mut each: impl FnMut(&str)) {
         match std::str::from_utf8(&self.held) {

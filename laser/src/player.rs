@@ -2,10 +2,11 @@
 
 use coloc_scan::View;
 use coloc_scan::carmen::{FrontLaser, Line};
+use coloc_sensors::pace::Playback;
 use coloc_sensors::{Driver, EndError, Moment, Report};
 use coloc_shm_types::{Clock, Publisher, RobotName, Scan, Sender, Space};
 
-use crate::driver::nanos;
+use crate::driver::{nanos, recorded_ns};
 use crate::lines::Lines;
 
 /// Says scans of a log as if they were measured now.
@@ -16,16 +17,22 @@ pub struct Player {
     lines: Lines,
     log: FrontLaser,
     scan: Box<Scan>,
-    begin: Option<(f64, i64)>,
+    /// Of a log that is read as fast as it can be each scan is of the moment at which it is read.
+    playback: Option<Playback>,
     report: Report,
 }
 
 impl Player {
-    /// Speaks as the scanner `source` of `robot`.
+    /// Speaks as the scanner `source` of `robot`, of a log that is read at recorded speed if it is `paced`.
     ///
     /// # Errors
     /// If the channel cannot be opened.
-    pub fn open(space: &Space, robot: &RobotName, source: u16) -> Result<Self, EndError> {
+    pub fn open(
+        space: &Space,
+        robot: &RobotName,
+        source: u16,
+        paced: bool,
+    ) -> Result<Self, EndError> {
         let sender = Sender::start(source, Clock::Boottime).map_err(|error| EndError::System {
             what: "no random number",
             error,
@@ -36,7 +43,7 @@ impl Player {
             lines: Lines::default(),
             log: FrontLaser::default(),
             scan: Box::default(),
-            begin: None,
+            playback: paced.then(Playback::default),
             report: Report {
                 figures: [f64::NAN; 8],
                 ..Report::default()
@@ -54,8 +61,9 @@ impl Player {
 
     fn say(&mut self, at: Moment) {
         self.report.whole += 1;
-        let (first_s, begin_ns) = *self.begin.get_or_insert((self.log.time_s, at.boottime_ns));
-        let stamp_ns = begin_ns.saturating_add(nanos(self.log.time_s - first_s));
+        let now_ns = at.boottime_ns;
+        let due = |it: &mut Playback| it.stamp_ns(nanos(self.log.time_s), now_ns);
+        let stamp_ns = self.playback.as_mut().map_or(now_ns, due);
         let raw = self.log.raw();
         let scan = &mut *self.scan;
         scan.header = self.sender.header(stamp_ns);
@@ -99,8 +107,8 @@ impl Driver for Player {
         Ok(())
     }
 
-    fn recorded_ns(&self) -> Option<i64> {
-        self.begin.map(|_| nanos(self.log.time_s))
+    fn recorded_ns(&self, line: &[u8]) -> Option<i64> {
+        recorded_ns(&self.lines, line)
     }
 
     fn report(&self) -> Report {

@@ -1,19 +1,17 @@
 //! The program `coloc-laser`.
 
 use std::ffi::OsString;
+use std::os::fd::BorrowedFd;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use clap::{Parser, Subcommand};
+use clap::Args;
 use coloc_daemon::config::Config;
 use coloc_scan::Look;
-use coloc_sensors::page::{self, Names};
-use coloc_sensors::run::{self, Outlet as Life};
-use coloc_sensors::status::{Line, Reporter};
-use coloc_sensors::stop::Woken;
-use coloc_sensors::teller::Teller;
-use coloc_sensors::{Driver, EndError, Input, InputSpec, Moment, Stop, end};
+use coloc_sensors::listen::{Listener, listen};
+use coloc_sensors::program::{self, Other, Program, Start};
+use coloc_sensors::{Driver, EndError, Input, InputSpec, Moment, Report, run};
 use coloc_shm_types::{RobotName, Scan, Subscriber, boot};
 
 use crate::beliefs::{Beliefs, mount};
@@ -23,117 +21,93 @@ use crate::publish::Channels;
 use crate::refusal::Refusal;
 use crate::section::Laser;
 
-const NAME: &str = "coloc-laser";
-const DRIVER: &str = "laser";
 const PLAYER: &str = "laser-play";
 /// A server or device that is silent for so long is opened again.
 const SILENCE: Duration = Duration::from_secs(10);
 
-/// Laser scanners for coloc: other robots found in scans.
-#[derive(Debug, Parser)]
-#[command(name = NAME, version, arg_required_else_help = true)]
-struct Args {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Publish the robots that scans show for colocd, until SIGINT or SIGTERM.
-    Run {
-        /// The robot's configuration, with a section [laser].
-        config: PathBuf,
-    },
-    /// Read a configuration, say what it means and what is unlikely about it, open nothing.
-    Check {
-        /// The robot's configuration.
-        config: PathBuf,
-        /// End with status 1 if anything is unlikely.
-        #[arg(long)]
-        strict: bool,
-    },
-    /// Publish a CARMEN log on the channel `scan`, as if it were measured now.
-    Play {
-        /// The robot's configuration.
-        config: PathBuf,
-        /// The log, plain or gzip.
-        log: PathBuf,
-        /// As fast as it can be read; who listens misses most of it.
-        #[arg(long)]
-        full_speed: bool,
-    },
-    /// Print the status of the coloc-laser that runs with this configuration, once.
-    Status {
-        /// The robot's configuration.
-        config: PathBuf,
-    },
-}
-
 /// The whole program, from its arguments to its exit status.
-pub fn main_from_args<I, T>(args: I) -> ExitCode
-where
-    I: IntoIterator<Item = T>,
-    T: Into<OsString> + Clone,
-{
-    coloc_daemon::file_size::let_writers_see_the_limit();
-    let result = match Args::try_parse_from(args) {
-        Ok(Args { command }) => match command {
-            Command::Run { config } => run(&config),
-            Command::Check { config, strict } => check(&config, strict),
-            Command::Play {
-                config,
-                log,
-                full_speed,
-            } => play(&config, log, full_speed),
-            Command::Status { config } => status(&config),
-        },
-        Err(answer) => {
-            // If nobody reads it, nobody is left to tell.
-            let _ = answer.print();
-            return ExitCode::from(u8::from(answer.use_stderr()) * 2);
-        }
-    };
-    end::finish(NAME, result)
+pub fn main_from_args(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
+    program::main_from_args::<LaserProgram>(args)
 }
 
-fn run(path: &Path) -> Result<(), EndError> {
-    let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
-    let (config, section) = Config::load_with::<Laser>(path)?;
+struct LaserProgram;
+
+/// Publish a CARMEN log on the channel `scan`, as if it were measured now.
+#[derive(Debug, Args)]
+struct Play {
+    /// The robot's configuration.
+    config: PathBuf,
+    /// The log, plain or gzip.
+    log: PathBuf,
+    /// As fast as it can be read; who listens misses most of it.
+    #[arg(long)]
+    full_speed: bool,
+}
+
+impl Program for LaserProgram {
+    const NAME: &'static str = "coloc-laser";
+    const DRIVER: &'static str = "laser";
+    const ABOUT: &'static str = "Laser scanners for coloc: other robots found in scans";
+    const RUN: &'static str =
+        "Publish the robots that scans show for colocd, until SIGINT or SIGTERM";
+    const SECTION: &'static str = "laser";
+    const HEARD: &'static str = "the scanner";
+    const FIGURES: &'static [&'static str] = &FIGURES;
+    type Settings = Laser;
+
+    fn refusals() -> Vec<&'static str> {
+        Refusal::ALL.map(Refusal::name).into()
+    }
+
+    fn load(path: &Path) -> Result<(Config, Laser), EndError> {
+        Ok(Config::load_with(path)?)
+    }
+
+    fn source(section: &Laser) -> u16 {
+        section.source
+    }
+
+    fn understood(config: &Config, section: &Laser) -> String {
+        understood(config, section)
+    }
+
+    fn unlikely(config: &Config, section: &Laser) -> Vec<String> {
+        unlikely(config, section)
+    }
+
+    fn run(start: Start<'_, Laser>) -> Result<(), EndError> {
+        run_driver(start)
+    }
+
+    fn others() -> Vec<Other> {
+        vec![Other::new("play", play)]
+    }
+}
+
+fn run_driver(mut start: Start<'_, Laser>) -> Result<(), EndError> {
+    let (config, section) = (start.config, &start.settings);
     let name = &config.robot.name;
-    let space = config.open_space(NAME)?;
     let spec = section.spec().map_err(EndError::Input)?;
-    let channels = Channels::open(
-        &space,
-        name,
-        section.source,
-        &listened_to(&config, &section),
-    )?;
+    let listened_to = listened_to(config, section);
+    let channels = Channels::open(start.space, name, section.source, &listened_to)?;
     let looks: Vec<_> = config
         .peers()
         .filter_map(|peer| Some((peer.id, section.look_of(peer.id)?)))
         .collect();
     let own_boot = boot();
-    let mount = mount(&config, section.source);
+    let mount = mount(config, section.source);
     let beliefs = Beliefs::new(own_boot, mount, section.change_m_s, &looks);
-    let mut driver = LaserDriver::new(&section, beliefs, own_boot, channels);
-    let mut life = Life {
-        space: &space,
-        reporter: Reporter::open(&space, name, DRIVER, section.source)?,
-    };
-    let mut teller = Teller::new(NAME);
+    let mut driver = LaserDriver::new(section, beliefs, own_boot, channels);
     match spec {
         Some(spec) => {
-            let spec = spec.below(path.parent().unwrap_or(Path::new("")));
-            let mut input = Input::new(spec, SILENCE);
-            run::run(&mut driver, &mut input, &stop, &mut life, &mut teller)
+            let mut input = Input::new(start.below(spec), SILENCE);
+            run::run(&mut driver, &mut input, start.stop, &mut start.voice)
         }
-        None => listen(
-            &mut driver,
-            &space.subscriber(name)?,
-            &stop,
-            &mut life,
-            &mut teller,
-        ),
+        None => {
+            let scans = start.space.subscriber(name)?;
+            let mut scanner = Scanner { driver, scans };
+            listen(&mut scanner, run::IDLE, start.stop, &mut start.voice)
+        }
     }
 }
 
@@ -144,41 +118,27 @@ fn listened_to(config: &Config, section: &Laser) -> Vec<(u16, RobotName)> {
     seen.map(|peer| (peer.id, peer.name.clone())).collect()
 }
 
-/// Looks through the scans of the channel until asked to end.
-fn listen(
-    driver: &mut LaserDriver<Channels>,
-    scans: &Subscriber<Scan>,
-    stop: &Stop,
-    life: &mut Life<'_>,
-    teller: &mut Teller,
-) -> Result<(), EndError> {
-    let mut line = Line {
-        is_open: true,
-        opened: 1,
-        bytes: 0,
-    };
-    let mut health = None;
-    loop {
-        let bell = scans.bell()?;
-        let woken = stop
-            .wait(Some(bell), run::IDLE)
-            .map_err(EndError::of("it cannot be waited"))?;
-        if woken == Woken::Stop {
-            teller.finish();
-            return Ok(());
-        }
-        line.bytes += hear(driver, scans)?;
-        driver
-            .remarks()
-            .into_iter()
-            .for_each(|it| teller.remark(it));
-        if let Some(now) = life.reporter.report(line, &driver.report()) {
-            if health.replace(now) != Some(now) {
-                teller.remark(format!("the scanner is {now}"));
-            }
-            life.space.check()?;
-        }
-        teller.tell(Instant::now());
+/// The driver on the channel `scan`.
+struct Scanner {
+    driver: LaserDriver<Channels>,
+    scans: Subscriber<Scan>,
+}
+
+impl Listener for Scanner {
+    fn bell(&self) -> Result<Option<BorrowedFd<'_>>, EndError> {
+        Ok(Some(self.scans.bell()?))
+    }
+
+    fn turn(&mut self) -> Result<u64, EndError> {
+        hear(&mut self.driver, &self.scans)
+    }
+
+    fn report(&self) -> Report {
+        self.driver.report()
+    }
+
+    fn remarks(&mut self) -> Vec<String> {
+        self.driver.remarks()
     }
 }
 
@@ -194,34 +154,18 @@ fn hear(driver: &mut LaserDriver<Channels>, scans: &Subscriber<Scan>) -> Result<
     Ok(bytes)
 }
 
-fn play(path: &Path, log: PathBuf, full_speed: bool) -> Result<(), EndError> {
-    let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
-    let (config, section) = Config::load_with::<Laser>(path)?;
-    let space = config.open_space(NAME)?;
-    let name = &config.robot.name;
-    let mut player = Player::open(&space, name, section.source)?;
-    let mut life = Life {
-        space: &space,
-        reporter: Reporter::open(&space, name, PLAYER, section.source)?,
-    };
+fn play(args: Play) -> Result<(), EndError> {
+    let paced = !args.full_speed;
     let spec = InputSpec::File {
-        path: log,
-        paced: !full_speed,
+        path: args.log,
+        paced,
     };
-    let mut input = Input::new(spec, SILENCE);
-    run::run(
-        &mut player,
-        &mut input,
-        &stop,
-        &mut life,
-        &mut Teller::new(NAME),
-    )
-}
-
-fn check(path: &Path, strict: bool) -> Result<(), EndError> {
-    let (config, section) = Config::load_with::<Laser>(path)?;
-    let warnings = unlikely(&config, &section);
-    page::check(understood(&config, &section), &warnings, strict)
+    program::begin::<LaserProgram>(&args.config, PLAYER, |mut start| {
+        let (name, source) = (&start.config.robot.name, start.settings.source);
+        let mut player = Player::open(start.space, name, source, paced)?;
+        let mut input = Input::new(spec, SILENCE);
+        run::run(&mut player, &mut input, start.stop, &mut start.voice)
+    })
 }
 
 /// A configuration in words, a line a subject.
@@ -265,16 +209,4 @@ fn shown(look: &Look) -> String {
             pattern.marks().len()
         ),
     }
-}
-
-fn status(path: &Path) -> Result<(), EndError> {
-    let (config, section) = Config::load_with::<Laser>(path)?;
-    let names = Names {
-        program: NAME,
-        driver: DRIVER,
-        source: section.source,
-        refusals: &Refusal::ALL.map(Refusal::name),
-        figures: &FIGURES,
-    };
-    page::status(&config.open_space(NAME)?, &config.robot.name, &names)
 }

@@ -26,19 +26,19 @@ pub struct Laser {
     pub look: Vec<LookSection>,
     /// Standard deviation of a range \[m\].
     #[serde(default = "range_sigma")]
-    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.0001, max = 1))]
     pub range_sigma_m: f64,
     /// Standard deviation of a beam's angle \[rad\].
     #[serde(default = "angle_sigma")]
-    #[schemars(range(max = 0.1), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.00001, max = 0.1))]
     pub angle_sigma_rad: f64,
     /// By so much does a robot differ from what is written of it \[m\].
     #[serde(default = "shape_sigma")]
-    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.0001, max = 0.5))]
     pub shape_sigma_m: f64,
     /// Beyond that no robot is looked for \[m\].
     #[serde(default = "farthest")]
-    #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.5, max = 100))]
     pub farthest_m: f64,
     /// So many beams at least must meet a robot.
     #[serde(default = "least_beams")]
@@ -46,10 +46,11 @@ pub struct Laser {
     pub least_beams: u16,
     /// A beam at least so bright has met a reflective mark, in the scanner's own measure.
     #[serde(default = "bright")]
+    #[schemars(range(min = 0))]
     pub bright: f32,
     /// How often something that is none of the team looks like one: people, furniture, other robots \[1/m²\].
     #[serde(default = "clutter")]
-    #[schemars(range(max = 10), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.00001, max = 10))]
     pub clutter_per_m2: f64,
     /// So fast may another robot have changed its way since it last said where it is \[m/s\].
     #[serde(default = "one")]
@@ -69,13 +70,13 @@ pub struct Slow {
     #[schemars(range(min = 0, max = 1))]
     pub scale_sigma: f64,
     /// How long that lasts \[s\].
-    #[schemars(range(max = 86400), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.001, max = 86400))]
     pub scale_time_s: f64,
     /// Standard deviation of how the scanner is turned on the robot, beyond `mount` \[rad\].
     #[schemars(range(min = 0, max = 1))]
     pub bearing_sigma_rad: f64,
     /// How long that lasts \[s\].
-    #[schemars(range(max = 86400), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.001, max = 86400))]
     pub bearing_time_s: f64,
 }
 
@@ -173,6 +174,9 @@ fn one() -> f64 {
     1.0
 }
 
+/// Nothing smaller is told from noise \[m\].
+const LEAST_M: f64 = 0.02;
+
 /// The input that is a channel.
 pub const CHANNEL: &str = "scan";
 
@@ -203,16 +207,18 @@ impl LookSection {
     /// What is wrong with it, in words.
     pub fn look(&self) -> Result<Look, String> {
         match self.shape {
-            Shape::Cylinder if self.radius_m > 0.0 => Ok(Look::Cylinder {
+            Shape::Cylinder if self.radius_m >= LEAST_M => Ok(Look::Cylinder {
                 radius_m: self.radius_m,
             }),
-            Shape::Cylinder => Err("a cylinder needs radius_m".into()),
-            Shape::Rectangle if self.length_m > 0.0 && self.width_m > 0.0 => Ok(Look::Rectangle {
+            Shape::Cylinder => Err(format!("a cylinder needs radius_m, {LEAST_M} m or more")),
+            Shape::Rectangle if self.length_m.min(self.width_m) >= LEAST_M => Ok(Look::Rectangle {
                 length_m: self.length_m,
                 width_m: self.width_m,
                 centre_m: self.centre_m,
             }),
-            Shape::Rectangle => Err("a rectangle needs length_m and width_m".into()),
+            Shape::Rectangle => Err(format!(
+                "a rectangle needs length_m and width_m, {LEAST_M} m or more each"
+            )),
             Shape::Marks => Pattern::new(&self.marks, self.mark_radius_m)
                 .map(Look::Marks)
                 .map_err(Into::into),
@@ -275,6 +281,18 @@ impl Laser {
         }
     }
 
+    /// Of two entries for the same robots the second would count for nothing.
+    fn looks_that_nobody_has(&self) -> Vec<String> {
+        let for_all = self.look.iter().filter(|it| it.robots.is_empty());
+        let mut named: Vec<u16> = self.look.iter().flat_map(|it| it.robots.clone()).collect();
+        named.sort_unstable();
+        let twice = named.windows(2).find(|pair| pair[0] == pair[1]);
+        let twice = twice.map(|pair| format!("robot {} is named in two entries", pair[0]));
+        let all = (for_all.count() > 1)
+            .then(|| "two entries name no robots: only one can be of all others".to_owned());
+        twice.into_iter().chain(all).collect()
+    }
+
     /// Place of the look of a robot, if it has one.
     #[must_use]
     pub fn look_of(&self, robot: u16) -> Option<usize> {
@@ -302,6 +320,7 @@ impl Section for Laser {
             )
         });
         let looks = self.look.iter().filter_map(|it| it.look().err());
+        let looks = looks.chain(self.looks_that_nobody_has());
         let looks = looks.map(|problem| ("look".to_owned(), format!(": {problem}")));
         input.into_iter().chain(none).chain(looks).collect()
     }
@@ -342,6 +361,35 @@ mod tests {
             (
                 "[[laser.look]]\nshape = \"cylinder\"\n",
                 "a cylinder needs radius_m",
+            ),
+            (
+                "[[laser.look]]\nshape = \"cylinder\"\nradius_m = 1e-300\n",
+                "a cylinder needs radius_m, 0.02 m or more",
+            ),
+            (
+                "[[laser.look]]\nshape = \"cylinder\"\nradius_m = 1e300\n",
+                "radius_m",
+            ),
+            (
+                "[[laser.look]]\nshape = \"marks\"\nmarks = [[0.1, 0.0], [0.1, 0.0], [0.1, 0.0]]\n",
+                "seen as one",
+            ),
+            (
+                "[[laser.look]]\nrobots = [2, 3]\nshape = \"cylinder\"\nradius_m = 0.2\n[[laser.look]]\nrobots = [3]\n\
+                 shape = \"cylinder\"\nradius_m = 0.3\n",
+                "robot 3 is named in two entries",
+            ),
+            (
+                "[[laser.look]]\nshape = \"cylinder\"\nradius_m = 0.2\n[[laser.look]]\nshape = \"cylinder\"\nradius_m = 0.3\n",
+                "two entries name no robots",
+            ),
+            (
+                "farthest_m = 1e-300\n[[laser.look]]\nshape = \"cylinder\"\nradius_m = 0.2\n",
+                "farthest_m",
+            ),
+            (
+                "bright = nan\n[[laser.look]]\nshape = \"cylinder\"\nradius_m = 0.2\n",
+                "bright",
             ),
             (
                 "[[laser.look]]\nshape = \"rectangle\"\nlength_m = 1\n",

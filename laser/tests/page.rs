@@ -9,39 +9,24 @@ use coloc_daemon::config::Config;
 use coloc_daemon::config::reference::section_md;
 use coloc_laser::refusal::Refusal;
 use coloc_laser::section::Laser;
+use coloc_rig::page::Page;
 
-const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/sensors.md");
-const BEGIN: &str = "<!-- laser settings -->\n";
-const END: &str = "<!-- end of laser settings -->";
-const CHAPTER: &str = "## A laser scanner";
-
-fn page() -> String {
-    std::fs::read_to_string(PAGE).unwrap()
-}
+const PAGE: Page = Page {
+    path: concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/sensors.md"),
+    chapter: "## A laser scanner",
+    settings: "laser settings",
+    written_by: "cargo test -p coloc-laser --test page",
+};
 
 #[test]
-fn the_settings_are_those_of_the_section() {
-    let page = page();
-    let (before, rest) = page.split_once(BEGIN).unwrap();
-    let (_, after) = rest.split_once(END).unwrap();
-    let settings = section_md::<Laser>().replace("\n## ", "\n#### ");
-    let current = format!("{before}{BEGIN}{settings}{END}{after}");
-    if std::env::var_os("COLOC_WRITE").is_some() {
-        std::fs::write(PAGE, &current).unwrap();
-    }
-    let written = self::page();
-    assert!(
-        written == current,
-        "COLOC_WRITE=1 cargo test -p coloc-laser --test page writes docs/sensors.md anew"
-    );
+fn the_settings_are_those_of_the_code() {
+    let settings = section_md::<Laser>();
+    PAGE.assert_settings(&settings.replace("\n## ", "\n#### "));
 }
 
 #[test]
 fn the_example_is_understood() {
-    let page = page();
-    let (_, chapter) = page.split_once(CHAPTER).unwrap();
-    let (_, rest) = chapter.split_once("```toml\n").unwrap();
-    let (text, _) = rest.split_once("```").unwrap();
+    let text = PAGE.example();
     let text = format!("[robot]\nname = \"a\"\nid = 1\n[[team]]\nname = \"b\"\nid = 2\n{text}");
     let (config, section) = Config::parse_with::<Laser>(&text, Path::new("robot.toml")).unwrap();
     assert_eq!(
@@ -52,12 +37,8 @@ fn the_example_is_understood() {
 
 #[test]
 fn reasons_are_those_of_the_code() {
-    let page = page();
-    let (_, chapter) = page.split_once(CHAPTER).unwrap();
-    for refusal in Refusal::ALL.iter().filter(|it| **it != Refusal::Channel) {
-        assert!(
-            chapter.contains(&format!("`{}`", refusal.name())),
-            "{refusal:?}"
-        );
-    }
+    let reasons = Refusal::ALL
+        .into_iter()
+        .filter(|it| *it != Refusal::Channel);
+    PAGE.assert_names(reasons.map(Refusal::name));
 }

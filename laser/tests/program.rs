@@ -3,85 +3,47 @@
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use coloc_daemon::collect::messages::sighting;
 use coloc_daemon::collect::parts::{self, Landmarks};
 use coloc_daemon::collect::sensors::Sensors;
 use coloc_daemon::config::{Config, Robot as Named};
+use coloc_rig::{PATIENCE, Rig};
 use coloc_sensors::Moment;
 use coloc_shm_types::{
-    BeliefState, Clock, DriverStatus, Estimate, Limits, Present, RelativePose, RobotName, Sender,
-    Sighting, Space, boot,
+    BeliefState, Clock, DriverStatus, Estimate, Limits, Present, RelativePose, RobotName, Scan,
+    Sender, Sighting, boot,
 };
-use rustix::process::{Pid, Signal, kill_process};
 
-const PATIENCE: Duration = Duration::from_secs(60);
-const PREFIX: &str = "laser";
+/// From one word of both robots to the next.
+const TICK: Duration = Duration::from_millis(10);
 /// Where the other robot is, seen from the scanner.
 const OTHER: [f64; 3] = [2.0, 0.5, 0.4];
 
-/// A robot, its shared memory, and the programs that were started.
-struct Robot {
-    home: tempfile::TempDir,
-    space: Space,
-    programs: Vec<Child>,
+/// A robot with another one in its team, and logs of its scanner.
+fn robot(laser: &str) -> Rig {
+    let rig = Rig::new("laser", env!("CARGO_BIN_EXE_coloc-laser"));
+    rig.configure("a", &["a", "b"], &format!("[laser]\nsource = 4\n{laser}"));
+    let is_round = laser.contains("cylinder");
+    std::fs::write(rig.path("room.log"), log(is_round)).unwrap();
+    rig
 }
 
-impl Robot {
-    fn new(laser: &str) -> Self {
-        let home = tempfile::tempdir().unwrap();
-        let root = home.path().join("shm");
-        let space = Space::open(&root, PREFIX, "test").unwrap();
-        let text = format!(
-            "[robot]\nname = \"a\"\nid = 1\n[[team]]\nname = \"b\"\nid = 2\n[shm]\nroot = \"{}\"\nprefix = \"{PREFIX}\"\n\
-             [laser]\nsource = 4\n{laser}",
-            root.display()
-        );
-        std::fs::write(home.path().join("robot.toml"), text).unwrap();
-        let is_round = laser.contains("cylinder");
-        std::fs::write(home.path().join("room.log"), log(is_round)).unwrap();
-        Self {
-            home,
-            space,
-            programs: Vec::new(),
-        }
-    }
-
-    fn command(&self, word: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_coloc-laser"));
-        command.arg(word).arg(self.home.path().join("robot.toml"));
-        command
-    }
-
-    fn start(&mut self, mut command: Command) {
-        self.programs
-            .push(command.stderr(Stdio::piped()).spawn().unwrap());
-    }
-
-    /// SIGTERM to all; status and words of the first.
-    fn stop(mut self) -> Output {
-        let mut ended = std::mem::take(&mut self.programs)
-            .into_iter()
-            .map(|program| {
-                let pid = Pid::from_raw(program.id().cast_signed()).unwrap();
-                let _ = kill_process(pid, Signal::TERM);
-                program.wait_with_output().unwrap()
-            });
-        let first = ended.next().unwrap();
-        ended.for_each(drop);
-        first
-    }
+/// Starts to play a log.
+fn play(robot: &mut Rig, log: &str) {
+    let mut play = robot.command("play", "a");
+    play.arg(robot.path(log));
+    robot.start(play);
 }
 
-impl Drop for Robot {
-    fn drop(&mut self) {
-        for program in &mut self.programs {
-            let _ = program.kill();
-            let _ = program.wait();
-        }
-    }
+/// Status and words of the first program that was started.
+fn stop(robot: Rig) -> (Option<i32>, String) {
+    let first = robot.stop().swap_remove(0);
+    (
+        first.status.code(),
+        String::from_utf8(first.stderr).unwrap(),
+    )
 }
 
 const RECTANGLE: &str = "[[laser.look]]\nshape = \"rectangle\"\nlength_m = 0.7\nwidth_m = 0.5\n";
@@ -148,27 +110,19 @@ fn estimate(sender: &mut Sender, pose: [f64; 3]) -> Estimate {
 }
 
 /// Lets both robots speak until `heard` hears what it wants.
-fn until<T>(space: &Space, mut heard: impl FnMut() -> Option<T>) -> T {
-    let ports = ["a", "b"].map(|name| {
-        space
-            .publisher::<Estimate>(&RobotName::new(name).unwrap())
-            .unwrap()
-    });
+fn until<T>(robot: &Rig, mut heard: impl FnMut() -> Option<T>) -> T {
+    let ports = ["a", "b"].map(|name| robot.publisher::<Estimate>(name));
     let mut senders = [1, 2].map(|source| Sender::start(source, Clock::Boottime).unwrap());
     let poses = [
         [10.0, 5.0, 0.0],
         [10.0 + OTHER[0] + 0.2, 5.0 + OTHER[1] - 0.2, OTHER[2] + 0.1],
     ];
-    let begin = Instant::now();
-    while begin.elapsed() < PATIENCE {
-        for ((port, sender), pose) in ports.iter().zip(&mut senders).zip(poses) {
+    let speak = |senders: &mut [Sender; 2]| {
+        for ((port, sender), pose) in ports.iter().zip(senders).zip(poses) {
             let _ = port.send(estimate(sender, pose));
         }
-        if let Some(heard) = heard() {
-            return heard;
-        }
-    }
-    panic!("nothing was heard for {PATIENCE:?}");
+    };
+    coloc_rig::until(&mut senders, TICK, speak, |_| heard())
 }
 
 fn assert_is_the_other(seen: &RelativePose) {
@@ -192,16 +146,13 @@ fn limits() -> Limits<'static> {
 
 #[test]
 fn a_cylinder_becomes_a_range_and_a_bearing_that_colocd_takes() {
-    let mut robot = Robot::new(&format!(
+    let mut robot = robot(&format!(
         "{CYLINDER}[relative_pose]\nmount = [0.1, 0.0, 0.0]\n[sighting]\nheard = true\n"
     ));
-    let name = RobotName::new("a").unwrap();
-    let sightings = robot.space.subscriber::<Sighting>(&name).unwrap();
-    let (run, mut play) = (robot.command("run"), robot.command("play"));
-    robot.start(run);
-    play.arg(robot.home.path().join("room.log"));
-    robot.start(play);
-    let seen = until(&robot.space, || {
+    let sightings = robot.subscriber::<Sighting>("a");
+    robot.start(robot.command("run", "a"));
+    play(&mut robot, "room.log");
+    let seen = until(&robot, || {
         sightings.wait(Duration::from_millis(20)).unwrap()
     });
     assert_eq!((seen.observed, seen.header.source), (2, 4));
@@ -219,64 +170,72 @@ fn a_cylinder_becomes_a_range_and_a_bearing_that_colocd_takes() {
         [0.1, 0.0, 0.0].map(f64::to_bits)
     );
     assert!(seen.slow[0] > 0.0 && seen.slow[2] > 0.0);
+    let name = RobotName::new("a").unwrap();
     let config = Config::of(Named { name, id: 1 });
     let taken = parts::sighting(&seen, &limits(), &Sensors::of(&config), &Landmarks::of(&[]));
     taken.expect("colocd takes it");
-    assert_eq!(robot.stop().status.code(), Some(0));
+    assert_eq!(stop(robot).0, Some(0));
 }
 
 #[test]
 fn a_log_that_is_played_onto_the_channel_becomes_sightings_that_colocd_takes() {
-    let mut robot = Robot::new(RECTANGLE);
-    let name = RobotName::new("a").unwrap();
-    let sightings = robot.space.subscriber::<RelativePose>(&name).unwrap();
-    let statuses = robot.space.subscriber::<DriverStatus>(&name).unwrap();
-    let (run, mut play) = (robot.command("run"), robot.command("play"));
-    robot.start(run);
-    play.arg(robot.home.path().join("room.log"));
-    robot.start(play);
+    let mut robot = robot(RECTANGLE);
+    let sightings = robot.subscriber::<RelativePose>("a");
+    let statuses = robot.subscriber::<DriverStatus>("a");
+    robot.start(robot.command("run", "a"));
+    play(&mut robot, "room.log");
     let patience = Duration::from_millis(20);
-    let seen = until(&robot.space, || sightings.wait(patience).unwrap());
+    let seen = until(&robot, || sightings.wait(patience).unwrap());
     assert_is_the_other(&seen);
     let is_it = |it: &DriverStatus| it.name() == "laser" && it.said > 0;
-    let status = until(&robot.space, || {
-        statuses.wait(patience).unwrap().filter(is_it)
-    });
+    let status = until(&robot, || statuses.wait(patience).unwrap().filter(is_it));
     assert!(
         status.whole >= status.said && status.broken == 0,
         "{status:?}"
     );
-    let output = robot.stop();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{said}");
+    let (status, said) = stop(robot);
+    assert_eq!(status, Some(0), "{said}");
     assert!(said.contains("scans are looked through"), "{said}");
 }
 
 #[test]
+fn what_is_played_is_never_of_the_future() {
+    let mut robot = robot(RECTANGLE);
+    let scans = robot.subscriber::<Scan>("a");
+    let times = ["0.0", "0.3", "0.6", "3600.0", "3600.3", "1.0", "1.3"];
+    let line = |time| {
+        format!(
+            "FLASER 180{} 0 0 0 0 0 0 {time} h {time}\n",
+            " 5".repeat(180)
+        )
+    };
+    std::fs::write(robot.path("gaps.log"), times.map(line).concat()).unwrap();
+    play(&mut robot, "gaps.log");
+    let mut last_ns = 0;
+    for time in times {
+        let scan = scans.wait(PATIENCE).unwrap().expect(time);
+        let now_ns = Moment::now().boottime_ns;
+        let stamp_ns = scan.header.stamp_ns;
+        assert!(stamp_ns > last_ns && stamp_ns <= now_ns, "{time} s");
+        last_ns = stamp_ns;
+    }
+}
+
+#[test]
 fn a_log_can_be_the_input_itself() {
-    let mut robot = Robot::new(&format!("input = \"file:room.log\"\n{RECTANGLE}"));
-    let sightings = robot
-        .space
-        .subscriber::<RelativePose>(&RobotName::new("a").unwrap())
-        .unwrap();
-    let run = robot.command("run");
-    robot.start(run);
-    let seen = until(&robot.space, || {
+    let mut robot = robot(&format!("input = \"file:room.log\"\n{RECTANGLE}"));
+    let sightings = robot.subscriber::<RelativePose>("a");
+    robot.start(robot.command("run", "a"));
+    let seen = until(&robot, || {
         sightings.wait(Duration::from_millis(20)).unwrap()
     });
     assert_is_the_other(&seen);
-    assert_eq!(robot.stop().status.code(), Some(0));
+    assert_eq!(stop(robot).0, Some(0));
 }
 
 #[test]
 fn check_says_what_it_understood_and_what_is_unlikely() {
-    let said = |laser: &str| {
-        let robot = Robot::new(laser);
-        let output = robot.command("check").arg("--strict").output().unwrap();
-        let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        let problem = String::from_utf8_lossy(&output.stderr).into_owned();
-        (output.status.code(), said + &problem)
-    };
+    let said = |laser: &str| robot(laser).said("check", "a", &["--strict"]);
     let (status, words) = said(RECTANGLE);
     assert_eq!(status, Some(0), "{words}");
     assert!(words.contains("b: a rectangle, 0.7 m long"), "{words}");
@@ -287,9 +246,29 @@ fn check_says_what_it_understood_and_what_is_unlikely() {
     );
     let (status, words) = said(&format!("{CYLINDER}[sighting]\nheard = true\n"));
     assert_eq!(status, Some(0), "{words}");
+    let (status, words) = said(&format!("{RECTANGLE}robots = [2, 7]\n"));
+    assert!(
+        status == Some(1) && words.contains("is of robot 7, which is no other robot of [[team]]"),
+        "{words}"
+    );
     let (status, words) = said("look = []\n");
     assert!(
         status == Some(2) && words.contains("laser.look: say what"),
         "{words}"
+    );
+}
+
+#[test]
+fn there_is_one_of_it_and_one_player() {
+    robot(RECTANGLE).assert_alone("run", "a");
+    let mut robot = robot(RECTANGLE);
+    let scans = robot.subscriber::<Scan>("a");
+    play(&mut robot, "room.log");
+    assert!(scans.wait(PATIENCE).unwrap().is_some());
+    let log = robot.path("room.log");
+    let (status, said) = robot.said("play", "a", &[log.to_str().unwrap()]);
+    assert!(
+        status == Some(5) && said.contains("already runs as process"),
+        "{said}"
     );
 }

@@ -1,146 +1,95 @@
 //! The program `coloc-bounds`.
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::os::fd::BorrowedFd;
+use std::path::Path;
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use clap::{Parser, Subcommand};
 use coloc_daemon::config::Config;
-use coloc_sensors::page::{self, Names};
-use coloc_sensors::status::{Line, Reporter};
-use coloc_sensors::stop::Woken;
-use coloc_sensors::teller::Teller;
-use coloc_sensors::{EndError, Moment, Stop, end};
-use coloc_shm_types::{Integrity as Word, Space};
+use coloc_sensors::listen::{Listener, listen};
+use coloc_sensors::program::{self, Program, Start};
+use coloc_sensors::{EndError, Moment, Report};
+use coloc_shm_types::Integrity as Word;
 
 use crate::publish::{Channels, FIGURES};
 use crate::refusal::Refusal;
 use crate::section::{Bounds, Integrity};
 use crate::watch::{Said, Watch};
 
-const NAME: &str = "coloc-bounds";
-const DRIVER: &str = "bounds";
-
 /// From one look at the channels and the buses to the next.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Where the robot must be if all errors are within their bounds, and whether its estimate can be right.
-#[derive(Debug, Parser)]
-#[command(name = NAME, version, arg_required_else_help = true)]
-struct Args {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Watch over the robot, until SIGINT or SIGTERM.
-    Run {
-        /// The robot's configuration, with a section [bounds].
-        config: PathBuf,
-    },
-    /// Read a configuration, say what it means and what is unlikely about it, open nothing.
-    Check {
-        /// The robot's configuration.
-        config: PathBuf,
-        /// End with status 1 if anything is unlikely.
-        #[arg(long)]
-        strict: bool,
-    },
-    /// Print the status of the coloc-bounds that runs with this configuration, once.
-    Status {
-        /// The robot's configuration.
-        config: PathBuf,
-    },
-}
-
 /// The whole program, from its arguments to its exit status.
-pub fn main_from_args<I, T>(args: I) -> ExitCode
-where
-    I: IntoIterator<Item = T>,
-    T: Into<OsString> + Clone,
-{
-    coloc_daemon::file_size::let_writers_see_the_limit();
-    let result = match Args::try_parse_from(args) {
-        Ok(Args { command }) => match command {
-            Command::Run { config } => run(&config),
-            Command::Check { config, strict } => check(&config, strict),
-            Command::Status { config } => status(&config),
-        },
-        Err(answer) => {
-            // If nobody reads it, nobody is left to tell.
-            let _ = answer.print();
-            return ExitCode::from(u8::from(answer.use_stderr()) * 2);
-        }
-    };
-    end::finish(NAME, result)
+pub fn main_from_args(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
+    program::main_from_args::<BoundsProgram>(args)
 }
 
-/// Both sections; `[integrity]` need not be there.
-fn load(path: &Path) -> Result<(Config, Bounds, Integrity), EndError> {
-    let (config, bounds) = Config::load_with::<Bounds>(path)?;
-    let integrity = if config.integrity.is_there {
-        Config::load_with::<Integrity>(path)?.1
-    } else {
-        Integrity::default()
-    };
-    Ok((config, bounds, integrity))
-}
+struct BoundsProgram;
 
-fn run(path: &Path) -> Result<(), EndError> {
-    let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
-    let (config, bounds, integrity) = load(path)?;
-    let space = config.open_space(NAME)?;
-    let others: Vec<u16> = config.peers().map(|it| it.id).collect();
-    let mut life = Life {
-        watch: Watch::new(config.robot.id, &others, &bounds, integrity),
-        channels: Channels::open(&space, &config, &bounds)?,
-        reporter: Reporter::open(&space, &config.robot.name, DRIVER, 0)?,
-        teller: Teller::new(NAME),
-        line: Line {
-            is_open: true,
-            opened: 1,
-            bytes: 0,
-        },
-        state: None,
-    };
-    let ended = life.run(&space, &stop);
-    life.teller.finish();
-    ended
+impl Program for BoundsProgram {
+    const NAME: &'static str = "coloc-bounds";
+    const DRIVER: &'static str = "bounds";
+    const ABOUT: &'static str = "Where the robot must be if all errors are within their bounds, and whether its estimate can be right";
+    const RUN: &'static str = "Watch over the robot, until SIGINT or SIGTERM";
+    const SECTION: &'static str = "bounds";
+    const HEARD: &'static str = "what is heard";
+    const FIGURES: &'static [&'static str] = &FIGURES;
+    type Settings = (Bounds, Integrity);
+
+    fn refusals() -> Vec<&'static str> {
+        Refusal::ALL.map(Refusal::name).into()
+    }
+
+    /// Both sections; `[integrity]` need not be there.
+    fn load(path: &Path) -> Result<(Config, Self::Settings), EndError> {
+        let (config, bounds) = Config::load_with::<Bounds>(path)?;
+        let integrity = if config.integrity.is_there {
+            Config::load_with::<Integrity>(path)?.1
+        } else {
+            Integrity::default()
+        };
+        Ok((config, (bounds, integrity)))
+    }
+
+    fn understood(config: &Config, (bounds, integrity): &Self::Settings) -> String {
+        understood(config, bounds, *integrity)
+    }
+
+    fn unlikely(config: &Config, (bounds, _): &Self::Settings) -> Vec<String> {
+        unlikely(config, bounds)
+    }
+
+    fn run(mut start: Start<'_, Self::Settings>) -> Result<(), EndError> {
+        let (config, (bounds, integrity)) = (start.config, &start.settings);
+        let others: Vec<u16> = config.peers().map(|it| it.id).collect();
+        let mut life = Life {
+            watch: Watch::new(config.robot.id, &others, bounds, *integrity),
+            channels: Channels::open(start.space, config, bounds)?,
+            state: None,
+            remarks: Vec::new(),
+        };
+        listen(&mut life, LOOK, start.stop, &mut start.voice)
+    }
 }
 
 struct Life {
     watch: Watch,
     channels: Channels,
-    reporter: Reporter,
-    teller: Teller,
-    line: Line,
     /// Of the last word.
     state: Option<u8>,
+    remarks: Vec<String>,
 }
 
-impl Life {
-    fn run(&mut self, space: &Space, stop: &Stop) -> Result<(), EndError> {
-        loop {
-            let woken = stop
-                .wait(None, LOOK)
-                .map_err(EndError::of("it cannot be waited"))?;
-            if woken == Woken::Stop {
-                return Ok(());
-            }
-            self.turn();
-            let report = self.channels.report(&self.watch);
-            if self.reporter.report(self.line, &report).is_some() {
-                space.check()?;
-            }
-            self.teller.tell(Instant::now());
-        }
+impl Listener for Life {
+    /// Buses have none.
+    fn bell(&self) -> Result<Option<BorrowedFd<'_>>, EndError> {
+        Ok(None)
     }
 
-    fn turn(&mut self) {
+    fn turn(&mut self) -> Result<u64, EndError> {
         let now = Moment::now();
-        self.line.bytes += self.channels.hear(&mut self.watch, now);
+        let bytes = self.channels.hear(&mut self.watch, now);
         let said = self.watch.step(self.channels.common_ns(now));
         self.channels.tell_all(&said);
         for word in &said {
@@ -148,12 +97,23 @@ impl Life {
                 self.remark(word);
             }
         }
+        Ok(bytes)
     }
 
+    fn report(&self) -> Report {
+        self.channels.report(&self.watch)
+    }
+
+    fn remarks(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.remarks)
+    }
+}
+
+impl Life {
     /// A change is said once.
     fn remark(&mut self, word: &Word) {
         if self.state.replace(word.state) != Some(word.state) {
-            self.teller.remark(spoken(word));
+            self.remarks.push(spoken(word));
         }
     }
 }
@@ -189,12 +149,6 @@ fn spoken(word: &Word) -> String {
         Word::STALE => "slots were not closed in time; it begins anew".into(),
         _ => "it begins".into(),
     }
-}
-
-fn check(path: &Path, strict: bool) -> Result<(), EndError> {
-    let (config, bounds, integrity) = load(path)?;
-    let warnings = unlikely(&config, &bounds);
-    page::check(understood(&config, &bounds, integrity), &warnings, strict)
 }
 
 /// A configuration in words, a line a subject.
@@ -268,16 +222,4 @@ pub fn unlikely(config: &Config, bounds: &Bounds) -> Vec<String> {
         ));
     }
     warnings
-}
-
-fn status(path: &Path) -> Result<(), EndError> {
-    let (config, ..) = load(path)?;
-    let names = Names {
-        program: NAME,
-        driver: DRIVER,
-        source: 0,
-        refusals: &Refusal::ALL.map(Refusal::name),
-        figures: &FIGURES,
-    };
-    page::status(&config.open_space(NAME)?, &config.robot.name, &names)
 }

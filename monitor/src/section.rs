@@ -19,7 +19,7 @@ pub struct Bounds {
     #[schemars(range(min = 0.02, max = 5))]
     pub grace_s: f64,
     /// Sightings and fixes are off by no more than so many of their stated standard deviations, unless it is given below.
-    #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.1, max = 100))]
     pub sigmas: f64,
     /// A sighting is off by no more along each axis; 0: from `sigmas` \[m\].
     #[schemars(range(min = 0, max = 1000))]
@@ -31,28 +31,28 @@ pub struct Bounds {
     #[schemars(range(min = 0, max = 1000))]
     pub fix_m: f64,
     /// The wheels' speed is off by no more, forward, in the mean from any measurement to the end of its slot \[m/s\].
-    #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.0001, max = 100))]
     pub speed_mps: f64,
     /// The same to the side. Wheels slip: never 0 \[m/s\].
-    #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.0001, max = 100))]
     pub sideways_mps: f64,
     /// The same of the rate of turning \[rad/s\].
-    #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.0001, max = 100))]
     pub turn_radps: f64,
     /// The compass is off by no more; 0: there is none that can be relied on \[rad\].
     #[schemars(range(min = 0, max = 1.5))]
     pub compass_rad: f64,
     /// No robot of the team is ever faster, in any direction \[m/s\].
-    #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.01, max = 100))]
     pub max_speed_mps: f64,
     /// No robot of the team ever turns faster \[rad/s\].
-    #[schemars(range(max = 100), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.01, max = 100))]
     pub max_turn_radps: f64,
     /// Where one robot can be, seen from another, is kept for so long after one has seen the other \[s\].
     #[schemars(range(min = 0, max = 3600))]
     pub pair_s: f64,
     /// All robots are within so far of the origin, along each axis \[m\].
-    #[schemars(range(max = 10000), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 1, max = 10000))]
     pub arena_m: f64,
 }
 
@@ -187,6 +187,8 @@ mod tests {
     fn bounds_that_are_none_are_refused() {
         for line in [
             "sideways_mps = 0.0",
+            "max_speed_mps = 1e-300",
+            "arena_m = 1e-300",
             "speed_mps = -1.0",
             "sigmas = 0.0",
             "arena_m = 1e9",

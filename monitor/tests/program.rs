@@ -1,20 +1,15 @@
 //! The program, as three robots run it: raw data of their sensors over shared memory, and an estimate of one of them that lies.
 #![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
 
-use std::path::PathBuf;
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use coloc_rig::Rig;
 use coloc_sensors::Moment;
 use coloc_shm_types::{
-    Clock, DriverStatus, Estimate, Evidence, Header, Heading, Health, Integrity, Limits, Message,
-    Odometry, OdometryKind, Position, Present, Publisher, RelativePose, RobotName, Sender, Space,
-    Subscriber, Suspect, boot,
+    Clock, DriverStatus, Estimate, Evidence, Header, Heading, Health, Integrity, Limits, Odometry,
+    OdometryKind, Position, Present, Publisher, RelativePose, Sender, Suspect, boot,
 };
-use rustix::process::{Pid, Signal, kill_process};
 
-const PATIENCE: Duration = Duration::from_secs(90);
-const PREFIX: &str = "bounds";
 const ROBOTS: [&str; 3] = ["a", "b", "c"];
 /// From one word of the wheels to the next.
 const TICK: Duration = Duration::from_millis(20);
@@ -22,87 +17,23 @@ const TICK: Duration = Duration::from_millis(20);
 const EVERY: u32 = 5;
 const COMPASS_RAD: f64 = 0.09;
 
-/// Three robots, their shared memory, and the programs that were started.
-struct Team {
-    home: tempfile::TempDir,
-    space: Space,
-    programs: Vec<Child>,
+/// Three robots. A loaded machine brings messages late: bounds of slots are wide, those of sensors are not.
+fn team() -> Rig {
+    let rig = Rig::new("bounds", env!("CARGO_BIN_EXE_coloc-bounds"));
+    let more = format!(
+        "[odometry]\nmax_speed_mps = 2.0\nmax_turn_rate_radps = 3.0\n[odometry.base]\n\
+         [bounds]\nslot_s = 1.0\ngrace_s = 0.8\nsigmas = 3.0\ncompass_rad = {COMPASS_RAD}\n\
+         [integrity]\nalarm_slots = 2\nclear_slots = 2\n"
+    );
+    for name in ROBOTS {
+        rig.configure(name, &ROBOTS, &more);
+    }
+    rig
 }
 
-impl Team {
-    fn new() -> Self {
-        let home = tempfile::tempdir().unwrap();
-        let root = home.path().join("shm");
-        let space = Space::open(&root, PREFIX, "test").unwrap();
-        let team = Self {
-            home,
-            space,
-            programs: Vec::new(),
-        };
-        for (place, name) in ROBOTS.iter().enumerate() {
-            // A loaded machine brings messages late: bounds of slots are wide, those of sensors are not.
-            let text = format!(
-                "[robot]\nname = \"{name}\"\nid = {}\n[[team]]\nname = \"a\"\nid = 1\n[[team]]\nname = \"b\"\nid = 2\n\
-                 [[team]]\nname = \"c\"\nid = 3\n[shm]\nroot = \"{}\"\nprefix = \"{PREFIX}\"\n\
-                 [odometry]\nmax_speed_mps = 2.0\nmax_turn_rate_radps = 3.0\n[odometry.base]\n\
-                 [bounds]\nslot_s = 1.0\ngrace_s = 0.8\nsigmas = 3.0\ncompass_rad = {COMPASS_RAD}\n\
-                 [integrity]\nalarm_slots = 2\nclear_slots = 2\n",
-                place + 1,
-                root.display()
-            );
-            std::fs::write(team.file(name), text).unwrap();
-        }
-        team
-    }
-
-    fn file(&self, name: &str) -> PathBuf {
-        self.home.path().join(format!("{name}.toml"))
-    }
-
-    fn command(&self, word: &str, name: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_coloc-bounds"));
-        command.arg(word).arg(self.file(name));
-        command
-    }
-
-    fn start(&mut self) {
-        for name in ROBOTS {
-            let mut command = self.command("run", name);
-            let program = command.stderr(Stdio::piped()).spawn().unwrap();
-            self.programs.push(program);
-        }
-    }
-
-    fn publisher<M: Message>(&self, name: &str) -> Publisher<M> {
-        self.space
-            .publisher(&RobotName::new(name).unwrap())
-            .unwrap()
-    }
-
-    fn subscriber<M: Message>(&self, name: &str) -> Subscriber<M> {
-        self.space
-            .subscriber(&RobotName::new(name).unwrap())
-            .unwrap()
-    }
-
-    /// SIGTERM to all; status and words of each.
-    fn stop(mut self) -> Vec<Output> {
-        let programs = std::mem::take(&mut self.programs);
-        let ended = programs.into_iter().map(|program| {
-            let pid = Pid::from_raw(program.id().cast_signed()).unwrap();
-            kill_process(pid, Signal::TERM).unwrap();
-            program.wait_with_output().unwrap()
-        });
-        ended.collect()
-    }
-}
-
-impl Drop for Team {
-    fn drop(&mut self) {
-        for program in &mut self.programs {
-            let _ = program.kill();
-            let _ = program.wait();
-        }
+fn start(team: &mut Rig) {
+    for name in ROBOTS {
+        team.start(team.command("run", name));
     }
 }
 
@@ -155,7 +86,7 @@ fn diagonal([x, y, phi]: [f64; 3]) -> [f64; 9] {
 }
 
 impl Voices {
-    fn of(team: &Team) -> Self {
+    fn of(team: &Rig) -> Self {
         let sender = |number| Sender::start(number, Clock::Boottime).unwrap();
         let voices = ROBOTS.iter().zip(1..).map(|(name, id)| Voice {
             odometry: (team.publisher(name), sender(0)),
@@ -264,18 +195,7 @@ impl Voice {
 
 /// Lets all speak until `heard` hears what it wants.
 fn until<T>(voices: &mut Voices, mut heard: impl FnMut() -> Option<T>) -> T {
-    let begin = Instant::now();
-    while begin.elapsed() < PATIENCE {
-        voices.speak();
-        let turn = Instant::now();
-        while turn.elapsed() < TICK {
-            if let Some(heard) = heard() {
-                return heard;
-            }
-            std::thread::yield_now();
-        }
-    }
-    panic!("nothing was heard for {PATIENCE:?}");
+    coloc_rig::until(voices, TICK, Voices::speak, |_| heard())
 }
 
 fn limits(own: u16) -> Limits<'static> {
@@ -314,11 +234,11 @@ fn from_realtime(header: &Header) {
 
 #[test]
 fn an_estimate_that_lies_is_outside_and_a_fix_that_lies_is_named() {
-    let mut team = Team::new();
+    let mut team = team();
     let words: Vec<_> = ROBOTS.map(|name| team.subscriber::<Integrity>(name)).into();
     let evidence = team.subscriber::<Evidence>("b");
     let mut voices = Voices::of(&team);
-    team.start();
+    start(&mut team);
 
     // Everybody is found, and right.
     let mut good = [None; 3];
@@ -405,25 +325,26 @@ fn an_estimate_that_lies_is_outside_and_a_fix_that_lies_is_named() {
 
 #[test]
 fn a_status_and_a_check_say_what_is_going_on() {
-    let mut team = Team::new();
+    let mut team = team();
     let statuses = team.subscriber::<DriverStatus>("a");
     let mut voices = Voices::of(&team);
-    team.start();
+    start(&mut team);
     let status = until(&mut voices, || {
         let heard = statuses.receive().unwrap();
         heard.filter(|it| it.figures[0] > 1.0 && it.health() == Health::Ok)
     });
     assert_eq!(status.name(), "bounds");
     assert!(status.whole > 0 && status.said > 0, "{status:?}");
-    let checked = team.command("check", "a").output().unwrap();
-    let said = String::from_utf8(checked.stdout).unwrap();
+    let (status, said) = team.said("check", "a", &[]);
     assert!(
-        checked.status.success()
-            && said.contains("robot 2      b")
-            && said.contains("within 0.09 rad"),
+        status == Some(0) && said.contains("robot 2      b") && said.contains("within 0.09 rad"),
         "{said}"
     );
-    let asked = team.command("status", "a").output().unwrap();
-    let said = String::from_utf8(asked.stdout).unwrap();
-    assert!(asked.status.success() && said.contains("slots"), "{said}");
+    let (status, said) = team.said("status", "a", &[]);
+    assert!(status == Some(0) && said.contains("slots"), "{said}");
+}
+
+#[test]
+fn there_is_one_of_it() {
+    team().assert_alone("run", "a");
 }

@@ -28,6 +28,14 @@ const NOTHING_FROM_M: f32 = 40.0;
 /// A line is no longer.
 const FIELDS_AFTER: usize = 9;
 
+/// What a line with a scan begins with.
+const SCAN: &str = "FLASER";
+
+fn number(text: &str) -> Option<f64> {
+    let number = text.parse::<f64>().ok();
+    number.filter(|it| it.abs() < 1e12)
+}
+
 impl Default for FrontLaser {
     fn default() -> Self {
         Self {
@@ -43,7 +51,7 @@ impl FrontLaser {
     pub fn read(&mut self, line: &str) -> Line {
         let mut fields = line.split_ascii_whitespace();
         match fields.next() {
-            Some("FLASER") => {}
+            Some(SCAN) => {}
             _ => return Line::Other,
         }
         if self.read_fields(fields).is_some() {
@@ -52,6 +60,14 @@ impl FrontLaser {
             self.ranges.clear();
             Line::Broken
         }
+    }
+
+    /// The time of a line with a scan, by the log's own clock, as far as its last field says it \[s\].
+    #[must_use]
+    pub fn time_s(line: &str) -> Option<f64> {
+        let is_scan = line.split_ascii_whitespace().next() == Some(SCAN);
+        let last = line.split_ascii_whitespace().next_back();
+        last.filter(|_| is_scan).and_then(number)
     }
 
     fn read_fields<'l>(&mut self, mut fields: impl Iterator<Item = &'l str>) -> Option<()> {
@@ -67,10 +83,6 @@ impl FrontLaser {
         for place in &mut after {
             *place = fields.next()?;
         }
-        let number = |text: &str| {
-            let number = text.parse::<f64>().ok();
-            number.filter(|it| it.abs() < 1e12)
-        };
         let [x, y, theta] = [0, 1, 2].map(|place| number(after[place]));
         self.pose = [x?, y?, theta?];
         // The second time is the one that began with the log.

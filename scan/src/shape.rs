@@ -36,6 +36,22 @@ pub struct Pattern {
     radius_m: f64,
 }
 
+/// A robot is no larger \[m\].
+const MOST_REACH_M: f64 = 5.0;
+/// Marks that are nearer to each other are one, where they are seen \[m\].
+const LEAST_APART_M: f64 = 0.05;
+/// Pairs of marks are known by how far they are apart, if that differs by so much \[m\].
+const LEAST_OTHER_M: f64 = 0.01;
+
+/// Of each pair \[m\].
+fn distances(marks: &[[f64; 2]]) -> Vec<f64> {
+    let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let pairs = marks.iter().enumerate();
+    pairs
+        .flat_map(|(place, one)| marks[..place].iter().map(move |other| apart(one, other)))
+        .collect()
+}
+
 impl Pattern {
     /// Of these marks, the middles of poles with this radius; zero for what is flat \[m\].
     ///
@@ -44,6 +60,24 @@ impl Pattern {
     pub fn new(marks: &[[f64; 2]], radius_m: f64) -> Result<Self, &'static str> {
         if !(3..=MOST_MARKS).contains(&marks.len()) {
             return Err("a pattern has 3 to 8 marks");
+        }
+        if !marks.iter().flatten().all(|it| it.abs() <= MOST_REACH_M) {
+            return Err("marks are at most 5 m from the robot's origin");
+        }
+        let mut apart = distances(marks);
+        apart.sort_by(f64::total_cmp);
+        if apart[0] < LEAST_APART_M.max(2.0 * radius_m) {
+            return Err(
+                "two marks nearer to each other than 5 cm, or than their poles are wide, are seen as one",
+            );
+        }
+        if apart
+            .windows(2)
+            .any(|pair| pair[1] - pair[0] < LEAST_OTHER_M)
+        {
+            return Err(
+                "two pairs of marks are as far apart, to 1 cm: which is which could not be seen",
+            );
         }
         let mut pattern = Self {
             marks: [[0.0; 2]; MOST_MARKS],
@@ -255,7 +289,19 @@ mod tests {
             Pattern::new(&[[0.0; 2]; 2], 0.0).is_err()
                 && Pattern::new(&[[0.0; 2]; 9], 0.0).is_err()
         );
-        let pattern = Pattern::new(&[[0.3, 0.0], [0.0, 0.2], [0.0, -0.1]], 0.0).unwrap();
+        for (marks, said) in [
+            ([[0.0; 2]; 3], "seen as one"),
+            ([[0.3, 0.0], [0.0, 0.2], [0.0, 0.17]], "seen as one"),
+            ([[0.3, 0.0], [-0.1, 0.2], [-0.1, -0.2]], "which is which"),
+            ([[0.3, 0.0], [0.0, 0.2], [1e9, 0.0]], "at most 5 m"),
+            ([[0.3, 0.0], [0.0, 0.2], [f64::NAN, 0.0]], "at most 5 m"),
+        ] {
+            let problem = Pattern::new(&marks, 0.0).unwrap_err();
+            assert!(problem.contains(said), "{problem}");
+        }
+        let marks = [[0.3, 0.0], [0.0, 0.2], [0.0, -0.1]];
+        assert!(Pattern::new(&marks, 0.2).is_err());
+        let pattern = Pattern::new(&marks, 0.0).unwrap();
         assert_eq!(pattern.marks().len(), 3);
         assert!((Look::Marks(pattern).reach_m() - 0.3).abs() < 1e-12);
     }

@@ -58,6 +58,7 @@ impl EndError {
         match self {
             Self::Config(_) => Status::NotUnderstood,
             Self::Lost(_) | Self::Port(PortError::Lost(_)) => Status::SpaceLost,
+            Self::Space(OpenError::DriverRuns { .. }) => Status::AlreadyRun,
             _ => Status::Failed,
         }
     }

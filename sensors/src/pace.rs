@@ -5,13 +5,81 @@ use std::time::{Duration, Instant};
 
 use crate::stop::{Stop, Woken};
 
-/// What lies further apart in a recording was not recorded in one go: it is not waited for.
-const LONGEST: Duration = Duration::from_secs(60);
+/// What lies further apart in a recording was not recorded in one go: it is not waited for (ns).
+const LONGEST_NS: i64 = 60_000_000_000;
+/// What lies further back than that is of another time, and no line that came late (ns).
+const BACK_NS: i64 = 1_000_000_000;
+
+/// When what was recorded is due, on a clock of the present: $t = t_0 + (r - r_0)$. Where the recording jumps, it goes on from the present.
+#[derive(Copy, Clone, Debug, Default)]
+pub struct Playback {
+    from: Option<From>,
+}
+
+/// What was recorded at one time is due at another (ns).
+#[derive(Copy, Clone, Debug)]
+struct From {
+    recorded_ns: i64,
+    due_ns: i64,
+    /// The newest that was recorded since.
+    newest_ns: i64,
+}
+
+impl From {
+    fn due_ns(&self, recorded_ns: i64) -> i64 {
+        let since_ns = recorded_ns.saturating_sub(self.recorded_ns);
+        self.due_ns.saturating_add(since_ns)
+    }
+}
+
+impl Playback {
+    /// When what was recorded at `recorded_ns` is due, now that it is `now_ns`.
+    pub fn due_ns(&mut self, recorded_ns: i64, now_ns: i64) -> i64 {
+        let last = self.from;
+        let step_ns = last.map(|it| recorded_ns.saturating_sub(it.newest_ns));
+        match last.zip(step_ns) {
+            Some((from, step_ns)) if (-BACK_NS..=LONGEST_NS).contains(&step_ns) => {
+                let newest_ns = from.newest_ns.max(recorded_ns);
+                self.from = Some(From { newest_ns, ..from });
+                from.due_ns(recorded_ns)
+            }
+            _ => self.begin(recorded_ns, now_ns),
+        }
+    }
+
+    /// The stamp of what was recorded at `recorded_ns` and is said now: nothing was measured after that.
+    pub fn stamp_ns(&mut self, recorded_ns: i64, now_ns: i64) -> i64 {
+        self.due_ns(recorded_ns, now_ns).min(now_ns)
+    }
+
+    /// It goes on from here, after all that was due.
+    fn begin(&mut self, recorded_ns: i64, now_ns: i64) -> i64 {
+        let last_ns = self.from.map(|it| it.due_ns(it.newest_ns));
+        let after_ns = last_ns.map_or(i64::MIN, |last_ns| last_ns.saturating_add(1));
+        let due_ns = now_ns.max(after_ns);
+        self.from = Some(From {
+            recorded_ns,
+            due_ns,
+            newest_ns: recorded_ns,
+        });
+        due_ns
+    }
+}
 
 /// Holds a recording back until its time.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Pace {
-    begin: Option<(Instant, i64)>,
+    begin: Instant,
+    playback: Playback,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self {
+            begin: Instant::now(),
+            playback: Playback::default(),
+        }
+    }
 }
 
 impl Pace {
@@ -20,19 +88,13 @@ impl Pace {
     /// # Errors
     /// As [`Stop::wait`].
     pub fn keep(&mut self, recorded_ns: i64, stop: &Stop) -> io::Result<bool> {
-        let now = Instant::now();
-        let (begin, first_ns) = *self.begin.get_or_insert((now, recorded_ns));
-        let since = u64::try_from(recorded_ns.saturating_sub(first_ns)).ok();
-        let due = since.and_then(|since| begin.checked_add(Duration::from_nanos(since)));
-        let wait = due.map(|due| due.saturating_duration_since(now));
-        match wait.filter(|wait| *wait <= LONGEST) {
-            Some(Duration::ZERO) => Ok(false),
-            Some(wait) => Ok(stop.wait(None, wait)? == Woken::Stop),
-            // It jumps: from here it goes on at its own speed.
-            None => {
-                self.begin = Some((now, recorded_ns));
-                Ok(false)
+        let now_ns = i64::try_from(self.begin.elapsed().as_nanos()).unwrap_or(i64::MAX);
+        let due_ns = self.playback.due_ns(recorded_ns, now_ns);
+        match u64::try_from(due_ns.saturating_sub(now_ns)) {
+            Ok(wait_ns) if wait_ns > 0 => {
+                Ok(stop.wait(None, Duration::from_nanos(wait_ns))? == Woken::Stop)
             }
+            _ => Ok(false),
         }
     }
 }
@@ -43,7 +105,8 @@ mod tests {
 
     use super::*;
 
-    const HOUR: i64 = 3_600_000_000_000;
+    const SECOND: i64 = 1_000_000_000;
+    const HOUR: i64 = 3600 * SECOND;
 
     #[test]
     fn a_jump_of_the_recording_is_not_waited_for() {
@@ -56,5 +119,35 @@ mod tests {
         let mut pace = Pace::default();
         assert!(!pace.keep(0, &stop).unwrap());
         assert!(pace.keep(50_000_000_000, &stop).unwrap());
+    }
+
+    #[test]
+    fn after_a_jump_it_goes_on_from_the_present_at_its_own_speed() {
+        let mut playback = Playback::default();
+        let mut now_ns = 7 * HOUR;
+        // A gap of an hour, a clock that was set back, and between them a line that came late.
+        for (recorded_s, due_s) in [
+            (100, 0),
+            (102, 2),
+            (3702, 2),
+            (3703, 3),
+            (3702, 2),
+            (3704, 4),
+            (10, 4),
+            (11, 5),
+        ] {
+            let due_ns = playback.due_ns(recorded_s * SECOND, now_ns);
+            let off_ns = due_ns - (7 * HOUR + due_s * SECOND);
+            assert!((0..10).contains(&off_ns), "{recorded_s} s: {off_ns} ns");
+            now_ns = now_ns.max(due_ns);
+        }
+    }
+
+    #[test]
+    fn what_follows_a_jump_is_later_than_all_before() {
+        let mut playback = Playback::default();
+        assert_eq!(playback.due_ns(0, 5), 5);
+        assert_eq!(playback.due_ns(9, 5), 14);
+        assert_eq!(playback.due_ns(HOUR, 5), 15);
     }
 }

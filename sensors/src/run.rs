@@ -1,17 +1,14 @@
 //! The life of a driver: wait, hand on what came, say how it is doing, until asked to end.
 
 use std::io;
-use std::time::{Duration, Instant};
-
-use coloc_shm_types::{Health, Space};
+use std::time::Duration;
 
 use crate::end::EndError;
 use crate::input::{Input, Step};
 use crate::moment::Moment;
 use crate::pace::Pace;
-use crate::status::{Line, Reporter};
 use crate::stop::Stop;
-use crate::teller::Teller;
+use crate::voice::Voice;
 
 /// What understands a sensor.
 pub trait Driver {
@@ -36,8 +33,9 @@ pub trait Driver {
     /// If it could not say the last of it.
     fn end(&mut self, at: Moment) -> Result<(), EndError>;
 
-    /// When the newest of what it has taken in was measured, for the pace of a recording (ns, of any clock).
-    fn recorded_ns(&self) -> Option<i64>;
+    /// When what comes next of a recording was measured, as far as `line` of it and all before say: it is held back until then
+    /// (ns, of any clock).
+    fn recorded_ns(&self, line: &[u8]) -> Option<i64>;
 
     /// What it has to tell of itself.
     fn report(&self) -> Report;
@@ -68,15 +66,6 @@ pub struct Report {
 /// After so long without a byte a message is at its end.
 pub const IDLE: Duration = Duration::from_millis(100);
 
-/// Where a driver is heard.
-#[derive(Debug)]
-pub struct Outlet<'a> {
-    /// The shared memory, looked at once a second.
-    pub space: &'a Space,
-    /// Its status.
-    pub reporter: Reporter,
-}
-
 /// Runs `driver` on `input` until it ends.
 ///
 /// # Errors
@@ -85,28 +74,15 @@ pub fn run(
     driver: &mut impl Driver,
     input: &mut Input,
     stop: &Stop,
-    outlet: &mut Outlet<'_>,
-    teller: &mut Teller,
+    voice: &mut Voice<'_>,
 ) -> Result<(), EndError> {
     let mut life = Life {
         pace: input.spec().is_paced().then(Pace::default),
-        line: Line::default(),
-        health: None,
+        stop,
+        voice,
     };
-    let ended = loop {
-        match life.turn(driver, input, stop, outlet, teller) {
-            Ok(Turn::On) => {}
-            Ok(Turn::Over) => break end(driver, stop),
-            Ok(Turn::Played) => break played(driver, input, stop, life.line.bytes),
-            Err(error) => break Err(error),
-        }
-        life.line.is_open = input.is_open();
-        if let Err(error) = life.report(driver, outlet, teller) {
-            break Err(error);
-        }
-        teller.tell(Instant::now());
-    };
-    teller.finish();
+    let ended = life.turns(driver, input);
+    voice.finish();
     ended
 }
 
@@ -136,10 +112,10 @@ fn played(
     )))
 }
 
-struct Life {
+struct Life<'l, 'v> {
     pace: Option<Pace>,
-    line: Line,
-    health: Option<Health>,
+    stop: &'l Stop,
+    voice: &'l mut Voice<'v>,
 }
 
 enum Turn {
@@ -149,28 +125,33 @@ enum Turn {
     Played,
 }
 
-impl Life {
-    fn turn(
-        &mut self,
-        driver: &mut impl Driver,
-        input: &mut Input,
-        stop: &Stop,
-        outlet: &mut Outlet<'_>,
-        teller: &mut Teller,
-    ) -> Result<Turn, EndError> {
-        match input.step(stop, IDLE).map_err(cannot_wait)? {
+impl Life<'_, '_> {
+    fn turns(&mut self, driver: &mut impl Driver, input: &mut Input) -> Result<(), EndError> {
+        loop {
+            match self.turn(driver, input)? {
+                Turn::On => {}
+                Turn::Over => return end(driver, self.stop),
+                Turn::Played => return played(driver, input, self.stop, self.voice.line.bytes),
+            }
+            self.voice.line.is_open = input.is_open();
+            self.voice.say(&driver.report(), driver.remarks())?;
+        }
+    }
+
+    fn turn(&mut self, driver: &mut impl Driver, input: &mut Input) -> Result<Turn, EndError> {
+        match input.step(self.stop, IDLE).map_err(cannot_wait)? {
             Step::Bytes => {
-                self.line.bytes += input.bytes().len() as u64;
-                return self.hand_on(driver, input.bytes(), stop, outlet, teller);
+                self.voice.line.bytes += input.bytes().len() as u64;
+                return self.hand_on(driver, input.bytes());
             }
             Step::Quiet => driver.idle(Moment::now())?,
             Step::Opened => {
-                self.line.opened += 1;
-                teller.remark(format!("{} is open", input.spec()));
+                self.voice.line.opened += 1;
+                self.voice.remark(format!("{} is open", input.spec()));
             }
             Step::Lost(why) => {
                 driver.interrupted();
-                teller.remark(format!("{why}; it is tried again"));
+                self.voice.remark(format!("{why}; it is tried again"));
             }
             Step::Unreadable(why) => return Err(EndError::Input(why)),
             Step::End => return Ok(Turn::Played),
@@ -180,52 +161,22 @@ impl Life {
     }
 
     /// A recording is handed on line by line, each at its time; of minutes of it, so it says meanwhile how it is doing.
-    fn hand_on(
-        &mut self,
-        driver: &mut impl Driver,
-        bytes: &[u8],
-        stop: &Stop,
-        outlet: &mut Outlet<'_>,
-        teller: &mut Teller,
-    ) -> Result<Turn, EndError> {
-        if self.pace.is_none() {
+    fn hand_on(&mut self, driver: &mut impl Driver, bytes: &[u8]) -> Result<Turn, EndError> {
+        let Some(pace) = &mut self.pace else {
             driver.take(bytes, Moment::now())?;
             return Ok(Turn::On);
-        }
-        self.line.is_open = true;
+        };
+        self.voice.line.is_open = true;
         for piece in bytes.split_inclusive(|byte| *byte == b'\n') {
-            driver.take(piece, Moment::now())?;
-            let recorded = driver.recorded_ns();
-            let is_asked = match (&mut self.pace, recorded) {
-                (Some(pace), Some(recorded_ns)) => pace.keep(recorded_ns, stop),
-                _ => Ok(false),
-            };
+            let recorded = driver.recorded_ns(piece);
+            let is_asked = recorded.map_or(Ok(false), |it| pace.keep(it, self.stop));
             if is_asked.map_err(cannot_wait)? {
                 return Ok(Turn::Over);
             }
-            self.report(driver, outlet, teller)?;
-            teller.tell(Instant::now());
+            driver.take(piece, Moment::now())?;
+            self.voice.say(&driver.report(), driver.remarks())?;
         }
         Ok(Turn::On)
-    }
-
-    fn report(
-        &mut self,
-        driver: &mut impl Driver,
-        outlet: &mut Outlet<'_>,
-        teller: &mut Teller,
-    ) -> Result<(), EndError> {
-        driver
-            .remarks()
-            .into_iter()
-            .for_each(|it| teller.remark(it));
-        let Some(health) = outlet.reporter.report(self.line, &driver.report()) else {
-            return Ok(());
-        };
-        if self.health.replace(health) != Some(health) {
-            teller.remark(format!("the sensor is {health}"));
-        }
-        Ok(outlet.space.check()?)
     }
 }
 

@@ -178,6 +178,28 @@ fn a_robot_is_claimed_once() {
 }
 
 #[test]
+fn a_driver_runs_once_for_each_sensor_and_is_no_robot() {
+    let root = tempfile::tempdir().unwrap();
+    let space = open(root.path());
+    let claim = space.claim_driver(&robot(), "laser", 0).unwrap();
+    let refusal = open(root.path()).claim_driver(&robot(), "laser", 0);
+    let said = refusal.unwrap_err().to_string();
+    let process = format!("already runs as process {}", std::process::id());
+    assert!(said.contains(&process), "{said}");
+    let other = RobotName::new("r2").unwrap();
+    let others = [
+        space.claim_driver(&robot(), "laser", 1),
+        space.claim_driver(&robot(), "gnss", 0),
+        space.claim_driver(&other, "laser", 0),
+    ];
+    assert!(others.iter().all(Result::is_ok));
+    assert_eq!(Space::running(root.path()).unwrap(), []);
+    space.claim_robot(&robot(), 0).unwrap();
+    drop(claim);
+    space.claim_driver(&robot(), "laser", 0).unwrap();
+}
+
+#[test]
 fn a_directory_with_other_things_in_it_is_refused_and_left_alone() {
     let root = tempfile::tempdir().unwrap();
     let precious = root.path().join("thesis.tex");

@@ -21,13 +21,13 @@ pub struct Track {
     #[schemars(range(min = 1, max = 1000))]
     pub confirm_hits: u32,
     /// A track that is not seen for so long is coasted: its `status` says so \[s\].
-    #[schemars(range(max = 60), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.01, max = 60))]
     pub coast_s: f64,
     /// A track that is not seen for so long is given up \[s\].
-    #[schemars(range(max = 600), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.01, max = 600))]
     pub delete_s: f64,
     /// A track less certain than this is given up: the largest standard deviation in any direction \[m\].
-    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.01, max = 1000))]
     pub most_sigma_m: f64,
 }
 
@@ -101,6 +101,8 @@ mod tests {
     fn what_does_not_fit_together_is_refused() {
         let refusal = parse("coast_s = 2.0\ndelete_s = 1.0\n").unwrap_err();
         assert!(refusal.contains("shorter than track.coast_s"), "{refusal}");
-        assert!(parse("delay_s = 3.0\n").is_err());
+        for line in ["delay_s = 3.0", "most_sigma_m = 1e-300", "delete_s = inf"] {
+            assert!(parse(line).is_err(), "{line}");
+        }
     }
 }

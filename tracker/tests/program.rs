@@ -1,19 +1,15 @@
 //! The program, as two robots run it: what they see of one another in part and what their daemons say of their wheels, over shared memory.
 #![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
 
-use std::path::PathBuf;
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use coloc_rig::Rig;
 use coloc_sensors::Moment;
 use coloc_shm_types::{
-    Clock, DriverStatus, Estimate, Header, Health, Increment, Limits, Message, Present, Publisher,
-    RobotName, Sender, Sighting, Space, Subscriber, Tracked, boot,
+    Clock, DriverStatus, Estimate, Header, Health, Increment, Limits, Present, Publisher, Sender,
+    Sighting, Tracked, boot,
 };
-use rustix::process::{Pid, Signal, kill_process};
 
-const PATIENCE: Duration = Duration::from_secs(60);
-const PREFIX: &str = "track";
 const ROBOTS: [&str; 2] = ["a", "b"];
 /// From one word of a daemon to the next.
 const TICK: Duration = Duration::from_millis(20);
@@ -22,82 +18,17 @@ const EVERY: u32 = 5;
 /// Of what is seen \[m², rad²\].
 const WHITE: [f64; 2] = [2.5e-3, 1e-4];
 
-/// Two robots, their shared memory, and the programs that were started.
-struct Team {
-    home: tempfile::TempDir,
-    space: Space,
-    programs: Vec<Child>,
+/// Two robots, and the programs that were started.
+fn team() -> Rig {
+    let rig = Rig::new("track", env!("CARGO_BIN_EXE_coloc-track"));
+    for name in ROBOTS {
+        rig.configure(name, &ROBOTS, "[track]\n");
+    }
+    rig
 }
 
-impl Team {
-    fn new() -> Self {
-        let home = tempfile::tempdir().unwrap();
-        let root = home.path().join("shm");
-        let space = Space::open(&root, PREFIX, "test").unwrap();
-        let team = Self {
-            home,
-            space,
-            programs: Vec::new(),
-        };
-        for (place, name) in ROBOTS.iter().enumerate() {
-            let text = format!(
-                "[robot]\nname = \"{name}\"\nid = {}\n[[team]]\nname = \"a\"\nid = 1\n[[team]]\nname = \"b\"\nid = 2\n\
-                 [shm]\nroot = \"{}\"\nprefix = \"{PREFIX}\"\n[track]\n",
-                place + 1,
-                root.display()
-            );
-            std::fs::write(team.file(name), text).unwrap();
-        }
-        team
-    }
-
-    fn file(&self, name: &str) -> PathBuf {
-        self.home.path().join(format!("{name}.toml"))
-    }
-
-    fn command(&self, word: &str, name: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_coloc-track"));
-        command.arg(word).arg(self.file(name));
-        command
-    }
-
-    fn start(&mut self, name: &str) {
-        let mut command = self.command("run", name);
-        let program = command.stderr(Stdio::piped()).spawn().unwrap();
-        self.programs.push(program);
-    }
-
-    fn publisher<M: Message>(&self, name: &str) -> Publisher<M> {
-        self.space
-            .publisher(&RobotName::new(name).unwrap())
-            .unwrap()
-    }
-
-    fn subscriber<M: Message>(&self, name: &str) -> Subscriber<M> {
-        self.space
-            .subscriber(&RobotName::new(name).unwrap())
-            .unwrap()
-    }
-
-    /// SIGTERM to all; status and words of each.
-    fn stop(mut self) -> Vec<Output> {
-        let programs = std::mem::take(&mut self.programs);
-        let ended = programs.into_iter().map(|program| {
-            let pid = Pid::from_raw(program.id().cast_signed()).unwrap();
-            kill_process(pid, Signal::TERM).unwrap();
-            program.wait_with_output().unwrap()
-        });
-        ended.collect()
-    }
-}
-
-impl Drop for Team {
-    fn drop(&mut self) {
-        for program in &mut self.programs {
-            let _ = program.kill();
-            let _ = program.wait();
-        }
-    }
+fn start(team: &mut Rig, name: &str) {
+    team.start(team.command("run", name));
 }
 
 /// The truth: both drive in circles. Where a robot is, so many seconds after it began.
@@ -132,7 +63,7 @@ struct Voices {
 }
 
 impl Voices {
-    fn of(team: &Team, both_see: bool) -> Self {
+    fn of(team: &Rig, both_see: bool) -> Self {
         let sender = |number| Sender::start(number, Clock::Boottime).unwrap();
         Self {
             begun_ns: Moment::now().boottime_ns,
@@ -201,19 +132,8 @@ fn sighting(header: Header, robot: usize, [x, y, _]: [f64; 3]) -> Sighting {
 }
 
 /// Lets both speak until `heard` hears what it wants.
-fn until<T>(voices: &mut Voices, mut heard: impl FnMut(&Voices) -> Option<T>) -> T {
-    let begin = Instant::now();
-    while begin.elapsed() < PATIENCE {
-        voices.speak();
-        let turn = Instant::now();
-        while turn.elapsed() < TICK {
-            if let Some(heard) = heard(voices) {
-                return heard;
-            }
-            std::thread::yield_now();
-        }
-    }
-    panic!("nothing was heard for {PATIENCE:?}");
+fn until<T>(voices: &mut Voices, heard: impl FnMut(&Voices) -> Option<T>) -> T {
+    coloc_rig::until(voices, TICK, Voices::speak, heard)
 }
 
 fn is_valid(track: &Tracked) {
@@ -234,10 +154,10 @@ fn is_valid(track: &Tracked) {
 
 #[test]
 fn robots_that_see_one_another_know_where_the_other_is_and_looks() {
-    let mut team = Team::new();
+    let mut team = team();
     let tracks = team.subscriber::<Tracked>("a");
     for name in ROBOTS {
-        team.start(name);
+        start(&mut team, name);
     }
     let mut voices = Voices::of(&team, true);
     let track = until(&mut voices, |_| {
@@ -261,10 +181,10 @@ fn robots_that_see_one_another_know_where_the_other_is_and_looks() {
 
 #[test]
 fn who_sees_alone_has_the_position_first_and_the_heading_once_the_other_moved() {
-    let mut team = Team::new();
+    let mut team = team();
     let tracks = team.subscriber::<Tracked>("a");
-    team.start("a");
-    team.start("b");
+    start(&mut team, "a");
+    start(&mut team, "b");
     let mut voices = Voices::of(&team, false);
     let first = until(&mut voices, |_| tracks.receive().unwrap());
     is_valid(&first);
@@ -281,9 +201,9 @@ fn who_sees_alone_has_the_position_first_and_the_heading_once_the_other_moved() 
 
 #[test]
 fn the_others_are_told_how_this_robot_moved_and_where_it_saw_them() {
-    let mut team = Team::new();
+    let mut team = team();
     let increments = team.subscriber::<Increment>("b");
-    team.start("a");
+    start(&mut team, "a");
     let mut voices = Voices::of(&team, false);
     let (mut motion, mut bearing) = (None, None);
     let [moved, seen] = until(&mut voices, |_| {
@@ -313,9 +233,9 @@ fn the_others_are_told_how_this_robot_moved_and_where_it_saw_them() {
 
 #[test]
 fn a_status_and_a_check_say_what_is_going_on() {
-    let mut team = Team::new();
+    let mut team = team();
     let statuses = team.subscriber::<DriverStatus>("a");
-    team.start("a");
+    start(&mut team, "a");
     let mut voices = Voices::of(&team, false);
     let status = until(&mut voices, |_| {
         let heard = statuses.receive().unwrap();
@@ -323,10 +243,16 @@ fn a_status_and_a_check_say_what_is_going_on() {
     });
     assert_eq!(status.name(), "track");
     assert!(status.whole > 0 && status.said > 0, "{status:?}");
-    let checked = team.command("check", "a").output().unwrap();
-    let said = String::from_utf8(checked.stdout).unwrap();
+    let (status, said) = team.said("check", "a", &[]);
     assert!(
-        checked.status.success() && said.contains("robot 2      b"),
+        status == Some(0) && said.contains("robot 2      b"),
         "{said}"
     );
+    let (status, said) = team.said("status", "a", &[]);
+    assert!(status == Some(0) && said.contains("\"whole\""), "{said}");
+}
+
+#[test]
+fn there_is_one_of_it() {
+    team().assert_alone("run", "a");
 }

@@ -335,6 +335,8 @@ struct Lines {
     line: usize,
     /// Read already, and not used.
     next: Option<Record>,
+    /// The number of the last tick that began.
+    begun: Option<u64>,
     lost: u64,
 }
 
@@ -391,7 +393,7 @@ impl Lines {
             recording.ticks.extend(self.tick(record)?.ok());
         }
         recording.gaps = Gaps {
-            ticks: missing(&recording.ticks),
+            ticks: missing(&recording.ticks, self.begun),
             lines: self.lost,
         };
         Ok(recording)
@@ -411,6 +413,7 @@ impl Lines {
         };
         (recorded.tick, recorded.stamp) = (tick, Stamp::from_nanos(stamp_ns));
         recorded.step = step;
+        self.begun = Some(tick);
         for _ in 0..inputs {
             if let Err(broken) = self.of_tick()?.and_then(|record| recorded.take(record)) {
                 return Ok(Err(broken));
@@ -436,9 +439,9 @@ impl Lines {
     }
 }
 
-/// How many of the ticks up to the last whole one are not there.
-fn missing(ticks: &[RecordedTick]) -> u64 {
-    let expected = ticks.last().map_or(0, |last| last.tick + 1);
+/// How many of the ticks up to the last that has begun are not there.
+fn missing(ticks: &[RecordedTick], begun: Option<u64>) -> u64 {
+    let expected = begun.map_or(0, |last| last.saturating_add(1));
     let whole = ticks.iter().filter(|tick| tick.step != Step::Ahead);
     expected.saturating_sub(whole.count() as u64)
 }
@@ -672,7 +675,8 @@ mod tests {
             let left: Vec<u64> = recording.ticks.iter().map(|tick| tick.tick).collect();
             let expected: Vec<u64> = (0..4).filter(|&tick| tick != ticks[lost]).collect();
             assert_eq!(left, expected, "line {lost}");
-            let unseen = u64::from(ticks[lost] != 3); // Nobody knows how many there would have been.
+            let is_known = ticks[lost] != 3 || !matches!(whole[lost], Record::Tick { .. });
+            let unseen = u64::from(is_known); // Nobody knows how many there would have been.
             assert_eq!(
                 recording.gaps,
                 Gaps {
@@ -700,7 +704,17 @@ mod tests {
         let recording = Recording::read(&path).unwrap();
         let left: Vec<u64> = recording.ticks.iter().map(|tick| tick.tick).collect();
         assert_eq!(left, [1, 2]);
-        assert_eq!(recording.gaps, Gaps { ticks: 1, lines: 3 });
+        assert_eq!(recording.gaps, Gaps { ticks: 2, lines: 3 });
+    }
+
+    #[test]
+    fn a_recording_that_ends_within_a_tick_has_a_gap() {
+        let (whole, ticks) = four_ticks();
+        for left in 2..whole.len() {
+            let is_within = ticks[left] == ticks[left - 1];
+            let recording = read(&whole[..left]).unwrap();
+            assert_eq!(recording.gaps.ticks, u64::from(is_within), "{left} lines");
+        }
     }
 
     #[test]

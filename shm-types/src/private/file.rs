@@ -132,18 +132,26 @@ impl OwnFile {
     /// Puts a file with `content` into its place. Whoever looks sees the old or the new one, also after a power cut.
     ///
     /// # Errors
-    /// What the system says; the old file is then still whole.
+    /// What the system says; the old file is then still whole, and nothing is left beside it.
     pub fn replace(&self, content: &[u8]) -> Result<(), NotPrivate> {
         self.check_replaceable()?;
         let new = self.beside(".new")?;
         // Left by a process that was killed meanwhile.
         new.remove()?;
         let mut file = new.create_new()?;
-        file.write_all(content)
+        let replaced = file
+            .write_all(content)
             .and_then(|()| file.sync_all())
-            .map_err(NotPrivate::system("write", &new.path))?;
-        rustix::fs::renameat(&self.directory, &new.name, &self.directory, &self.name)
-            .map_err(self.failed("replace"))?;
+            .map_err(NotPrivate::system("write", &new.path))
+            .and_then(|()| {
+                rustix::fs::renameat(&self.directory, &new.name, &self.directory, &self.name)
+                    .map_err(self.failed("replace"))
+            });
+        if replaced.is_err() {
+            // What kept it from being written is the news.
+            let _ = new.remove();
+        }
+        replaced?;
         self.sync_directory()
     }
 

@@ -1,4 +1,4 @@
-//! One process per robot, and one robot per number.
+//! One process per robot, and one robot per number; and one per driver of a robot.
 use std::fs::File;
 use std::io::{Read, Seek, Write};
 use std::path::Path;
@@ -21,7 +21,7 @@ const BEACON: &str = ".claim_";
 /// Longest content of a claim (bytes).
 const LIMIT: u64 = 256;
 
-/// The right to act for a robot. The files stay until the space is emptied: removing one would race with the next claim.
+/// The right to act for a robot, or as one of its drivers. The files stay until the space is emptied: removing one would race with the next claim.
 #[derive(Debug)]
 pub struct Claim {
     files: Vec<File>,
@@ -59,6 +59,30 @@ impl Claim {
         claim.files.extend(own.light_beacon(space));
         Ok(claim)
     }
+
+    pub(super) fn take_driver(
+        space: &Space,
+        robot: &RobotName,
+        driver: &str,
+        source: u16,
+    ) -> Result<Self, OpenError> {
+        let own = Claimant::new(robot, source);
+        let _pass = space.gate().pass();
+        let claims = space.directory().subdirectory(DIRECTORY)?;
+        // Neither a robot's name nor a number's file has two dots.
+        let file = claims.file(&format!("{robot}.{driver}.{source}"))?;
+        let locked = own.try_lock(&file)?;
+        let files = vec![locked.map_err(|other| OpenError::DriverRuns {
+            driver: driver.into(),
+            robot: robot.as_str().into(),
+            sensor: source,
+            pid: other.map(|other| other.pid),
+        })?];
+        Ok(Self {
+            files,
+            _space: space.clone(),
+        })
+    }
 }
 
 impl Drop for Claim {
@@ -82,13 +106,19 @@ impl Claimant {
     }
 
     fn lock(&self, file: &OwnFile) -> Result<File, OpenError> {
+        let locked = self.try_lock(file)?;
+        locked.map_err(|other| self.refusal(other.as_ref()))
+    }
+
+    /// The file, or who has it.
+    fn try_lock(&self, file: &OwnFile) -> Result<Result<File, Option<Self>>, OpenError> {
         let mut opened = file.read_write()?;
         match rustix::fs::flock(&opened, FlockOperation::NonBlockingLockExclusive) {
             Ok(()) => self.write(&mut opened).map_err(failed(file.path()))?,
-            Err(Errno::WOULDBLOCK) => return Err(self.refusal(Self::read(&opened).as_ref())),
+            Err(Errno::WOULDBLOCK) => return Ok(Err(Self::read(&opened))),
             Err(error) => return Err(failed(file.path())(error.into())),
         }
-        Ok(opened)
+        Ok(Ok(opened))
     }
 
     fn write(&self, file: &mut File) -> std::io::Result<()> {

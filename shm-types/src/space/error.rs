@@ -139,6 +139,22 @@ pub enum OpenError {
         /// Who came first, if it said so.
         pid: Option<u32>,
     },
+    /// Another process is this driver of the robot.
+    #[error(
+        "the driver `{driver}` of robot `{robot}` already runs as {}, for the sensor {sensor}: \
+         stop it first, or give another sensor another number",
+        process(*.pid)
+    )]
+    DriverRuns {
+        /// The driver, as in its status.
+        driver: String,
+        /// The robot's name.
+        robot: String,
+        /// The number of its sensor.
+        sensor: u16,
+        /// Who came first, if it said so.
+        pid: Option<u32>,
+    },
     /// Another robot has the number.
     #[error(
         "robot `{robot}` has the number {id}, which is already that of `{other}`, run by {}: \

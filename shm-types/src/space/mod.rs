@@ -187,6 +187,20 @@ impl Space {
         Claim::take(self, robot, id)
     }
 
+    /// Makes this process the only one that may speak as the driver `driver` of the sensor `source` of `robot`, until the claim is dropped
+    /// or the process ends.
+    ///
+    /// # Errors
+    /// [`OpenError::DriverRuns`], with the process that came first.
+    pub fn claim_driver(
+        &self,
+        robot: &RobotName,
+        driver: &str,
+        source: u16,
+    ) -> Result<Claim, OpenError> {
+        Claim::take_driver(self, robot, driver, source)
+    }
+
     /// Whether the place is still there: anybody who may can delete a directory, and the system does so at a logout.
     /// A few system calls; worth them once a second.
     ///

@@ -61,7 +61,7 @@ pub struct Recorded {
     pub(super) world: GridWorld,
     pub(super) steps: usize,
     pub(super) sightings: Vec<Sighting>,
-    /// Landmarks that are not where the survey has them, and what became of them.
+    /// What is wrong with it, and what became of that: landmarks that are not where the survey has them, and who sees or is seen by nobody.
     pub remarks: Vec<String>,
 }
 
@@ -84,6 +84,8 @@ impl Recorded {
         let survey = Survey::checked(recording, &world);
         let mut sightings = sightings(recording, &world, &survey);
         sightings.retain(|it| (0.0..last_s).contains(&it.time_s));
+        let mut remarks = survey.remarks;
+        remarks.extend(unheard(recording, &sightings));
         let documented = DOCUMENTED
             .iter()
             .find(|(_, start_s)| (start_s - world.start_s()).abs() < SAME_START_S);
@@ -92,7 +94,7 @@ impl Recorded {
             world,
             steps,
             sightings,
-            remarks: survey.remarks,
+            remarks,
         };
         if recorded.among_robots().next().is_none() {
             return Err(Unusable::NobodySeen);
@@ -130,6 +132,36 @@ impl Recorded {
         let is_robot = |it: &&Sighting| matches!(it.subject, Subject::Robot(_));
         self.sightings.iter().filter(is_robot)
     }
+}
+
+/// What the recording should have said and does not.
+fn unheard(recording: &Recording, sightings: &[Sighting]) -> Vec<String> {
+    let mut remarks = Vec::new();
+    for (robot, record) in recording.robots.iter().enumerate() {
+        let number = record.number;
+        let of = record.measurements.len();
+        if of == 0 {
+            remarks.push(format!(
+                "robot {number} sees nothing: there is no Robot{number}_Measurement.dat"
+            ));
+        } else if sightings.iter().all(|it| it.observer != robot) {
+            remarks.push(format!(
+                "robot {number} sees nothing: none of its {of} sightings is of anybody in Barcodes.dat while all are tracked"
+            ));
+        }
+        if sightings
+            .iter()
+            .all(|it| it.subject != Subject::Robot(robot))
+        {
+            remarks.push(format!(
+                "robot {number} is seen by nobody: is it in Barcodes.dat?"
+            ));
+        }
+    }
+    if recording.landmarks.is_empty() {
+        remarks.push("nobody sees landmarks: there is no Landmark_Groundtruth.dat".into());
+    }
+    remarks
 }
 
 fn check(world: &GridWorld) -> Result<(), Unusable> {
@@ -183,4 +215,59 @@ fn sightings(recording: &Recording, world: &GridWorld, survey: &Survey) -> Vec<S
     }
     all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mrclam::{Measurement, OdometryRow, RobotRecord, TruthRow};
+
+    /// A robot that stands, and saw these barcodes.
+    fn robot(number: u32, x: f64, barcodes: &[u32]) -> RobotRecord {
+        let seen = barcodes.iter().map(|barcode| Measurement {
+            time_s: 1.0,
+            barcode: *barcode,
+            range_m: 2.0,
+            bearing_rad: 0.0,
+        });
+        let odometry = |time_s| OdometryRow {
+            time_s,
+            velocity: [0.0; 2],
+        };
+        let truth = |tenths: u32| TruthRow {
+            time_s: 0.1 * f64::from(tenths),
+            pose: [x, 0.0, 0.0],
+        };
+        RobotRecord {
+            number,
+            odometry: [0.0, 4.0].map(odometry).to_vec(),
+            odometry_50hz: None,
+            truth: (0..40).map(truth).collect(),
+            measurements: seen.collect(),
+        }
+    }
+
+    #[test]
+    fn what_is_missing_in_a_recording_is_said() {
+        let robots = [(1, 0.0, &[12][..]), (2, 2.0, &[]), (3, 4.0, &[99])];
+        let recording = Recording {
+            robots: robots
+                .map(|(number, x, seen)| robot(number, x, seen))
+                .into(),
+            barcodes: [(11, 1), (12, 2), (13, 3)].into(),
+            landmarks: Vec::new(),
+        };
+        let remarks = Recorded::new(&recording).unwrap().remarks;
+        let said = [
+            "robot 1 is seen by nobody",
+            "robot 2 sees nothing: there is no Robot2_Measurement.dat",
+            "robot 3 sees nothing: none of its 1 sightings",
+            "robot 3 is seen by nobody",
+            "nobody sees landmarks",
+        ];
+        assert_eq!(remarks.len(), said.len(), "{remarks:?}");
+        for (remark, said) in remarks.iter().zip(said) {
+            assert!(remark.starts_with(said), "{remark}");
+        }
+    }
 }
