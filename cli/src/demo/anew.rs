@@ -162,7 +162,10 @@ impl Anew {
             Bar {
                 promise: "worked out anew: every belief, bit by bit".into(),
                 seen: format!("{} ticks", self.ticks),
-                broken_by: beliefs.into_iter().chain(none(self.ticks, "tick")).collect(),
+                broken_by: beliefs
+                    .into_iter()
+                    .chain(none(self.ticks, "tick"))
+                    .collect(),
             },
             Bar {
                 promise: "worked out anew: all that was told, bit by bit".into(),
@@ -207,7 +210,10 @@ impl Told {
         self.data
             .extend(data.map(|it| datum(robot, it.to.0, &it.message)));
         for ack in carried.acks {
-            *self.acks.entry(answer(robot, ack.robot.0, ack)).or_default() += 1;
+            *self
+                .acks
+                .entry(answer(robot, ack.robot.0, ack))
+                .or_default() += 1;
         }
     }
 }

@@ -210,8 +210,7 @@ impl Robot {
         let robot = RobotName::new(&name(index + 1)).map_err(DemoError::shm)?;
         let sender = shm::Sender::start(0, Clock::Boottime).map_err(DemoError::shm)?;
         let second = shm::Sender::start(1, Clock::Boottime).map_err(DemoError::shm)?;
-        let leads = stage.lead().is_some_and(|it| it.leaders().contains(&index));
-        let compass = leads.then(|| {
+        let compass = stage.leads(index).then(|| {
             let port = space.publisher::<Heading>(&robot)?;
             Ok::<_, coloc_shm_types::PortError>((port, sender.beside()))
         });

@@ -104,8 +104,8 @@ impl Lead {
         let leaders: Vec<_> = self.leaders().map(|robot| name(robot + 1)).collect();
         let Range { start, end } = self.gone_s;
         format!(
-            "{} lead; {} is never seen by a leader; {} is killed at {start:.1} s and started again at {end:.1} s.",
-            leaders.join(" and "),
+            "Leaders, who find themselves first: {}. {} is never seen by one. {} is killed at {start:.1} s and started again at {end:.1} s.",
+            leaders.join(", "),
             name(self.robots),
             name(1)
         )
@@ -118,7 +118,10 @@ impl Lead {
         let starts = first.map_or(0, |it| it.starts);
         let wrong = (starts < 2).then(|| format!("{}: started {starts} times", name(1)));
         Bar {
-            promise: format!("killed at {start:.1} s, started again at {end:.1} s: {}", name(1)),
+            promise: format!(
+                "killed at {start:.1} s, started again at {end:.1} s: {}",
+                name(1)
+            ),
             seen: String::new(),
             broken_by: wrong.into_iter().collect(),
         }
@@ -136,11 +139,15 @@ mod tests {
             robots: 5,
             gone_s: 1.0..2.0,
         };
-        let seen_by = |robot| -> Vec<usize> { (0..5).filter(|by| lead.looks_at(*by, robot)).collect() };
+        let seen_by =
+            |robot| -> Vec<usize> { (0..5).filter(|by| lead.looks_at(*by, robot)).collect() };
         assert_eq!(seen_by(2), [0, 1, 2, 3, 4]);
         assert_eq!(seen_by(4), [2, 3, 4]);
         assert!(seen_by(0).is_empty());
         let section = lead.section().unwrap();
-        assert_eq!((section.leaders, section.children), (vec![1, 2], vec![3, 4, 5]));
+        assert_eq!(
+            (section.leaders, section.children),
+            (vec![1, 2], vec![3, 4, 5])
+        );
     }
 }

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use coloc_daemon::config::{
-    Assist, Clock, ClockSource, Config, Initial, InitialPose, Position, RelativePose, Shm, Sighting,
-    Telemetry,
+    Assist, Clock, ClockSource, Config, Initial, InitialPose, Position, RelativePose, Shm,
+    Sighting, Telemetry,
 };
 use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
@@ -120,7 +120,9 @@ fn laser(hall: &Hall) -> Laser {
 pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
     let number = |count: usize| u16::try_from(count).map_err(|error| error.to_string());
     let (pose, tale) = (stage.initial(index), stage.tale(index));
-    let knows = tale.is_none_or(Tale::knows_its_start);
+    // A leader finds itself, also when it is started again elsewhere.
+    let leads = stage.leads(index);
+    let knows = !leads && tale.is_none_or(Tale::knows_its_start);
     Ok(Config {
         team: team(number(stage.robots())?)?,
         // The paper starts everybody at the true pose.
@@ -131,11 +133,11 @@ pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
                 InitialPose::Unknown
             }),
             sigma: [0.1, 0.1, 0.05],
-            resume: true,
+            resume: !leads,
             ..Initial::default()
         },
         position: Position {
-            receivers: tale.map_or(0, Tale::receivers),
+            receivers: tale.map_or(u16::from(leads), Tale::receivers),
             trust_jump: tale.map(Tale::trust_jump).unwrap_or_default(),
             ..Position::default()
         },
@@ -150,7 +152,9 @@ pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
             },
             ..RelativePose::default()
         },
-        assist: stage.lead().map_or_else(|| Ok(Assist::default()), Lead::section)?,
+        assist: stage
+            .lead()
+            .map_or_else(|| Ok(Assist::default()), Lead::section)?,
         // What the worlds' wheels are made with.
         motion: stage.motion(),
         ..robot(number(index + 1)?)?

@@ -148,6 +148,11 @@ impl Stage {
         self.scene.lead.as_ref()
     }
 
+    /// Whether the robot does.
+    pub(crate) fn leads(&self, robot: usize) -> bool {
+        self.lead().is_some_and(|it| it.leaders().contains(&robot))
+    }
+
     /// Whether the observer looks at whom it could see.
     pub(crate) fn is_looked_at(&self, sighting: &Sighting) -> bool {
         let (observer, observed) = (sighting.observer, sighting.observed);

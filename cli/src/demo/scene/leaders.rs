@@ -62,7 +62,9 @@ pub(super) fn scene(args: &DemoArgs) -> Result<Scene, DemoError> {
     let robots = args.robots.map_or(WAYS.len(), usize::from);
     let refuse = |reason: &str| DemoError::World(reason.into());
     if robots != WAYS.len() {
-        return Err(refuse("the scene of leaders has five robots: leave --robots out"));
+        return Err(refuse(
+            "the scene of leaders has five robots: leave --robots out",
+        ));
     }
     let lead = Lead::new(args, robots)?.ok_or(refuse("nobody leads"))?;
     let wheels = Preset::Differential;
@@ -98,7 +100,9 @@ mod tests {
         let [one, other] = [one, other].map(|it| way(WAYS[it]));
         let apart = |[ax, ay]: [f64; 2], [bx, by]: [f64; 2]| (ax - bx).hypot(ay - by);
         let all = one.iter().flat_map(|a| other.iter().map(|b| apart(*a, *b)));
-        all.fold([0.0, f64::INFINITY], |[far, near], it| [far.max(it), near.min(it)])
+        all.fold([0.0, f64::INFINITY], |[far, near], it| {
+            [far.max(it), near.min(it)]
+        })
     }
 
     #[test]
