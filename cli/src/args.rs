@@ -105,6 +105,7 @@ pub(crate) enum Command {
   coloc demo --scene lost
   coloc demo --laser
   coloc demo --camera
+  coloc demo --leaders 2
   coloc demo --data ../shared/data/mrclam1 --seconds 120
   coloc demo --json > summary.json
 
@@ -126,12 +127,20 @@ coloc-laser, which finds the others in its scans: three rectangles, whose headin
 and two cylinders, of which range and bearing are. In the scene camera robots have a camera
 each that looks ahead and sees range and bearing alone. Two robots have a satellite receiver.
 
+With --leaders N the first N robots have a receiver and a compass and lead ([assist]); the others
+have wheels alone, and are told where they are by a leader that sees them, or by way of others. The
+last one is never seen by a leader: it is too far off, or, where robots are recorded, leaders look
+at the others alone. The first leader is killed (SIGKILL) after a third of the time and started
+again at half. In the end all of it is worked out anew from what the daemons recorded: beliefs, and
+what robots told one another, have to be the same bits.
+
 What is expected of every robot, whatever the seed:
                     error, mean over time     inside its own 3σ
   with a receiver   0.10 m, 0.10 m, 0.15 rad  75 % of the time
   told by others    0.80 m, 0.80 m, 0.30 rad  75 %
   told nothing      none: it drifts           45 %
   by laser, camera  none                      99 %
+  leaders, children none                      99 %
 and of recorded robots:
   5 or more         0.10 m, 0.10 m, 0.10 rad  99 %
   2 to 4            0.20 m, 0.20 m, 0.25 rad  95 %: for a while a robot may see nobody
@@ -161,6 +170,9 @@ pub(crate) struct DemoArgs {
     /// As --scene camera
     #[arg(long, conflicts_with_all = ["scene", "data"])]
     pub(crate) camera: bool,
+    /// So many of the robots lead, and carry the others, of whom one is seen by no leader
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=2), conflicts_with_all = ["scene", "laser", "camera"])]
+    pub(crate) leaders: Option<u16>,
     /// Where to write pictures, summary and logs [default: demo-out, or the first demo-out-N that is free]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,

@@ -9,13 +9,14 @@ use std::sync::{Arc, OnceLock};
 use coloc_drivers::can::{BusSpec, Sender};
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{
-    self as shm, Clock, Header, Position, Publisher, RelativePose, RobotName, Space,
+    self as shm, Clock, Header, Heading, Position, Publisher, RelativePose, RobotName, Space,
 };
 use coloc_sim::laser::hall::{Hall, TURN_S};
 use coloc_sim::{StepInputs, sensors};
 
 use super::clock::{now_ns, sleep_until};
 use super::eye::Eye;
+use super::lead::COMPASS_SIGMA_RAD;
 use super::robot_file::{METRES_PER_TICK, TRACK_M, name};
 use super::scene::{Camera, Eyes};
 use super::world::{Received, Stage};
@@ -50,6 +51,8 @@ struct Robot {
     ways_m: [f64; 2],
     eye: Eye,
     fixes: Publisher<Position>,
+    /// Of leaders.
+    compass: Option<(Publisher<Heading>, shm::Sender)>,
     /// They stamp what goes out on these ports.
     sights: shm::Sender,
     receivers: [shm::Sender; RECEIVERS],
@@ -59,7 +62,7 @@ impl Feed {
     /// Opens every bus and port.
     fn open(stage: Arc<Stage>, root: &Path, buses: &[BusSpec]) -> Result<Self, DemoError> {
         let space = Space::open(root, PREFIX, "coloc-demo-feed").map_err(DemoError::shm)?;
-        let open = |(index, bus): (usize, &BusSpec)| Robot::open(&space, index, bus, stage.eyes());
+        let open = |(index, bus): (usize, &BusSpec)| Robot::open(&space, index, bus, &stage);
         let robots = buses
             .iter()
             .enumerate()
@@ -112,7 +115,7 @@ impl Feed {
                 stage.received(&inputs, &mut received);
                 let due_ns = due_ns(start_ns, step, step_ns);
                 self.look(&inputs, due_ns);
-                self.send_fixes(&received, due_ns);
+                self.send_fixes(&received, step, due_ns);
                 step += 1;
             }
             self.send_frames()?;
@@ -174,7 +177,8 @@ impl Feed {
     fn send_sightings(&mut self, inputs: &StepInputs, stamp_ns: i64) {
         let scenario = self.stage.scenario();
         let stage = &self.stage;
-        for sighting in inputs.sightings.iter().filter(|it| stage.is_told_of(it)) {
+        let seen = inputs.sightings.iter();
+        for sighting in seen.filter(|it| stage.is_told_of(it) && stage.is_looked_at(it)) {
             if let Some(robot) = self.robots.get_mut(sighting.observer) {
                 let header = robot.sights.header(stamp_ns);
                 let message = relative_pose(header, sighting, scenario.sightings.sigma);
@@ -183,8 +187,9 @@ impl Feed {
         }
     }
 
-    fn send_fixes(&mut self, received: &[Received], stamp_ns: i64) {
-        let sigma_m = self.stage.scenario().fixes.sigma_m;
+    fn send_fixes(&mut self, received: &[Received], step: usize, stamp_ns: i64) {
+        let stage = Arc::clone(&self.stage);
+        let sigma_m = stage.scenario().fixes.sigma_m;
         for fix in received {
             let Some(robot) = self.robots.get_mut(fix.robot) else {
                 continue;
@@ -193,21 +198,29 @@ impl Feed {
                 let message = position(receiver.header(stamp_ns), fix, sigma_m);
                 robot.send_fix(message);
             }
+            if let Some(heading) = stage.heading(fix, step) {
+                robot.send_heading(heading, stamp_ns);
+            }
         }
     }
 }
 
 impl Robot {
-    fn open(space: &Space, index: usize, bus: &BusSpec, eyes: &Eyes) -> Result<Self, DemoError> {
+    fn open(space: &Space, index: usize, bus: &BusSpec, stage: &Stage) -> Result<Self, DemoError> {
         let robot = RobotName::new(&name(index + 1)).map_err(DemoError::shm)?;
         let sender = shm::Sender::start(0, Clock::Boottime).map_err(DemoError::shm)?;
         let second = shm::Sender::start(1, Clock::Boottime).map_err(DemoError::shm)?;
+        let compass = stage.leads(index).then(|| {
+            let port = space.publisher::<Heading>(&robot)?;
+            Ok::<_, coloc_shm_types::PortError>((port, sender.beside()))
+        });
         Ok(Self {
             bus: Sender::open(bus).map_err(|error| DemoError::Bus(error.to_string()))?,
             wheels: WheelFrames::new(METRES_PER_TICK),
             ways_m: [0.0; 2],
-            eye: Eye::open(space, &robot, eyes).map_err(DemoError::shm)?,
+            eye: Eye::open(space, &robot, stage.eyes()).map_err(DemoError::shm)?,
             fixes: space.publisher(&robot).map_err(DemoError::shm)?,
+            compass: compass.transpose().map_err(DemoError::shm)?,
             sights: sender.beside(),
             receivers: [sender, second],
         })
@@ -232,6 +245,12 @@ impl Robot {
 
     fn send_fix(&self, message: Position) {
         let _ = self.fixes.send(message);
+    }
+
+    fn send_heading(&mut self, heading: f64, stamp_ns: i64) {
+        if let Some((port, sender)) = &mut self.compass {
+            let _ = port.send(compass(sender.header(stamp_ns), heading));
+        }
     }
 }
 
@@ -270,6 +289,17 @@ fn position(header: Header, fix: &Received, sigma_m: f64) -> Position {
         position: fix.position,
         covariance: [variance, 0.0, 0.0, variance],
         ..Position::default()
+    }
+}
+
+fn compass(header: Header, heading: f64) -> Heading {
+    let calibrated = 1;
+    Heading {
+        header,
+        quality: calibrated,
+        heading,
+        variance: COMPASS_SIGMA_RAD * COMPASS_SIGMA_RAD,
+        ..Heading::default()
     }
 }
 

@@ -46,6 +46,8 @@ pub(crate) struct Fleet {
 
 /// One robot's process.
 pub(crate) struct Daemon {
+    program: Program,
+    file: PathBuf,
     child: Child,
     exit: Option<ExitStatus>,
     log: PathBuf,
@@ -67,7 +69,8 @@ impl Fleet {
                     .file_name()
                     .unwrap_or_default(),
             );
-            let daemon = Daemon::start(program, file, &log)
+            let daemon = File::create(&log)
+                .and_then(|_| Daemon::start(program, file, &log))
                 .map_err(|error| DemoError::Spawn(error.to_string()))?;
             fleet.daemons.push(daemon);
         }
@@ -77,6 +80,24 @@ impl Fleet {
     /// The process of each robot, or how it ended.
     pub(crate) fn look(&mut self) -> Vec<Result<u32, ExitStatus>> {
         self.daemons.iter_mut().map(Daemon::look).collect()
+    }
+
+    /// Kills the robot's process (SIGKILL).
+    pub(crate) fn kill(&mut self, robot: usize) {
+        if let Some(daemon) = self.daemons.get_mut(robot) {
+            daemon.kill();
+        }
+    }
+
+    /// Starts it again, if it has ended.
+    pub(crate) fn start_again(&mut self, robot: usize) -> Result<(), DemoError> {
+        let ended = self.daemons.get_mut(robot);
+        let Some(daemon) = ended.filter(|daemon| daemon.exit.is_some()) else {
+            return Ok(());
+        };
+        *daemon = Daemon::start(daemon.program, &daemon.file, &daemon.log)
+            .map_err(|error| DemoError::Spawn(error.to_string()))?;
+        Ok(())
     }
 
     /// What the robot's daemon said last.
@@ -122,7 +143,7 @@ impl Drop for Fleet {
 
 impl Daemon {
     fn start(program: Program, file: &Path, log: &Path) -> io::Result<Self> {
-        let output = File::create(log)?;
+        let output = File::options().create(true).append(true).open(log)?;
         let child = Command::new(std::env::current_exe()?)
             .args([program.name(), "run"])
             .arg(file)
@@ -134,6 +155,8 @@ impl Daemon {
             .stderr(output)
             .spawn()?;
         Ok(Self {
+            program,
+            file: file.into(),
             child,
             exit: None,
             log: log.into(),

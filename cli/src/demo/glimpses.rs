@@ -52,6 +52,7 @@ impl Stage {
                 let mut inputs = StepInputs::default();
                 self.sensors().fill(step, &mut inputs);
                 let seen = inputs.sightings.iter();
+                let seen = seen.filter(|it| self.is_looked_at(it));
                 seen.map(|it| (it.observer, it.observed, self.is_told_of(it)))
                     .collect()
             }

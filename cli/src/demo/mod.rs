@@ -7,6 +7,7 @@
 //!
 //! What is played is a [`scene`]. In tests a rehearsal plays the same without daemons.
 
+mod anew;
 mod bars;
 pub(crate) mod bus;
 mod bystanders;
@@ -19,6 +20,7 @@ mod feed_thread;
 mod fleet;
 mod glimpses;
 pub(crate) mod interrupt;
+mod lead;
 mod out;
 mod process;
 mod record;

@@ -113,6 +113,7 @@ fn meet(robots: u16, seconds: f64, seed: u64) -> Vec<RobotSummary> {
         data: None,
         laser: false,
         camera: false,
+        leaders: None,
         out: None,
         json: false,
     };
@@ -176,6 +177,7 @@ fn everybody_is_seen_early_and_often() {
         data: None,
         laser: false,
         camera: false,
+        leaders: None,
         out: None,
         json: false,
     };

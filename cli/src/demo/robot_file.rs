@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use coloc_daemon::config::{
-    Clock, ClockSource, Config, Initial, InitialPose, Position, RelativePose, Shm, Sighting,
-    Telemetry,
+    Assist, Clock, ClockSource, Config, Initial, InitialPose, Position, RelativePose, Shm,
+    Sighting, Telemetry,
 };
 use coloc_drivers::can::BusSpec;
 use coloc_drivers::encoder::OdometryConfig;
@@ -13,6 +13,7 @@ use coloc_scan::Look;
 use coloc_sim::laser::hall::Hall;
 
 use super::PREFIX;
+use super::lead::Lead;
 use super::scene::{Eyes, MOUNT};
 use super::tale::Tale;
 use super::world::Stage;
@@ -29,6 +30,11 @@ const MAX_SPEED_MPS: f64 = 20.0;
 /// The name of the robot with that number in the team.
 pub(crate) fn name(id: usize) -> String {
     format!("robot{id}")
+}
+
+/// Where the robot with that index records, in the folder of its configuration.
+pub(super) fn recording(directory: &Path, index: usize) -> PathBuf {
+    directory.join(format!("{}.jsonl", name(index + 1)))
 }
 
 /// Writes a file for each robot into `directory`, in the order of the robots.
@@ -71,6 +77,9 @@ fn describe(
         },
         telemetry: Telemetry {
             state_file: directory.join(format!("{}.belief.toml", name(index + 1))),
+            record: stage
+                .lead()
+                .map_or_else(PathBuf::new, |_| recording(directory, index)),
             ..Telemetry::default()
         },
         odometry: Some(odometry),
@@ -111,7 +120,9 @@ fn laser(hall: &Hall) -> Laser {
 pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
     let number = |count: usize| u16::try_from(count).map_err(|error| error.to_string());
     let (pose, tale) = (stage.initial(index), stage.tale(index));
-    let knows = tale.is_none_or(Tale::knows_its_start);
+    // A leader finds itself, also when it is started again elsewhere.
+    let leads = stage.leads(index);
+    let knows = !leads && tale.is_none_or(Tale::knows_its_start);
     Ok(Config {
         team: team(number(stage.robots())?)?,
         // The paper starts everybody at the true pose.
@@ -122,11 +133,11 @@ pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
                 InitialPose::Unknown
             }),
             sigma: [0.1, 0.1, 0.05],
-            resume: true,
+            resume: !leads,
             ..Initial::default()
         },
         position: Position {
-            receivers: tale.map_or(0, Tale::receivers),
+            receivers: tale.map_or(u16::from(leads), Tale::receivers),
             trust_jump: tale.map(Tale::trust_jump).unwrap_or_default(),
             ..Position::default()
         },
@@ -141,6 +152,9 @@ pub(super) fn believed(stage: &Stage, index: usize) -> Result<Config, String> {
             },
             ..RelativePose::default()
         },
+        assist: stage
+            .lead()
+            .map_or_else(|| Ok(Assist::default()), Lead::section)?,
         // What the worlds' wheels are made with.
         motion: stage.motion(),
         ..robot(number(index + 1)?)?

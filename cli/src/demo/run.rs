@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::anew::Anew;
 use super::bus::Buses;
 use super::bystanders::stalled_ns;
 use super::console::Console;
@@ -68,8 +69,14 @@ fn facts(
     let robot = |(robot, ((part, record), up)): (usize, ((&Part, &Record), bool))| {
         RobotSummary::of(robot, *part, record, up, &ended.stalls)
     };
+    let robots: Vec<_> = heard.enumerate().map(robot).collect();
+    let bars = stage.lead().map_or_else(Vec::new, |lead| {
+        let anew = Anew::of(&ended.files).bars();
+        std::iter::once(lead.bar(&robots)).chain(anew).collect()
+    });
     let facts = Facts {
-        robots: heard.enumerate().map(robot).collect(),
+        robots,
+        bars,
         seconds: ended.seconds,
         world: stage.description().to_owned(),
         bus: buses.kind,

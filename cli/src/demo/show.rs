@@ -16,6 +16,7 @@ use super::console::Console;
 use super::feed_thread::FeedThread;
 use super::fleet::{Fleet, Program, signal};
 use super::interrupt::Interrupt;
+use super::lead::Lead;
 use super::process::running;
 use super::record::Record;
 use super::robot_file::{name, write_all};
@@ -51,12 +52,15 @@ pub(crate) struct Show {
     command: String,
     shown: Shown,
     root: PathBuf,
+    lead: Option<Lead>,
 }
 
 /// What remains of it.
 pub(crate) struct Ended {
     /// How long the robots drove \[s\].
     pub(crate) seconds: f64,
+    /// The robots' configurations.
+    pub(crate) files: Vec<PathBuf>,
     /// In the order of the robots.
     pub(crate) records: Vec<Record>,
     /// Whose daemon spoke until the end.
@@ -100,6 +104,7 @@ impl Show {
             command,
             shown: stage.shown(),
             root,
+            lead: stage.lead().cloned(),
         })
     }
 
@@ -188,11 +193,27 @@ impl Show {
             return Err(DemoError::Feed);
         }
         let progress = self.progress();
+        self.befall(progress.time_s)?;
         Ok(if progress.time_s < self.seconds {
             ControlFlow::Continue(())
         } else {
             ControlFlow::Break(())
         })
+    }
+
+    /// What happens to the first leader.
+    fn befall(&mut self, time_s: f64) -> Result<(), DemoError> {
+        const FIRST: usize = 0;
+        let Some(lead) = &self.lead else {
+            return Ok(());
+        };
+        if lead.gone_s.contains(&time_s) {
+            self.fleet.kill(FIRST);
+        } else if time_s >= lead.gone_s.end {
+            self.fleet.start_again(FIRST)?;
+            self.lead = None; // Once.
+        }
+        Ok(())
     }
 
     fn show(&mut self, console: &mut Console) {
@@ -255,6 +276,7 @@ impl Show {
             .collect();
         Ended {
             seconds,
+            files: self.files,
             records,
             up,
             stalls,

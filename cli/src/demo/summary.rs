@@ -82,6 +82,8 @@ pub(crate) struct Facts {
     pub(crate) left: Vec<PathBuf>,
     pub(crate) machine_stood_still_ms: f64,
     pub(crate) broke_down: Option<String>,
+    /// What else is promised, of all of them.
+    pub(crate) bars: Vec<Bar>,
 }
 
 /// One robot's part.
@@ -173,7 +175,8 @@ impl Summary {
     /// Holds what was heard against what is promised.
     pub(crate) fn of(facts: Facts, interrupted: bool) -> Self {
         let robots: Vec<RobotSummary> = facts.robots;
-        let bars = bars(&robots);
+        let mut bars = bars(&robots);
+        bars.extend(facts.bars);
         let good = facts.left.is_empty()
             && facts.broke_down.is_none()
             && bars.iter().all(|bar| bar.broken_by.is_empty());
@@ -328,6 +331,7 @@ mod tests {
             machine_stood_still_ms: 0.0,
             left: Vec::new(),
             broke_down: None,
+            bars: Vec::new(),
         }
     }
 

@@ -3,10 +3,12 @@
 use coloc_daemon::config::Motion;
 use coloc_estimator::Pose;
 use coloc_estimator::angle::wrap;
+use coloc_sim::random::{Noise, Purpose};
 use coloc_sim::sensors::{Fix, Sighting};
 use coloc_sim::{Scenario, Sensors, StepInputs, World};
 
 use super::DemoError;
+use super::lead::{COMPASS_SIGMA_RAD, Lead};
 use super::robot_file::name;
 use super::scene::{Camera, Eyes, Glance, Help, Part, Scene};
 use super::table::Shown;
@@ -141,6 +143,32 @@ impl Stage {
         sighting.observer < self.robots() && self.is_told(sighting.observed)
     }
 
+    /// Who leads, if anybody does.
+    pub(crate) fn lead(&self) -> Option<&Lead> {
+        self.scene.lead.as_ref()
+    }
+
+    /// Whether the robot does.
+    pub(crate) fn leads(&self, robot: usize) -> bool {
+        self.lead().is_some_and(|it| it.leaders().contains(&robot))
+    }
+
+    /// Whether the observer looks at whom it could see.
+    pub(crate) fn is_looked_at(&self, sighting: &Sighting) -> bool {
+        let (observer, observed) = (sighting.observer, sighting.observed);
+        self.lead()
+            .is_none_or(|lead| lead.looks_at(observer, observed))
+    }
+
+    /// What a leader's compass says, as often as its receiver says something \[rad\].
+    pub(crate) fn heading(&self, fix: &Received, step: usize) -> Option<f64> {
+        self.lead()?;
+        let truth = self.world().truth(step, fix.robot)?;
+        let noise = Noise::new(self.seed, 0);
+        let mut draws = noise.draws(Purpose::Compass, step, fix.robot, 0);
+        Some(wrap(truth.phi + COMPASS_SIGMA_RAD * draws.normal()))
+    }
+
     /// What it is about, in a line.
     pub(crate) fn story(&self) -> String {
         let tales = self.tales();
@@ -171,6 +199,9 @@ impl Stage {
     }
 
     fn story_of_help(&self) -> String {
+        if let Some(lead) = self.lead() {
+            return lead.story();
+        }
         match self.eyes() {
             Eyes::Poses => {}
             Eyes::Scans(_) => return "All that robots know of one another is what coloc-laser finds in their scans.".into(),
@@ -300,6 +331,7 @@ mod tests {
             data: None,
             laser: false,
             camera: false,
+            leaders: None,
             out: None,
             json: false,
         }

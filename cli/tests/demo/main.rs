@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
 
 mod eyes;
+mod leaders;
 mod lost;
 mod stage;
 mod team;

@@ -117,6 +117,7 @@ fn stage(seed: u64) -> Stage {
         data: None,
         laser: false,
         camera: false,
+        leaders: None,
         out: None,
         json: false,
     };

@@ -146,6 +146,7 @@ pub(super) fn scene(args: &DemoArgs) -> Result<Scene, DemoError> {
         sensors: sensors(robots),
         eyes: Eyes::Poses,
         wheels,
+        lead: None,
     })
 }
 

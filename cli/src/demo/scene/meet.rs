@@ -131,7 +131,7 @@ fn expected(help: Help) -> Expectation {
     let (whose, error, inside) = match help {
         Help::Receiver => ("with a receiver", Some([0.10, 0.10, 0.15]), 0.75),
         Help::Told => ("told by others", Some([0.80, 0.80, 0.30]), 0.75),
-        Help::Nobody => ("told nothing", None, 0.45),
+        Help::Nobody | Help::Leader | Help::Child => ("told nothing", None, 0.45),
     };
     Expectation {
         whose,
@@ -190,5 +190,6 @@ pub(super) fn scene(args: &DemoArgs) -> Scene {
         sensors: sensors(),
         eyes: Eyes::Poses,
         wheels,
+        lead: None,
     }
 }

@@ -5,6 +5,7 @@
 
 mod camera;
 mod laser;
+mod leaders;
 mod lost;
 mod meet;
 mod recorded;
@@ -18,6 +19,7 @@ use serde::Serialize;
 
 use super::DemoError;
 use super::bars::Expectation;
+use super::lead::Lead;
 use super::tale::Tale;
 use crate::args::DemoArgs;
 pub(crate) use camera::{Camera, Glance};
@@ -52,6 +54,10 @@ pub(crate) enum Eyes {
 pub(crate) enum Help {
     /// Fixes, and what others tell.
     Receiver,
+    /// Fixes and a compass.
+    Leader,
+    /// What leaders say.
+    Child,
     /// What those tell who see it.
     Told,
     /// It is seen, and nobody tells it.
@@ -63,6 +69,8 @@ impl Help {
     pub(crate) fn by(self) -> &'static str {
         match self {
             Self::Receiver => "fixes",
+            Self::Leader => "itself",
+            Self::Child => "leader",
             Self::Told => "others",
             Self::Nobody => "nobody",
         }
@@ -72,6 +80,8 @@ impl Help {
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Receiver => "has a receiver",
+            Self::Leader => "leads",
+            Self::Child => "carried by leaders",
             Self::Told => "told by who sees it",
             Self::Nobody => "seen, but told nothing",
         }
@@ -101,6 +111,8 @@ pub(crate) struct Scene {
     pub(crate) eyes: Eyes,
     /// Whose wheels they have.
     pub(crate) wheels: Preset,
+    /// Who leads, if anybody does.
+    pub(crate) lead: Option<Lead>,
 }
 
 impl SceneName {
@@ -117,7 +129,8 @@ impl Scene {
     /// The one that `args` ask for.
     pub(crate) fn new(args: &DemoArgs) -> Result<Self, DemoError> {
         match (&args.data, args.played()) {
-            (Some(folder), _) => recorded::scene(folder, args.robots),
+            (Some(folder), _) => recorded::scene(folder, args),
+            (None, _) if args.leaders.is_some() => leaders::scene(args),
             (None, SceneName::Meet) => Ok(meet::scene(args)),
             (None, SceneName::Lost) => lost::scene(args),
             (None, SceneName::Laser) => laser::scene(args),

@@ -6,9 +6,11 @@ use coloc_daemon::config::Preset;
 use coloc_sim::mrclam::Recording;
 use coloc_sim::{Scenario, World};
 
-use super::{Eyes, Help, Part, Scene};
+use super::{Eyes, Help, Part, Scene, leaders};
+use crate::args::DemoArgs;
 use crate::demo::DemoError;
 use crate::demo::bars::Expectation;
+use crate::demo::lead::Lead;
 
 /// Everybody sees nearly everybody. Of the paper's worlds, of 6, 10, 30 and 120 s, the worst came to this (errors: time mean):
 /// robots that see nobody for a while, in teams of two to four, 0.17 m and 0.21 rad, 96 % inside; one alone, to which fixes say next
@@ -26,12 +28,17 @@ fn expected(robots: usize) -> Expectation {
     }
 }
 
-/// The first `robots` of the recording in `folder`, or all.
-pub(super) fn scene(folder: &Path, robots: Option<u16>) -> Result<Scene, DemoError> {
+/// The robots of the recording in `folder`, or the first ones of them.
+pub(super) fn scene(folder: &Path, args: &DemoArgs) -> Result<Scene, DemoError> {
     let recording = Recording::load(folder).map_err(|error| DemoError::World(error.to_string()))?;
     let world = recording.resample();
-    let robots = robots.map_or(world.robots(), usize::from);
-    let sensors = Scenario::paper();
+    let robots = args.robots.map_or(world.robots(), usize::from);
+    let lead = Lead::new(args, robots)?;
+    let paper = Scenario::paper();
+    let range_m = paper.sightings.range_m;
+    let sensors = lead
+        .as_ref()
+        .map_or(paper, |lead| leaders::sensors(lead, range_m));
     let part = |robot| Part {
         help: if sensors.fixes.robots.contains(&robot) {
             Help::Receiver
@@ -43,10 +50,13 @@ pub(super) fn scene(folder: &Path, robots: Option<u16>) -> Result<Scene, DemoErr
     };
     Ok(Scene {
         description: format!("recorded in {}", folder.display()),
-        parts: (0..robots).map(part).collect(),
+        parts: lead
+            .as_ref()
+            .map_or_else(|| (0..robots).map(part).collect(), Lead::parts),
         world: Box::new(world),
         sensors,
         eyes: Eyes::Poses,
         wheels: Preset::Paper,
+        lead,
     })
 }

@@ -111,6 +111,7 @@ pub(super) fn scene(
         sensors: sensors(),
         eyes,
         wheels,
+        lead: None,
     })
 }
 
