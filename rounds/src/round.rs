@@ -16,9 +16,8 @@
 use coloc_estimator::Pose;
 use nalgebra::{Matrix2, Matrix3};
 
-use crate::gate::Correction;
+use coloc_estimator::rounds::{Correction, Shared, Standing};
 use crate::joint::{Joint, Outcome};
-use crate::member::{Shared, Standing};
 use crate::model::Kind;
 
 /// A robot of the team, from 0.
