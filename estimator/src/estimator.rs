@@ -10,7 +10,7 @@ use crate::input::TickInputs;
 use crate::kind::{Answer, Deed, Key, Measured, Measurement, RoundWord, SeenPart};
 use crate::outbox::Outbox;
 use crate::output::{Estimate, OdometryState, TickOutputs, Verdict};
-use crate::rounds::{Giving, Refusal, Shared, Standing, gate};
+use crate::rounds::{AtSlot, Giving, Refusal, Shared, Sharing, Standing, gate};
 use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
 use crate::terms::Terms;
@@ -28,6 +28,9 @@ pub struct Estimator<S: Storage> {
     now: Stamp,
     /// To the team's rounds.
     giving: Giving,
+    /// The slot that begins in this tick, and when.
+    slot: Option<(u64, Stamp)>,
+    shared: Option<AtSlot>,
     outbox: Outbox,
 }
 
@@ -51,6 +54,8 @@ impl<S: Storage> Estimator<S> {
             found: Found::new(stamp, start),
             now: stamp,
             giving: Giving::new(),
+            slot: None,
+            shared: None,
             outbox: Outbox::new(),
         }
     }
@@ -119,6 +124,7 @@ impl<S: Storage> Estimator<S> {
     pub(crate) fn begin(&mut self, stamp: Stamp) {
         self.outbox.clear();
         self.found.begin_tick();
+        (self.slot, self.shared) = (None, None);
         self.now = stamp;
     }
 
@@ -246,6 +252,10 @@ impl<S: Storage> Estimator<S> {
         match word.deed {
             Deed::Correct { slot, .. } => self.take_correction(slot, word)?,
             Deed::Undo(last) => self.undo(last)?,
+            Deed::Share(slot) => {
+                self.slot = Some((slot, word.stamp));
+                return Ok(());
+            }
             Deed::Join | Deed::Leave => self.take(key, &Measurement::Round(*word))?,
         }
         self.outbox
@@ -279,7 +289,8 @@ impl<S: Storage> Estimator<S> {
 
     /// The team went on without them; nothing has changed where that cannot be.
     fn undo(&mut self, last: Option<u64>) -> Result<(), Verdict> {
-        let standing_before = |word: &RoundWord| Some(self.giving.at(word.corrects()?)?.shared.standing);
+        let standing_before =
+            |word: &RoundWord| Some(self.giving.at(word.corrects()?)?.shared.standing);
         let first = self.history.correction_after(last);
         let place = first.and_then(|(place, word)| {
             let is_on_the_way = match (standing_before(&word)?, last) {
@@ -292,6 +303,22 @@ impl<S: Storage> Estimator<S> {
         let place = place.ok_or(Verdict::NotFollowed(Refusal::TookNoPart))?;
         self.history.undo_from(place, last);
         Ok(())
+    }
+
+    #[inline(never)]
+    fn begin_slot(&mut self, slot: u64, stamp: Stamp) {
+        let is_tied = |bond: crate::rounds::Bond| !bond.is_apart();
+        let now = self.history.filter_at(self.now, &self.settings);
+        let sharing = match self.share(slot, stamp) {
+            Some(shared) => Sharing::Belief(shared),
+            None if now.bond.is_some_and(is_tied) => Sharing::Nowhere,
+            None => Sharing::Apart,
+        };
+        self.shared = Some(AtSlot {
+            slot,
+            stamp,
+            sharing,
+        });
     }
 
     /// What is shared of the belief at `stamp`, which is in the history and where the slot begins; `None` where the robot takes no part in
@@ -351,6 +378,9 @@ impl<S: Storage> Estimator<S> {
         if !self.found.is_ok() {
             self.history.keep_ways(self.now, &self.settings);
         }
+        if let Some((slot, stamp)) = self.slot {
+            self.begin_slot(slot, stamp);
+        }
     }
 
     /// What comes of the tick.
@@ -361,6 +391,7 @@ impl<S: Storage> Estimator<S> {
             outgoing: self.outbox.outgoing(),
             seen: self.outbox.seen(),
             answers: self.outbox.answers(),
+            shared: self.shared,
             reports: self.outbox.reports(),
             overflowed: self.outbox.overflowed(),
             folded_early: self.outbox.folded_early(),

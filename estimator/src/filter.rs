@@ -382,8 +382,12 @@ impl Filter {
         };
         let antenna = lever::moved(&self.state.belief, fix.lever);
         let left = fix::complement(&antenna.belief, &white.covariance);
-        let (update, _) =
-            fix::judged(&antenna.belief, fix.position, &white.covariance, f64::INFINITY);
+        let (update, _) = fix::judged(
+            &antenna.belief,
+            fix.position,
+            &white.covariance,
+            f64::INFINITY,
+        );
         let (belief, left) = if lever::is_none(fix.lever) {
             (update.belief, left)
         } else {

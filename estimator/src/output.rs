@@ -166,6 +166,8 @@ pub struct TickOutputs<'a> {
     pub seen: &'a [OutgoingSeen],
     /// Answers to robots that saw this one, each once; likewise.
     pub answers: &'a [OutgoingAnswer],
+    /// What is shared at a slot of the team's rounds, once it has begun ([`crate::rounds`]).
+    pub shared: Option<rounds::AtSlot>,
     /// One report for each measurement that got its verdict in this tick: poses and fixes always,
     /// odometry and sightings only when refused (a sighting's outcome is its outgoing pose).
     pub reports: &'a [Report],

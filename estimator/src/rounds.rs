@@ -77,6 +77,34 @@ pub struct Correction {
     pub factor: f64,
 }
 
+/// The nine entries, row by row.
+#[must_use]
+pub fn row_major(matrix: &Matrix3<f64>) -> [f64; 9] {
+    core::array::from_fn(|at| matrix[(at / 3, at % 3)])
+}
+
+/// What a robot says at a slot.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Sharing {
+    /// It takes no part in rounds.
+    Apart,
+    /// It does not know where it is.
+    Nowhere,
+    /// This.
+    Belief(Shared),
+}
+
+/// A slot, and what is said then.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct AtSlot {
+    /// The slot.
+    pub slot: u64,
+    /// When it begins.
+    pub stamp: Stamp,
+    /// What is said.
+    pub sharing: Sharing,
+}
+
 /// What the filter carries of it.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) struct Bond {
@@ -188,16 +216,25 @@ impl Giving {
 
     /// What was shared at `slot`.
     pub(crate) fn at(&self, slot: u64) -> Option<&Given> {
-        self.given.iter().flatten().find(|it| it.shared.slot == slot)
+        let given = self.given.iter().flatten();
+        given
+            .filter(|it| it.shared.slot == slot)
+            .max_by_key(|it| it.stamp)
     }
 
-    fn newest_slot(&self) -> Option<u64> {
-        self.given.iter().flatten().map(|it| it.shared.slot).max()
+    fn newest(&self) -> Option<Stamp> {
+        self.given.iter().flatten().map(|it| it.stamp).max()
     }
 
     /// Shares what is believed at `slot`; `None` where it takes no part, or has shared at a later slot.
-    pub(crate) fn share(&mut self, slot: u64, stamp: Stamp, bond: &Bond, belief: &Belief) -> Option<Shared> {
-        if self.newest_slot().is_some_and(|newest| newest >= slot) {
+    pub(crate) fn share(
+        &mut self,
+        slot: u64,
+        stamp: Stamp,
+        bond: &Bond,
+        belief: &Belief,
+    ) -> Option<Shared> {
+        if self.newest().is_some_and(|newest| newest >= stamp) {
             return None;
         }
         let standing = match bond.tie {
@@ -231,5 +268,7 @@ impl Giving {
 
 fn times(Square3(a): &Square3, b: &Square3) -> Square3 {
     let Square3(rows) = b;
-    Square3(a.map(|row| [0, 1, 2].map(|at| row[0] * rows[0][at] + row[1] * rows[1][at] + row[2] * rows[2][at])))
+    Square3(a.map(|row| {
+        [0, 1, 2].map(|at| row[0] * rows[0][at] + row[1] * rows[1][at] + row[2] * rows[2][at])
+    }))
 }

@@ -15,9 +15,9 @@
 
 use std::sync::Arc;
 
-use coloc_estimator::rounds::{Correction, Standing};
 use crate::member::Member;
 use crate::round::{Gates, Robot, Round, Share, Verdict};
+use coloc_estimator::rounds::{Correction, Standing};
 
 /// What robots say to one another.
 #[derive(Clone, Debug, PartialEq)]

@@ -16,9 +16,9 @@
 use coloc_estimator::Pose;
 use nalgebra::{Matrix2, Matrix3};
 
-use coloc_estimator::rounds::{Correction, Shared, Standing};
 use crate::joint::{Joint, Outcome};
 use crate::model::Kind;
+use coloc_estimator::rounds::{Correction, Shared, Standing};
 
 /// A robot of the team, from 0.
 pub type Robot = usize;

@@ -36,12 +36,7 @@ fn initial() -> Belief {
 type Robot = Estimator<Vec<Slot>>;
 
 fn robot(settings: Settings) -> Robot {
-    Estimator::new(
-        settings,
-        at(0),
-        initial(),
-        vec![Slot::default(); 512],
-    )
+    Estimator::new(settings, at(0), initial(), vec![Slot::default(); 512])
 }
 
 /// Straight on, and turning on the spot: there the arc is the step. The noise is the same in all directions.
@@ -131,7 +126,10 @@ fn tick(robot: &mut Robot, tick: i64, more: &[Measurement]) -> Vec<Verdict> {
             measurements: &measurements,
         },
     );
-    let of_rounds = outputs.reports.iter().filter(|it| it.source.kind == Kind::Round);
+    let of_rounds = outputs
+        .reports
+        .iter()
+        .filter(|it| it.source.kind == Kind::Round);
     of_rounds.map(|it| it.verdict).collect()
 }
 
@@ -149,7 +147,10 @@ fn wide_gates() -> Settings {
 
 fn joined(settings: Settings) -> Robot {
     let mut robot = robot(settings);
-    assert_eq!(tick(&mut robot, 1, &[word(1, 1, Deed::Join)]), [Verdict::Heard]);
+    assert_eq!(
+        tick(&mut robot, 1, &[word(1, 1, Deed::Join)]),
+        [Verdict::Heard]
+    );
     robot
 }
 
@@ -161,7 +162,10 @@ fn run(robot: &mut Robot, ticks: core::ops::Range<i64>, late: i64) -> Vec<Shared
         let due = waiting.iter().filter(|(at, _)| *at == now);
         let due: Vec<_> = due.map(|(_, told)| correct(now, told)).collect();
         let verdicts = tick(robot, now, &due);
-        assert!(verdicts.iter().all(|it| *it == Verdict::Heard), "{verdicts:?}");
+        assert!(
+            verdicts.iter().all(|it| *it == Verdict::Heard),
+            "{verdicts:?}"
+        );
         if now % EVERY == 0 {
             let shared = robot.share((now / EVERY).cast_unsigned(), at(now)).unwrap();
             waiting.push((now + late, corrected(&shared)));
@@ -186,9 +190,16 @@ fn in_rounds_it_is_the_member_that_the_team_is_tried_with() {
     let mut other = Member::new(member, at(1).as_nanos(), start, Standing::Joining(1));
     let mut waiting: Option<(i64, [Correction; 2])> = None;
     for now in 2..400 {
-        let due = waiting.as_ref().filter(|(when, _)| *when == now).map(|it| it.1);
+        let due = waiting
+            .as_ref()
+            .filter(|(when, _)| *when == now)
+            .map(|it| it.1);
         let told: Vec<_> = due.iter().map(|it| correct(now, &it[0])).collect();
-        assert!(tick(&mut robot, now, &told).iter().all(|it| *it == Verdict::Heard));
+        assert!(
+            tick(&mut robot, now, &told)
+                .iter()
+                .all(|it| *it == Verdict::Heard)
+        );
         other.drive(at(now).as_nanos(), motion(now), 0.02);
         if let Some(position) = position(now) {
             other.fix(at(now).as_nanos(), position, noise());
@@ -198,10 +209,7 @@ fn in_rounds_it_is_the_member_that_the_team_is_tried_with() {
         }
         if now % EVERY == 0 {
             let slot = (now / EVERY).cast_unsigned();
-            let shared = [
-                robot.share(slot, at(now)).unwrap(),
-                other.share(slot),
-            ];
+            let shared = [robot.share(slot, at(now)).unwrap(), other.share(slot)];
             let [one, two] = &shared;
             assert_eq!(one.standing, two.standing);
             let off = one.pose.to_vector() - two.pose.to_vector();
@@ -212,7 +220,10 @@ fn in_rounds_it_is_the_member_that_the_team_is_tried_with() {
                     let apart = (one.covariance - two.covariance)[(i, j)].abs();
                     assert!(apart < 1e-3 * sigma[i] * sigma[j], "{now}: P {apart}");
                     let apart = (one.psi - two.psi)[(i, j)].abs();
-                    assert!(apart < 1e-5 * (1.0 + two.psi[(i, j)].abs()), "{now}: Ψ {apart}");
+                    assert!(
+                        apart < 1e-5 * (1.0 + two.psi[(i, j)].abs()),
+                        "{now}: Ψ {apart}"
+                    );
                 }
             }
             waiting = Some((now + 4, shared.map(|it| corrected(&it))));
@@ -291,7 +302,13 @@ fn a_correction_that_no_round_can_make_moves_nothing_and_is_named() {
         ),
         (Correction { slot: 9, ..told }, Refusal::TookNoPart),
         (Correction { slot: 4, ..told }, Refusal::TookNoPart),
-        (Correction { factor: 6.0, ..told }, Refusal::Factor),
+        (
+            Correction {
+                factor: 6.0,
+                ..told
+            },
+            Refusal::Factor,
+        ),
     ];
     for (lie, why) in lies {
         let (mut lied_to, mut other) = (honest.clone(), honest.clone());
@@ -300,7 +317,10 @@ fn a_correction_that_no_round_can_make_moves_nothing_and_is_named() {
         tick(&mut other, 51, &[]);
         assert_eq!(believed(&lied_to, 51), believed(&other, 51));
     }
-    assert_eq!(tick(&mut honest, 51, &[correct(51, &told)]), [Verdict::Heard]);
+    assert_eq!(
+        tick(&mut honest, 51, &[correct(51, &told)]),
+        [Verdict::Heard]
+    );
 }
 
 /// The second is for the same slot, and honest: the belief that it was made of is not there any more.

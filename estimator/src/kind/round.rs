@@ -43,6 +43,8 @@ pub enum Deed {
     },
     /// Corrections of later slots than this are forgotten, all of them if there is none: the team went on without them.
     Undo(Option<u64>),
+    /// A slot begins, at the stamp: the tick says what is shared then.
+    Share(u64),
     /// The robot takes part from now on, and shares nothing that is known.
     Join,
     /// It takes no part any more: split covariance intersection.
@@ -65,7 +67,7 @@ impl Deed {
                 covariance: covariance.matrix(),
                 factor: *factor,
             }),
-            Self::Undo(_) | Self::Join | Self::Leave => None,
+            Self::Undo(_) | Self::Share(_) | Self::Join | Self::Leave => None,
         }
     }
 }
@@ -75,7 +77,7 @@ impl RoundWord {
     pub(crate) fn corrects(&self) -> Option<u64> {
         match self.deed {
             Deed::Correct { slot, .. } => Some(slot),
-            Deed::Undo(_) | Deed::Join | Deed::Leave => None,
+            Deed::Undo(_) | Deed::Share(_) | Deed::Join | Deed::Leave => None,
         }
     }
 }
@@ -118,7 +120,7 @@ impl Measured for RoundWord {
             }
             Deed::Join => filter.join(),
             Deed::Leave => filter.leave(),
-            Deed::Undo(_) => {}
+            Deed::Undo(_) | Deed::Share(_) => {}
         }
         Gauge::default()
     }
