@@ -24,4 +24,4 @@ pub use coloc_estimator::rounds::{Correction, Refusal, Shared, Standing, gate};
 pub use joint::{Joint, Outcome};
 pub use member::{Member, Taken};
 pub use party::{Message, Party, Post, Rules};
-pub use round::{Round, Share, Sighting};
+pub use round::{Going, Round, Share, Sighting};

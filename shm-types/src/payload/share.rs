@@ -15,13 +15,15 @@ pub struct SeenAtSlot {
     pub observed: u16,
     /// Zero, others are refused.
     pub reserved: [u8; 6],
-    /// Its pose in the body frame of who sees it, `[x, y, φ]` (m, m, rad).
+    /// How long before the slot that was (s). Who sees it has not moved since, as it is told here; who is seen may have.
+    pub age_s: f64,
+    /// Its pose in the body frame that who sees it has at the slot, `[x, y, φ]` (m, m, rad).
     pub pose: [f64; 3],
     /// Of its error, row by row (m², m·rad, rad²).
     pub covariance: [f64; 9],
 }
 
-layout!(SeenAtSlot, 104; observed: 0, reserved: 2, pose: 8, covariance: 32);
+layout!(SeenAtSlot, 112; observed: 0, reserved: 2, age_s: 8, pose: 16, covariance: 40);
 
 /// `coloc/<robot>/share`: what a robot believes and sees at a slot, for one leader. Of `coloc-rounds`, for the others of the team.
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
@@ -42,6 +44,10 @@ pub struct Share {
     pub covariance: [f64; 9],
     /// Ψ, row by row.
     pub psi: [f64; 9],
+    /// `[v_x, v_y, ω]` in its body frame (m/s, m/s, rad/s).
+    pub velocity: [f64; 3],
+    /// How fast the error of what it drives grows, row by row (m²/s, m·rad/s, rad²/s).
+    pub velocity_noise: [f64; 9],
     /// What it sees, `seen_count` of them; the rest is zero.
     pub seen: [SeenAtSlot; 16],
     /// Team number of who is to lead.
@@ -54,9 +60,9 @@ pub struct Share {
     pub reserved: [u8; 4],
 }
 
-layout!(Share, 1904;
-    header: 0, slot: 40, known: 48, since: 56, pose: 64, covariance: 88, psi: 160, seen: 232, leader: 1896, standing: 1898, seen_count: 1899,
-    reserved: 1900,
+layout!(Share, 2128;
+    header: 0, slot: 40, known: 48, since: 56, pose: 64, covariance: 88, psi: 160, velocity: 232, velocity_noise: 256, seen: 328,
+    leader: 2120, standing: 2122, seen_count: 2123, reserved: 2124,
 );
 
 impl Share {
@@ -74,9 +80,12 @@ impl Share {
     pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
         Limits::check_finite(&self.pose)?;
         Limits::check_finite(&self.psi)?;
+        Limits::check_finite(&self.velocity)?;
         check_belief(true, &self.covariance)?;
+        check_belief(false, &self.velocity_noise)?;
         for it in self.seen() {
             Limits::check_finite(&it.pose)?;
+            Limits::check_finite(&[it.age_s])?;
             check_belief(true, &it.covariance)?;
         }
         let is_known = matches!(self.standing, Shared::JOINING | Shared::SINCE);
