@@ -9,6 +9,7 @@ pub mod list;
 pub mod messages;
 pub mod parts;
 mod port;
+mod rounds;
 pub mod sensors;
 mod team;
 pub mod way;
@@ -139,8 +140,9 @@ impl Collect {
             .receive(moment, &mut self.measurements, account);
     }
 
-    /// Puts the samples that wait to the messages.
-    pub fn gather(&mut self) {
+    /// Puts the samples that wait to the messages, and the slot that begins; `ahead`: how far the team's clock is ahead of the stamps.
+    pub fn gather(&mut self, now: Stamp, ahead: impl FnOnce() -> Span) {
+        self.messages.slot(now, ahead, &mut self.measurements);
         self.way.gather(&mut self.measurements);
         self.messages.gather();
     }

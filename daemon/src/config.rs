@@ -21,6 +21,7 @@ mod places;
 mod presets;
 pub mod reference;
 mod review;
+mod rounds;
 pub mod sections;
 pub mod sensors;
 mod shape;
@@ -44,12 +45,13 @@ pub use assist::{Assist, AssistFusion, AssistMode};
 pub use error::ConfigError;
 pub use gyro::{Gyro, GyroSource};
 pub use others::{Section, SomebodyElses};
+pub use rounds::Rounds;
 pub use sensors::{Compass, Eye, Heading, Landmark, Receiver, RelativePose, Sensor, Sighting};
 
 pub use sections::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, InitialHeading,
-    InitialPose, LogLevel, Member, Motion, Partial, Position, Preset, Propagation, Realtime, Robot,
-    Scheduler, Shm, StandsBy, Telemetry, Tick, Trigger, TrustJump, Variance, WaitMode,
+    InitialPose, LogLevel, Member, Mode, Motion, Partial, Position, Preset, Propagation, Realtime,
+    Robot, Scheduler, Shm, StandsBy, Telemetry, Tick, Trigger, TrustJump, Variance, WaitMode,
 };
 
 /// A whole `robot.toml`. Only `[robot]` must be written; every other section has defaults.
@@ -112,6 +114,9 @@ pub struct Config {
     /// How poses and fixes are fused.
     #[serde(default)]
     pub fusion: Fusion,
+    /// When the team makes rounds, with `fusion.mode = "rounds"`. Read by `coloc-rounds` as well.
+    #[serde(default)]
+    pub rounds: Rounds,
     /// How far back a late measurement may reach.
     #[serde(default)]
     pub history: History,
@@ -178,6 +183,7 @@ impl Config {
             assist: Assist::default(),
             heading: Heading::default(),
             fusion: Fusion::default(),
+            rounds: Rounds::default(),
             history: History::default(),
             health: Health::default(),
             realtime: Realtime::default(),

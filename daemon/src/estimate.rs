@@ -4,6 +4,8 @@ use std::hint::black_box;
 
 use coloc_estimator::assist::assistant::{self, Assistant, Carried, Counts, Words};
 use coloc_estimator::partial::PositionSettings;
+use coloc_estimator::rounds::RoundSettings;
+use coloc_estimator::rounds::gate::CHI2_3_ONE_IN_A_MILLION;
 use coloc_estimator::settings::{Criterion, GateWeight};
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Finding, Floors, FoundSettings, FusionSettings,
@@ -80,6 +82,7 @@ impl Estimate {
             outgoing: &[],
             seen: &[],
             answers: &[],
+            shared: None,
             reports: &[],
             overflowed: 0,
             folded_early: 0,
@@ -155,6 +158,7 @@ pub fn settings(config: &Config) -> Settings {
         },
         history: span(config.history.length_s),
         gyro: config.gyro.settings(),
+        rounds: rounds(config),
         future_tolerance: span(config.history.future_tolerance_s),
     }
 }
@@ -174,6 +178,13 @@ pub(crate) fn propagation(fusion: &config::Fusion) -> Propagation {
         config::Propagation::Honest if !fusion.paper => Propagation::Honest,
         _ => Propagation::Paper,
     }
+}
+
+fn rounds(config: &Config) -> Option<RoundSettings> {
+    config.makes_rounds().then(|| RoundSettings {
+        robots: config.peers().count() + 1,
+        gate: CHI2_3_ONE_IN_A_MILLION,
+    })
 }
 
 fn floors(fusion: &config::Fusion) -> Floors {

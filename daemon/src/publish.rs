@@ -2,6 +2,7 @@
 
 use coloc_estimator::assist::assistant::{Ack, Carried, Message as AssistMessage, Told};
 use coloc_estimator::partial::SplitPosition;
+use coloc_estimator::rounds::{AtSlot, Sharing, Standing as RoundStanding, row_major};
 use coloc_estimator::{Estimate, OutgoingAnswer, OutgoingPose, OutgoingSeen, TickOutputs};
 use coloc_shm_types::{
     self as shm, GroupPage, Health, Input, Message, Neighbour, PortError, Publisher, RobotName,
@@ -23,6 +24,8 @@ pub struct Publish {
     page: Option<GroupPage>,
     estimates: Publisher<shm::Estimate>,
     peers: Vec<Peer>,
+    /// Where the robot may make rounds.
+    shared: Option<Rounds>,
     /// Messages that did not reach everybody; they are not sent again, the next tick's are newer.
     pub undelivered: u64,
 }
@@ -37,6 +40,13 @@ struct Peer {
     parts: Option<Parts>,
     /// Where this robot has a part in `[assist]`.
     assists: Option<Assists>,
+}
+
+/// To the robot's own `coloc-rounds`.
+#[derive(Debug)]
+struct Rounds {
+    port: Publisher<shm::Shared>,
+    sender: Sender,
 }
 
 /// To a peer, of what leaders say; likewise.
@@ -87,6 +97,10 @@ impl Publish {
             page,
             estimates,
             peers,
+            shared: config
+                .makes_rounds()
+                .then(|| Rounds::open(space, &config.robot.name, sender))
+                .transpose()?,
             undelivered: 0,
         })
     }
@@ -108,6 +122,7 @@ impl Publish {
         self.estimates.ring();
         self.page.iter().for_each(GroupPage::settle);
         self.peers.iter().for_each(Peer::ring);
+        self.shared.iter().for_each(|it| it.port.ring());
     }
 
     /// The next estimate comes in less than half a millisecond.
@@ -170,6 +185,13 @@ impl Publish {
             let sent = assists.is_none_or(|it| it.answer(stamp_ns, ack));
             self.undelivered += u64::from(!sent);
         }
+    }
+
+    /// Says what is believed at a slot.
+    pub fn share(&mut self, at: &AtSlot, moment: &Moment) {
+        let stamp_ns = moment.on(self.sender.clock().into(), at.stamp.as_nanos());
+        let sent = self.shared.as_mut().is_none_or(|it| it.say(stamp_ns, at));
+        self.undelivered += u64::from(!sent);
     }
 
     fn neighbours(&mut self, outgoing: &[OutgoingPose], moment: &Moment) {
@@ -329,6 +351,47 @@ impl Parts {
         };
         let port = self.answers.as_ref();
         port.is_some_and(|port| port.put(message).is_ok())
+    }
+}
+
+impl Rounds {
+    fn open(space: &Space, name: &RobotName, sender: &Sender) -> Result<Self, PortError> {
+        let port = space.publisher(name)?;
+        let _ = port.refresh();
+        Ok(Self {
+            port,
+            sender: sender.beside(),
+        })
+    }
+
+    fn say(&mut self, stamp_ns: i64, at: &AtSlot) -> bool {
+        let blank = shm::Shared {
+            header: self.sender.header(stamp_ns),
+            slot: at.slot,
+            ..shm::Shared::default()
+        };
+        let message = match &at.sharing {
+            Sharing::Apart => blank,
+            Sharing::Nowhere => shm::Shared {
+                standing: shm::Shared::NOWHERE,
+                ..blank
+            },
+            Sharing::Belief(shared) => {
+                let (standing, since) = match shared.standing {
+                    RoundStanding::Joining(from) => (shm::Shared::JOINING, from),
+                    RoundStanding::Since(last) => (shm::Shared::SINCE, last),
+                };
+                shm::Shared {
+                    since,
+                    pose: shared.pose.to_vector().into(),
+                    covariance: row_major(&shared.covariance),
+                    psi: row_major(&shared.psi),
+                    standing,
+                    ..blank
+                }
+            }
+        };
+        self.port.put(message).is_ok()
     }
 }
 

@@ -4,7 +4,7 @@
 //! that they read back exactly.
 //!
 //! ```text
-//! begin ( tick (odometry | gyro | sighting | neighbour | partial | seen | answer | landmark | heading | fix | pose)*
+//! begin ( tick (odometry | gyro | sighting | neighbour | partial | seen | answer | landmark | heading | fix | pose | round)*
 //!         team_clock? (assist leader transition*)* assist_ack* estimate )*
 //! ```
 //!
@@ -14,6 +14,7 @@
 mod assist;
 mod part;
 mod read;
+mod round;
 mod write;
 
 use coloc_estimator::assist::assistant::Words;
@@ -25,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 pub use part::Reading;
 pub use read::{Gaps, RecordedTick, Recording, RecordingError};
+pub use round::RecordedDeed;
 pub use write::Recorder;
 
 /// A line of a recording. Poses `[x, y, φ]` \[m, m, rad\], covariances row-major, stamps \[ns\].
@@ -334,6 +336,27 @@ pub enum Record {
         /// Whether it is used.
         taken: bool,
     },
+    /// What the team's rounds do; numbers that are not of it are zero.
+    Round {
+        /// From when on it holds; of a share when the slot begins.
+        stamp_ns: i64,
+        /// Zero.
+        source: u16,
+        /// Which life of who says it.
+        session: u64,
+        /// Its count.
+        sequence: u64,
+        /// What is to be done.
+        deed: RecordedDeed,
+        /// Of which slot.
+        slot: u64,
+        /// `x̂⁺`
+        pose: [f64; 3],
+        /// `P⁺`
+        covariance: [f64; 9],
+        /// Of the block bound.
+        factor: f64,
+    },
     /// Yaw rate.
     Gyro {
         /// When.
@@ -487,6 +510,7 @@ impl From<&Measurement> for Record {
             Measurement::Answer(answer) => answer.into(),
             Measurement::Landmark(sighting) => sighting.into(),
             Measurement::Assist(pose) => pose.into(),
+            Measurement::Round(word) => word.into(),
         }
     }
 }

@@ -322,7 +322,8 @@ impl Robot {
             }
         } else {
             self.collect.messages(moment, &mut self.account);
-            self.collect.gather();
+            self.collect
+                .gather(moment.stamp, || ahead(moment, self.clock));
             self.collect.inputs(moment)
         };
         let words = if behind {
@@ -358,6 +359,9 @@ impl Robot {
         let sent_ns = self.time.now_ns();
         self.publish.others(&outputs, moment);
         self.publish.carried(&carried, moment);
+        if let Some(shared) = &outputs.shared {
+            self.publish.share(shared, moment);
+        }
         self.publish.ring();
         stages.publish_ns = watch.lap(&*self.time);
         // account

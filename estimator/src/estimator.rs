@@ -7,9 +7,10 @@ use crate::filter::Filter;
 use crate::found::{Finding, Found, Start};
 use crate::history::{Court, Drive, History, Storage};
 use crate::input::TickInputs;
-use crate::kind::{Answer, Key, Measured, Measurement, SeenPart};
+use crate::kind::{Answer, Deed, Key, Measured, Measurement, RoundWord, SeenPart};
 use crate::outbox::Outbox;
 use crate::output::{Estimate, OdometryState, TickOutputs, Verdict};
+use crate::rounds::{AtSlot, Giving, Refusal, Shared, Sharing, Standing, gate};
 use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
 use crate::terms::Terms;
@@ -25,6 +26,11 @@ pub struct Estimator<S: Storage> {
     found: Found,
     /// The latest tick's stamp.
     now: Stamp,
+    /// To the team's rounds.
+    giving: Giving,
+    /// The slot that begins in this tick, and when.
+    slot: Option<(u64, Stamp)>,
+    shared: Option<AtSlot>,
     outbox: Outbox,
 }
 
@@ -39,12 +45,17 @@ impl<S: Storage> Estimator<S> {
     /// samples, each of them is answered with [`Verdict::NoRoom`].
     #[must_use]
     pub fn starting(settings: Settings, stamp: Stamp, start: &Start, storage: S) -> Self {
-        let filter = Filter::starting(stamp, start).with_gyro(settings.gyro());
+        let filter = Filter::starting(stamp, start)
+            .with_gyro(settings.gyro())
+            .with_bond(settings.rounds().is_some());
         Self {
             settings,
             history: History::new(stamp, &filter, storage.split()),
             found: Found::new(stamp, start),
             now: stamp,
+            giving: Giving::new(),
+            slot: None,
+            shared: None,
             outbox: Outbox::new(),
         }
     }
@@ -113,6 +124,7 @@ impl<S: Storage> Estimator<S> {
     pub(crate) fn begin(&mut self, stamp: Stamp) {
         self.outbox.clear();
         self.found.begin_tick();
+        (self.slot, self.shared) = (None, None);
         self.now = stamp;
     }
 
@@ -199,6 +211,7 @@ impl<S: Storage> Estimator<S> {
         match measurement {
             Measurement::Seen(seen) => self.take_seen(key, seen),
             Measurement::Answer(answer) => self.take_answer(key, answer),
+            Measurement::Round(word) => self.take_round(key, word),
             _ => self.take(key, measurement),
         }
     }
@@ -228,6 +241,97 @@ impl<S: Storage> Estimator<S> {
             ..*answer
         };
         self.take(key, &Measurement::Answer(answer))
+    }
+
+    /// What the robot's own process says that makes rounds.
+    #[inline(never)]
+    fn take_round(&mut self, key: Key, word: &RoundWord) -> Result<(), Verdict> {
+        if self.settings.rounds().is_none() {
+            return Err(Verdict::NotFollowed(Refusal::TookNoPart));
+        }
+        match word.deed {
+            Deed::Correct { slot, .. } => self.take_correction(slot, word)?,
+            Deed::Undo(last) => self.undo(last)?,
+            Deed::Share(slot) => {
+                self.slot = Some((slot, word.stamp));
+                return Ok(());
+            }
+            Deed::Join | Deed::Leave => self.take(key, &Measurement::Round(*word))?,
+        }
+        self.outbox
+            .report(word.source(), word.stamp, Verdict::Heard);
+        Ok(())
+    }
+
+    /// Decided once: of what was shared at that slot, and by what is shared now.
+    fn take_correction(&mut self, slot: u64, word: &RoundWord) -> Result<(), Verdict> {
+        let foreign = Verdict::NotFollowed(Refusal::TookNoPart);
+        let (given, told) = (self.giving.at(slot), word.deed.correction());
+        let (Some(given), Some(told), Some(rounds)) =
+            (given.copied(), told, self.settings.rounds())
+        else {
+            return Err(foreign);
+        };
+        let now = self.history.filter_at(self.now, &self.settings);
+        if now.bond.is_none_or(|bond| bond.knot() != given.knot) {
+            return Err(foreign);
+        }
+        gate::check(&given.shared, &told, rounds.robots, rounds.gate)
+            .map_err(Verdict::NotFollowed)?;
+        self.check_time(given.stamp)?;
+        let word = RoundWord {
+            stamp: given.stamp,
+            of: Some(given.knot),
+            ..*word
+        };
+        self.take(word.key(), &Measurement::Round(word))
+    }
+
+    /// The team went on without them; nothing has changed where that cannot be.
+    fn undo(&mut self, last: Option<u64>) -> Result<(), Verdict> {
+        let standing_before =
+            |word: &RoundWord| Some(self.giving.at(word.corrects()?)?.shared.standing);
+        let first = self.history.correction_after(last);
+        let place = first.and_then(|(place, word)| {
+            let is_on_the_way = match (standing_before(&word)?, last) {
+                (Standing::Since(slot), Some(last)) => slot <= last,
+                (Standing::Since(_), None) => false,
+                (Standing::Joining(from), last) => last.is_none_or(|last| last < from),
+            };
+            is_on_the_way.then_some(place)
+        });
+        let place = place.ok_or(Verdict::NotFollowed(Refusal::TookNoPart))?;
+        self.history.undo_from(place, last);
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn begin_slot(&mut self, slot: u64, stamp: Stamp) {
+        let is_tied = |bond: crate::rounds::Bond| !bond.is_apart();
+        let now = self.history.filter_at(self.now, &self.settings);
+        let sharing = match self.share(slot, stamp) {
+            Some(shared) => Sharing::Belief(shared),
+            None if now.bond.is_some_and(is_tied) => Sharing::Nowhere,
+            None => Sharing::Apart,
+        };
+        self.shared = Some(AtSlot {
+            slot,
+            stamp,
+            sharing,
+        });
+    }
+
+    /// What is shared of the belief at `stamp`, which is in the history and where the slot begins; `None` where the robot takes no part in
+    /// rounds, does not know where it is, or has shared at a later slot.
+    pub fn share(&mut self, slot: u64, stamp: Stamp) -> Option<Shared> {
+        let is_known = self.history.begins() <= stamp && stamp <= self.now && self.found.is_ok();
+        if !is_known {
+            return None;
+        }
+        let filter = self.history.filter_at(stamp, &self.settings);
+        let bond = filter.bond?;
+        let belief = filter.settle(self.settings.propagation);
+        self.giving.share(slot, stamp, &bond, &belief)
     }
 
     fn take(&mut self, key: Key, measurement: &Measurement) -> Result<(), Verdict> {
@@ -274,6 +378,9 @@ impl<S: Storage> Estimator<S> {
         if !self.found.is_ok() {
             self.history.keep_ways(self.now, &self.settings);
         }
+        if let Some((slot, stamp)) = self.slot {
+            self.begin_slot(slot, stamp);
+        }
     }
 
     /// What comes of the tick.
@@ -284,6 +391,7 @@ impl<S: Storage> Estimator<S> {
             outgoing: self.outbox.outgoing(),
             seen: self.outbox.seen(),
             answers: self.outbox.answers(),
+            shared: self.shared,
             reports: self.outbox.reports(),
             overflowed: self.outbox.overflowed(),
             folded_early: self.outbox.folded_early(),

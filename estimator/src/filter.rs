@@ -12,14 +12,15 @@ use crate::found::{Gauge, OPEN, Start};
 use crate::fusion::fuse_and_leave;
 use crate::gyro::{Bias, GyroSettings, GyroState, Passage};
 use crate::heading::{self, HeadingNoise};
-use crate::honest::{Moved, ThereAndBack};
-use crate::kind::{HeadingFix, Measured, PositionFix};
+use crate::honest::{Moved, ThereAndBack, step};
+use crate::kind::{HeadingFix, Measured, PositionFix, SlowError};
 use crate::motion::{Motion, drive, propagate};
 use crate::output::Verdict;
 use crate::pace::Pace;
 use crate::partial::{BodySighting, Innovation, SplitPosition, fuse_and_leave as fuse_part};
 use crate::parts::Parts;
 use crate::pose::Pose;
+use crate::rounds::{Bond, Knot};
 use crate::settings::{Propagation, Settings};
 use crate::stamp::Stamp;
 use crate::symmetric::Square3;
@@ -32,6 +33,8 @@ pub(crate) struct Filter {
     pub(crate) state: State,
     /// Of the gyro, if there is one: apart, so that nobody else copies it.
     pub(crate) bias: Option<Bias>,
+    /// Where the robot may take part in rounds; likewise.
+    pub(crate) bond: Option<Bond>,
 }
 
 /// What every robot carries.
@@ -80,7 +83,11 @@ impl Filter {
                 Pace::beginning(stamp).met()
             },
         };
-        Self { state, bias: None }
+        Self {
+            state,
+            bias: None,
+            bond: None,
+        }
     }
 
     /// Believes what is known at the start.
@@ -98,17 +105,49 @@ impl Filter {
         }
     }
 
+    /// That may take part in rounds, if there are settings for that, and does not yet.
+    pub(crate) fn with_bond(self, may: bool) -> Self {
+        Self {
+            bond: may.then(Bond::default),
+            ..self
+        }
+    }
+
+    /// Whether it takes part in rounds.
+    #[inline]
+    fn is_tied(&self) -> bool {
+        self.bond.as_ref().is_some_and(|it| !it.is_apart())
+    }
+
     /// `dt_s` seconds of `motion` pass.
     #[inline]
     pub(crate) fn predict(&mut self, motion: &Motion, dt_s: f64, propagation: Propagation) {
         self.close();
+        if self.is_tied() {
+            self.step_tied(motion, dt_s);
+        } else {
+            self.state.belief = propagate(&self.state.belief, motion, dt_s, propagation);
+        }
         let state = &mut self.state;
-        state.belief = propagate(&state.belief, motion, dt_s, propagation);
         state.driven = drive(state.driven, motion.velocity().map(|it| dt_s * it));
         state.velocity = match motion {
             Motion::Nonholonomic { velocity, .. } => *velocity,
             Motion::Holonomic { .. } => [f64::NAN; 2],
         };
+    }
+
+    /// The belief and Ψ by one map.
+    #[inline]
+    fn step_tied(&mut self, motion: &Motion, dt_s: f64) {
+        if dt_s == 0.0 {
+            return;
+        }
+        let belief = &mut self.state.belief;
+        let moved = step(belief, &motion.swept(belief.pose.phi, dt_s));
+        *belief = moved.belief;
+        if let Some(bond) = &mut self.bond {
+            bond.moved(&moved.map);
+        }
     }
 
     /// A leg passes beside a gyro.
@@ -146,7 +185,11 @@ impl Filter {
         covariance: &Covariance3,
         settings: &Settings,
     ) -> GlobalPose {
-        let told = tell(&self.state.belief, relative, covariance, settings);
+        let told = if self.is_tied() {
+            tell(&self.said_of(true), relative, covariance, settings)
+        } else {
+            tell(&self.state.belief, relative, covariance, settings)
+        };
         GlobalPose {
             parts: kept(&told.parts, settings.propagation),
             ..told
@@ -175,6 +218,9 @@ impl Filter {
         } else {
             Gauge::default()
         };
+        if self.is_tied() {
+            return (Verdict::Heard, gauge);
+        }
         self.state.pace = self.state.pace.heard(stamp);
         let damped = self.state.pace.damped(&settings.fusion);
         let mut left = Square3::IDENTITY;
@@ -206,6 +252,9 @@ impl Filter {
         } else {
             Gauge::default()
         };
+        if self.is_tied() {
+            return (Verdict::Heard, gauge);
+        }
         let mut left = None;
         let fusion = settings
             .assist
@@ -233,9 +282,10 @@ impl Filter {
         SplitPosition::of(&self.said_of(told))
     }
 
+    /// In rounds nothing is independent.
     fn said_of(&self, told: bool) -> Belief {
         let mut belief = self.state.belief;
-        if told {
+        if told || self.is_tied() {
             belief.make_dependent();
         }
         belief
@@ -267,7 +317,8 @@ impl Filter {
         let damped = settings.partial.damped(&self.state.pace);
         let mut left = Square3::IDENTITY;
         let fusion = fuse_part(&self.state.belief, &innovation, &damped, &mut left);
-        if settings.found.enabled && self.state.belief.heading_variance() > OPEN {
+        let is_open = settings.found.enabled && self.state.belief.heading_variance() > OPEN;
+        if is_open || self.is_tied() {
             return (Verdict::Heard, Gauge::of_part(fusion.d2));
         }
         let accepted = fusion.accepted && trusted;
@@ -300,13 +351,57 @@ impl Filter {
         if settings.found.enabled && wide {
             return (Verdict::Heard, gauge);
         }
-        self.take(fix, &update, &learnt);
+        if self.is_tied() {
+            self.take_silently(fix);
+        } else {
+            self.take(fix, &update, &learnt);
+        }
         (verdict(true, update.d2), gauge)
     }
 
     fn take(&mut self, fix: &PositionFix, update: &FixUpdate, learnt: &Learnt) {
         self.learn(&update.belief, learnt);
         self.state.belief = update.belief;
+        if fix.slow.is_there() {
+            self.state.slow_heard = fix.stamp;
+        }
+    }
+
+    /// In rounds: nobody else's gain is anything but zero, and a slow error is white noise that is as strong.
+    #[inline(never)]
+    fn take_silently(&mut self, fix: &PositionFix) {
+        let since = fix.stamp - self.state.slow_heard;
+        let slow = HeadingNoise::of(0.0, &fix.slow, Some(since)).weight;
+        if !slow.is_finite() {
+            return; // Of the same moment as another one, which it only repeats.
+        }
+        let white = PositionFix {
+            covariance: fix.covariance.plus(slow),
+            slow: SlowError::default(),
+            ..*fix
+        };
+        let antenna = lever::moved(&self.state.belief, fix.lever);
+        let left = fix::complement(&antenna.belief, &white.covariance);
+        let (update, _) = fix::judged(
+            &antenna.belief,
+            fix.position,
+            &white.covariance,
+            f64::INFINITY,
+        );
+        let (belief, left) = if lever::is_none(fix.lever) {
+            (update.belief, left)
+        } else {
+            let body = lever::moved(&update.belief, lever::back(fix.lever));
+            let left = body.map.after(&antenna.map.before(&left));
+            (self.back_from(&white, &antenna, &body), left)
+        };
+        if !(update.accepted && belief.is_finite()) {
+            return;
+        }
+        self.state.belief = belief;
+        if let Some(bond) = &mut self.bond {
+            bond.learnt(&left);
+        }
         if fix.slow.is_there() {
             self.state.slow_heard = fix.stamp;
         }
@@ -406,6 +501,9 @@ impl Filter {
         );
         if update.accepted {
             self.learn(&update.belief, &Learnt::OfAll);
+            if let Some(bond) = &mut self.bond {
+                bond.learnt(&heading::complement(&self.state.belief, noise.weight));
+            }
             self.state.belief = update.belief;
             if fix.slow.is_there() {
                 self.state.slow_heading_heard = Some(fix.stamp);
@@ -422,6 +520,9 @@ impl Filter {
     /// It is not known where the robot is.
     pub(crate) fn lose(&mut self) {
         self.state.nowhere = true;
+        if let Some(bond) = &mut self.bond {
+            bond.untie();
+        }
     }
 
     /// This is believed from now on, and was learnt from others.
@@ -431,6 +532,40 @@ impl Filter {
         self.state.pace = self.state.pace.met();
         if let Some(bias) = &mut self.bias {
             bias.forget_pose();
+        }
+        if let Some(bond) = &mut self.bond {
+            bond.untie();
+        }
+    }
+
+    /// What a round made of the belief that was shared, if that is what was believed up to here.
+    pub(crate) fn follow(&mut self, slot: u64, belief: &Belief, of: Option<Knot>) {
+        let Some(bond) = self.bond.as_mut().filter(|it| of == Some(it.knot())) else {
+            return;
+        };
+        if self.state.nowhere {
+            return;
+        }
+        bond.corrected(slot);
+        self.state.belief = *belief;
+        self.state.exchanged = false;
+        self.state.pace = self.state.pace.met();
+    }
+
+    /// It takes part in rounds, and shares nothing that is known.
+    pub(crate) fn join(&mut self) {
+        self.close();
+        if let Some(bond) = &mut self.bond {
+            bond.join();
+        }
+    }
+
+    /// It takes no part in rounds any more; what it believes is others' as much as its own.
+    pub(crate) fn leave(&mut self) {
+        self.state.exchanged |= self.is_tied();
+        self.close();
+        if let Some(bond) = &mut self.bond {
+            bond.leave();
         }
     }
 
@@ -442,7 +577,7 @@ impl Filter {
     /// No neighbour's pose can follow at this stamp.
     #[inline]
     fn close(&mut self) {
-        if self.state.exchanged {
+        if self.state.exchanged || self.is_tied() {
             self.state.belief.make_dependent();
             if let Some(bias) = &mut self.bias {
                 bias.make_dependent();

@@ -96,6 +96,18 @@ pub fn update(own: &Belief, heading: f64, noise: &HeadingNoise, gate: f64) -> Fi
     }
 }
 
+/// `I − W H` of a heading of that variance.
+pub(crate) fn complement(own: &Belief, variance: f64) -> Square3 {
+    let p = own.total().symmetric();
+    let sum = p.pp + variance;
+    let kept = [p.xp, p.yp].map(|it| -it / sum);
+    Square3([
+        [1.0, 0.0, kept[0]],
+        [0.0, 1.0, kept[1]],
+        [0.0, 0.0, variance / sum],
+    ])
+}
+
 #[inline]
 fn turned(own: &Belief, p: &Symmetric3, innovation: f64, variance: f64) -> Belief {
     let sum = p.pp + variance;

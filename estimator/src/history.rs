@@ -51,7 +51,7 @@ mod ways;
 
 use crate::filter::Filter;
 use crate::gyro::GyroSettings;
-use crate::kind::{GyroSample, Key, Measured, Measurement, OdometrySample};
+use crate::kind::{GyroSample, Key, Measured, Measurement, OdometrySample, RoundWord};
 use crate::output::Verdict;
 use crate::settings::Settings;
 use crate::stamp::{Span, Stamp};
@@ -74,6 +74,12 @@ const INSTANT: Span = Span::from_nanos(1);
 /// One place in the history's storage; `Slot::default()` is an empty one.
 #[derive(Copy, Clone, Debug, Default)]
 pub struct Slot(Option<Entry>);
+
+/// Whether it corrects the belief at a later slot than `last`, and acts.
+fn is_later(word: &RoundWord, last: Option<u64>) -> bool {
+    let slot = word.corrects().filter(|_| word.of.is_some());
+    slot.is_some_and(|slot| last.is_none_or(|last| slot > last))
+}
 
 #[derive(Clone, Debug)]
 pub(crate) struct History<S, G> {
@@ -218,6 +224,36 @@ impl<S: Slots, G: Samples> History<S, G> {
         self.base.filter.bias.is_some()
     }
 
+    /// A bond is carried along.
+    #[inline]
+    fn may_be_tied(&self) -> bool {
+        self.base.filter.bond.is_some()
+    }
+
+    /// The first correction of a later slot than `last` that acts on anything, and its place.
+    pub(crate) fn correction_after(&self, last: Option<u64>) -> Option<(usize, RoundWord)> {
+        let mut places = (0..).map_while(|place| Some((place, self.entries.get(place)?)));
+        places.find_map(|(place, entry)| match &entry.measurement {
+            Measurement::Round(word) if is_later(word, last) => Some((place, *word)),
+            _ => None,
+        })
+    }
+
+    /// From `place` on they act on nothing any more.
+    pub(crate) fn undo_from(&mut self, place: usize, last: Option<u64>) {
+        for place in place.. {
+            let Some(entry) = self.entries.get_mut(place) else {
+                break;
+            };
+            if let Measurement::Round(word) = &mut entry.measurement
+                && is_later(word, last)
+            {
+                word.of = None;
+            }
+        }
+        self.mark_from(place);
+    }
+
     /// How it is, where there is one.
     #[inline]
     fn gyro<'a>(&self, settings: &'a Settings) -> Option<&'a GyroSettings> {
@@ -233,13 +269,16 @@ impl<S: Slots, G: Samples> History<S, G> {
     }
 
     fn fold_oldest(&mut self) {
-        let with_gyro = self.has_gyro();
+        let (with_gyro, with_bond) = (self.has_gyro(), self.may_be_tied());
         let Some(entry) = self.entries.pop_front() else {
             return;
         };
         self.base = entry.after();
         if with_gyro {
             self.base.filter.bias = Some(entry.bias());
+        }
+        if with_bond {
+            self.base.filter.bond = Some(entry.bond());
         }
         if let Some(sample) = entry.measurement.as_odometry() {
             self.base_odometry = Some(*sample);

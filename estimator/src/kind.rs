@@ -14,6 +14,7 @@ mod neighbour;
 mod odometry;
 mod partial;
 mod pose;
+mod round;
 mod seen;
 mod sighting;
 
@@ -28,6 +29,7 @@ pub use neighbour::NeighbourPose;
 pub use odometry::OdometrySample;
 pub use partial::{PartialSighting, SightingId};
 pub use pose::PoseSaid;
+pub use round::{Deed, RoundWord};
 pub use seen::SeenPart;
 pub use sighting::Sighting;
 
@@ -184,6 +186,8 @@ kinds! {
     Fix(PositionFix),
     /// Own pose, as a person or a map says it.
     Pose(PoseSaid),
+    /// What the team's rounds do to the belief: after all else of the stamp, which was shared.
+    Round(RoundWord),
     /// The gyro's yaw rate. It takes no place in an event: it drives, beside the wheels.
     Gyro(GyroSample),
 }

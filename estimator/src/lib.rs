@@ -52,6 +52,7 @@ pub mod parts;
 pub mod pose;
 mod root;
 mod rotate;
+pub mod rounds;
 pub mod settings;
 mod slow;
 mod split;
@@ -74,9 +75,9 @@ pub use history::{GYRO_SAMPLES, MOST_SLOTS, Slot, Storage, WithGyro};
 pub use honest::{Bend, Increments};
 pub use input::TickInputs;
 pub use kind::{
-    Answer, Ask, GyroSample, HeadingFix, HeadingOf, Kind, LandmarkSighting, LeaderPose,
+    Answer, Ask, Deed, GyroSample, HeadingFix, HeadingOf, Kind, LandmarkSighting, LeaderPose,
     Measurement, NeighbourPose, OdometrySample, Origin, PartialSighting, PoseSaid, PositionFix,
-    RobotId, SeenPart, Sighting, SightingId, SlowError,
+    RobotId, RoundWord, SeenPart, Sighting, SightingId, SlowError,
 };
 pub use motion::{Motion, propagate};
 pub use noise::OdometryNoise;

@@ -9,6 +9,7 @@ use crate::kind::{Kind, RobotId, SightingId};
 use crate::partial::SplitPosition;
 use crate::parts::Parts;
 use crate::pose::Pose;
+use crate::rounds;
 use crate::stamp::Stamp;
 
 /// Where the velocity at the tick's stamp comes from.
@@ -118,6 +119,8 @@ pub enum Verdict {
     NotAsked,
     /// Nothing that a robot of this part in its team may be told ([`crate::assist`]).
     Refused(Refusal),
+    /// Of a round that this robot does not follow ([`crate::rounds`]).
+    NotFollowed(rounds::Refusal),
     /// The history's storage is full of newer entries, or of entries that wait for a later tick.
     NoRoom,
 }
@@ -163,6 +166,8 @@ pub struct TickOutputs<'a> {
     pub seen: &'a [OutgoingSeen],
     /// Answers to robots that saw this one, each once; likewise.
     pub answers: &'a [OutgoingAnswer],
+    /// What is shared at a slot of the team's rounds, once it has begun ([`crate::rounds`]).
+    pub shared: Option<rounds::AtSlot>,
     /// One report for each measurement that got its verdict in this tick: poses and fixes always,
     /// odometry and sightings only when refused (a sighting's outcome is its outgoing pose).
     pub reports: &'a [Report],

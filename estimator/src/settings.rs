@@ -6,6 +6,7 @@ use crate::gate::{CHI2_1_99, CHI2_2_99, CHI2_3_99};
 use crate::gyro::GyroSettings;
 use crate::motion::Motion;
 use crate::partial::PositionSettings;
+use crate::rounds::RoundSettings;
 use crate::stamp::Span;
 
 /// What the weight α of split covariance intersection minimises.
@@ -114,6 +115,8 @@ pub struct Settings {
     pub odometry: OdometrySettings,
     /// Beside the wheels, if there is a gyro. With [`Propagation::Paper`] it is not used.
     pub gyro: Option<GyroSettings>,
+    /// Where the robot may take part in its team's rounds ([`crate::rounds`]). With [`Propagation::Paper`], and beside a gyro, it does not.
+    pub rounds: Option<RoundSettings>,
     /// A measurement older than the tick by more than this is rejected as too old.
     pub history: Span,
     /// A measurement stamped after the tick by more than this is rejected as from the future.
@@ -180,6 +183,15 @@ impl Settings {
         }
     }
 
+    /// How it takes part in rounds, if it may.
+    #[inline]
+    pub(crate) fn rounds(&self) -> Option<&RoundSettings> {
+        match self.propagation {
+            Propagation::Honest if self.gyro.is_none() => self.rounds.as_ref(),
+            _ => None,
+        }
+    }
+
     /// The paper to the letter ([`Propagation::Paper`], [`FusionSettings::paper`]).
     #[must_use]
     pub fn paper() -> Self {
@@ -207,6 +219,7 @@ impl Default for Settings {
             floors: Floors::default(),
             odometry: OdometrySettings::default(),
             gyro: None,
+            rounds: None,
             history: Span::from_millis(1000),
             future_tolerance: Span::from_millis(100),
         }

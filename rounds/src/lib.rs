@@ -14,15 +14,14 @@
 //! Robots are numbered from 0 in their team. Nothing here does I/O or has a clock.
 #![forbid(unsafe_code)]
 
-pub mod gate;
 pub mod joint;
 pub mod member;
 pub mod model;
 pub mod party;
 pub mod round;
 
-pub use gate::{Correction, Refusal};
+pub use coloc_estimator::rounds::{Correction, Refusal, Shared, Standing, gate};
 pub use joint::{Joint, Outcome};
-pub use member::{Member, Shared, Standing, Taken};
+pub use member::{Member, Taken};
 pub use party::{Message, Party, Post, Rules};
-pub use round::{Round, Share, Sighting};
+pub use round::{Going, Round, Share, Sighting};

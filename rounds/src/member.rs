@@ -15,10 +15,10 @@
 use std::collections::VecDeque;
 
 use coloc_estimator::angle::wrap;
+use coloc_estimator::rounds::{Correction, Refusal, Shared, Standing, gate};
 use coloc_estimator::{Covariance2, Motion, Pose};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-use crate::gate::{self, Correction, Refusal};
 use crate::joint::Outcome;
 use crate::model;
 
@@ -32,30 +32,6 @@ struct State {
     covariance: Matrix3<f64>,
     psi: Matrix3<f64>,
     standing: Standing,
-}
-
-/// What a robot's cross-covariances refer to.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub enum Standing {
-    /// The round of this slot was its last.
-    Since(u64),
-    /// They are unknown: it joins, at this slot or any later one, by a block bound.
-    Joining(u64),
-}
-
-/// What is shared at a slot.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Shared {
-    /// The slot.
-    pub slot: u64,
-    /// `x̂`
-    pub pose: Pose,
-    /// P
-    pub covariance: Matrix3<f64>,
-    /// Ψ since the last round.
-    pub psi: Matrix3<f64>,
-    /// Which that was.
-    pub standing: Standing,
 }
 
 /// What happens to a robot.

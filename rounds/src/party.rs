@@ -15,9 +15,9 @@
 
 use std::sync::Arc;
 
-use crate::gate::Correction;
-use crate::member::{Member, Standing};
+use crate::member::Member;
 use crate::round::{Gates, Robot, Round, Share, Verdict};
+use coloc_estimator::rounds::{Correction, Standing};
 
 /// What robots say to one another.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,7 +119,7 @@ pub struct Followed {
     /// A correction that was taken.
     pub taken: Option<crate::member::Taken>,
     /// One that was refused; the robot joins anew.
-    pub refused: Option<crate::gate::Refusal>,
+    pub refused: Option<coloc_estimator::rounds::Refusal>,
     /// Whether a round was taken back.
     pub undone: bool,
     /// Whether it has to join anew, from the next slot on.

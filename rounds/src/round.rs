@@ -14,12 +14,12 @@
 //! have their P multiplied when they take part again; that is no more than they need, because P has only grown.
 
 use coloc_estimator::Pose;
+use coloc_estimator::angle::wrap;
 use nalgebra::{Matrix2, Matrix3};
 
-use crate::gate::Correction;
 use crate::joint::{Joint, Outcome};
-use crate::member::{Shared, Standing};
 use crate::model::Kind;
+use coloc_estimator::rounds::{Correction, Shared, Standing};
 
 /// A robot of the team, from 0.
 pub type Robot = usize;
@@ -35,6 +35,17 @@ pub struct Sighting {
     pub y: [f64; 3],
     /// R
     pub noise: Matrix3<f64>,
+    /// How long before the slot who was seen was there, negative: after it \[s\]. Who sees it is taken to the slot already.
+    pub age_s: f64,
+}
+
+/// How a robot moves at a slot.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct Going {
+    /// `[v_x, v_y, ω]` in its body frame \[m/s, m/s, rad/s\].
+    pub velocity: [f64; 3],
+    /// How fast the error of its way grows \[m²/s, m·rad/s, rad²/s\].
+    pub noise: Matrix3<f64>,
 }
 
 /// What a robot tells the leader at a slot.
@@ -44,6 +55,8 @@ pub struct Share {
     pub robot: Robot,
     /// What it believes.
     pub shared: Shared,
+    /// How it moves.
+    pub going: Going,
     /// What it sees.
     pub sightings: Vec<Sighting>,
 }
@@ -138,6 +151,30 @@ impl Round {
     #[must_use]
     pub fn correction(&self, robot: Robot) -> Option<&Correction> {
         self.entries.get(robot)?.as_ref().map(|it| &it.correction)
+    }
+
+    /// `C_lm`, l < m, row by row of pairs.
+    #[must_use]
+    pub fn crosses(&self) -> &[Matrix3<f64>] {
+        &self.cross
+    }
+
+    /// As somebody said it; `None` if there is not one block for each pair.
+    #[must_use]
+    pub fn from_parts(
+        slot: u64,
+        leader: Robot,
+        entries: Vec<Option<Entry>>,
+        cross: Vec<Matrix3<f64>>,
+    ) -> Option<Self> {
+        let robots = entries.len();
+        let is_whole = cross.len() == robots * robots.saturating_sub(1) / 2 && leader < robots;
+        is_whole.then_some(Self {
+            slot,
+            leader,
+            entries,
+            cross,
+        })
     }
 
     fn index(&self, l: Robot, m: Robot) -> usize {
@@ -321,6 +358,27 @@ fn is_belief(shared: &Shared) -> bool {
     shared.pose.is_finite() && psi_is_finite && is_covariance
 }
 
+/// Where who is seen is at the slot: it has gone on since, or had not come so far, by its own wheels. Of another kind than a pose only one of the
+/// slot itself is as it is.
+///
+/// `y ← y ∘ v a, R ← R + Γ N Γᵀ |a|` with the age a and Γ of y's heading.
+fn brought(sighting: &Sighting, going: &Going) -> Sighting {
+    let age_s = sighting.age_s;
+    if age_s == 0.0 || sighting.kind != Kind::Pose {
+        return *sighting;
+    }
+    let [x, y, phi] = sighting.y;
+    let [vx, vy, omega] = going.velocity.map(|it| it * age_s);
+    let (s, c) = libm::sincos(phi + 0.5 * omega);
+    let turn = Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
+    Sighting {
+        y: [x + c * vx - s * vy, y + s * vx + c * vy, wrap(phi + omega)],
+        noise: sighting.noise + turn * going.noise * turn.transpose() * age_s.abs(),
+        age_s: 0.0,
+        ..*sighting
+    }
+}
+
 /// Sightings first, ascending in who saw and who was seen; then what robots measured of themselves.
 fn update(joint: &mut Joint, taking: &[&Share], gates: &Gates) -> Vec<Verdict> {
     let place = |robot: Robot| taking.iter().position(|share| share.robot == robot);
@@ -334,7 +392,13 @@ fn update(joint: &mut Joint, taking: &[&Share], gates: &Gates) -> Vec<Verdict> {
                 Some(a)
             };
             if let Some(b) = other.filter(|b| !of_two || *b != a) {
-                measured.push((!of_two, a, b, *sighting));
+                let going = &taking[b].going;
+                let sighting = if of_two {
+                    brought(sighting, going)
+                } else {
+                    *sighting
+                };
+                measured.push((!of_two, a, b, sighting));
             }
         }
     }

@@ -6,7 +6,7 @@ use coloc_estimator::Pose;
 use coloc_rounds::model::{Kind, predict};
 use coloc_rounds::party::{Advice, advice};
 use coloc_rounds::{
-    Correction, Joint, Message, Party, Post, Round, Rules, Share, Shared, Sighting, Standing,
+    Correction, Going, Joint, Message, Party, Post, Round, Rules, Share, Shared, Sighting, Standing,
 };
 use nalgebra::Matrix3;
 
@@ -44,6 +44,7 @@ fn share(robot: usize, slot: u64, standing: Standing) -> Share {
             psi: Matrix3::identity(),
             standing,
         },
+        going: Going::default(),
         sightings: Vec::new(),
     }
 }
@@ -59,6 +60,7 @@ fn seen(a: usize, b: usize) -> Sighting {
         observed: b,
         y: [y.x + 0.05, y.y - 0.03, y.z + 0.01],
         noise: noise(),
+        age_s: 0.0,
     }
 }
 

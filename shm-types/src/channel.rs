@@ -5,9 +5,9 @@ use core::fmt::Debug;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    Answer, Assist, AssistAck, DriverStatus, Estimate, Evidence, Gyro, Header, Heading, Increment,
-    Integrity, Neighbour, Odometry, Pose, Position, RelativePose, Scan, Seen, Sighting, Status,
-    Timing, Tracked,
+    Answer, Assist, AssistAck, Call, Correction, DriverStatus, Estimate, Evidence, Gyro, Header,
+    Heading, Increment, Integrity, Neighbour, Odometry, Pose, Position, RelativePose, Round, Scan,
+    Seen, Share, Shared, Sighting, Status, Timing, Tracked,
 };
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
@@ -55,6 +55,16 @@ pub enum Channel {
     Evidence,
     /// Where the robot must be, and whether its estimate can be right.
     Integrity,
+    /// What is believed at a slot, for who makes rounds.
+    Shared,
+    /// What a robot believes and sees at a slot, for a leader.
+    Share,
+    /// What came of a slot.
+    Round,
+    /// Who is there at a slot, and the question for a round.
+    Call,
+    /// What rounds do to the belief.
+    Correction,
 }
 
 /// What is said on a channel, and how its service is dimensioned.
@@ -103,6 +113,8 @@ pub enum Speaker {
     Trackers,
     /// The robot's own `coloc-bounds`.
     Bounds,
+    /// The robot's own `coloc-rounds`.
+    Rounds,
 }
 
 /// For whom it is.
@@ -174,6 +186,18 @@ const DAEMON: Told = Told {
     ..DRIVERS
 };
 
+/// What `coloc-rounds` says to the others of a team.
+const ROUNDS: Told = Told {
+    by: Speaker::Rounds,
+    to: Audience::Anyone,
+    age: Age::Millis(1000),
+    publishers: 4,
+    // All others of a team that makes rounds, and who listens in.
+    subscribers: 24,
+    buffer: 4,
+    ..DRIVERS
+};
+
 impl Channel {
     /// So many other robots can speak to one.
     pub const TEAM: usize = 64;
@@ -181,7 +205,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 21] = [
+    pub const TABLE: [Told; 26] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
@@ -406,6 +430,53 @@ impl Channel {
             buffer: 4,
             ..DAEMON
         },
+        Told {
+            channel: Self::Shared,
+            name: "shared",
+            what: "what is believed at a slot, for the robot's own `coloc-rounds`",
+            age: Age::Millis(1000),
+            size: size_of::<Shared>(),
+            subscribers: 8,
+            buffer: 4,
+            late_joiner: false,
+            ..DAEMON
+        },
+        Told {
+            channel: Self::Share,
+            name: "share",
+            what: "what a robot believes and sees at a slot, for one leader",
+            size: size_of::<Share>(),
+            ..ROUNDS
+        },
+        Told {
+            channel: Self::Round,
+            name: "round",
+            what: "what came of a slot: the robots' corrections and what each pair shares",
+            size: size_of::<Round>(),
+            matters: Matters::Newest,
+            late_joiner: true,
+            buffer: 2,
+            ..ROUNDS
+        },
+        Told {
+            channel: Self::Call,
+            name: "call",
+            what: "who is there at a slot, and the question for a round that was missed",
+            size: size_of::<Call>(),
+            buffer: 16,
+            ..ROUNDS
+        },
+        Told {
+            channel: Self::Correction,
+            name: "correction",
+            what: "what the team's rounds do to this robot's belief",
+            by: Speaker::Rounds,
+            size: size_of::<Correction>(),
+            publishers: 4,
+            subscribers: 8,
+            buffer: 16,
+            ..DRIVERS
+        },
     ];
 
     /// All of them.
@@ -509,6 +580,11 @@ travels! {
     Tracked "v1" [seen_ns],
     Evidence "v1",
     Integrity "v1" [judged_stamp_ns],
+    Shared "v1",
+    Share "v1",
+    Round "v1",
+    Call "v1",
+    Correction "v1",
 }
 
 #[cfg(test)]
@@ -557,6 +633,11 @@ mod tests {
         assert_named::<Scan>();
         assert_named::<Evidence>();
         assert_named::<Integrity>();
+        assert_named::<Shared>();
+        assert_named::<Share>();
+        assert_named::<Round>();
+        assert_named::<Call>();
+        assert_named::<Correction>();
     }
 
     #[test]

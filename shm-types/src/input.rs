@@ -30,11 +30,13 @@ pub enum Input {
     Assist = 10,
     /// What became of what this robot handed on of leaders' words.
     AssistAck = 11,
+    /// What the team's rounds do to the belief.
+    Correction = 12,
 }
 
 impl Input {
     /// How many there are.
-    pub const COUNT: usize = 12;
+    pub const COUNT: usize = 13;
     /// So many have a place in the payloads; those without a name are spare.
     pub const PLACES: usize = 16;
     /// All of them, in the order of their numbers.
@@ -51,6 +53,7 @@ impl Input {
         Self::Answer,
         Self::Assist,
         Self::AssistAck,
+        Self::Correction,
     ];
 
     /// As it is printed.
@@ -69,6 +72,7 @@ impl Input {
             Self::Answer => "answer",
             Self::Assist => "assist",
             Self::AssistAck => "assist_ack",
+            Self::Correction => "correction",
         }
     }
 }
@@ -101,7 +105,8 @@ mod tests {
                 "seen",
                 "answer",
                 "assist",
-                "assist_ack"
+                "assist_ack",
+                "correction"
             ]
         );
     }

@@ -51,10 +51,11 @@ pub use identity::{Sender, Sessions, SourceState};
 pub use input::Input;
 pub use matrix::all_finite;
 pub use payload::{
-    Answer, Assist, AssistAck, AssistCounters, CanCounters, DriverStatus, Estimate, Evidence, Gyro,
-    Header, Heading, Increment, Integrity, Latency, Losses, Neighbour, Odometry, OdometryKind,
-    Pose, Position, RelativePose, Scan, Seen, SeenWithin, Sighting, SourceHealth, Status, Suspect,
-    Timing, Tracked,
+    Answer, Assist, AssistAck, AssistCounters, Call, CanCounters, Correction, DriverStatus,
+    Estimate, Evidence, Gyro, Header, Heading, Increment, Integrity, Latency, Losses, Neighbour,
+    Odometry, OdometryKind, Pose, Position, RelativePose, Round, RoundEntry, Scan, Seen,
+    SeenAtSlot, SeenWithin, Share, Shared, Sighting, SourceHealth, Status, Suspect, Timing,
+    Tracked,
 };
 pub use reject::Reject;
 pub use rhythm::Rhythm;

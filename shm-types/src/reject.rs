@@ -87,6 +87,12 @@ reasons! {
     Looped = 26, "looped", "a robot is twice in its path";
     /// Its path is none from its leader through its sender to this robot.
     BadPath = 27, "bad_path", "its path does not go from a leader through its sender to this robot, or is too long";
+    /// A round in which the robot took no part, or not as it now is.
+    TookNoPart = 28, "took_no_part", "the robot took no part in that round, or something has replaced its belief since";
+    /// No round can have made that covariance of what was shared.
+    NoRound = 29, "no_round", "no round can have made its covariance of the one that was shared";
+    /// The pose moves farther than what was learned allows.
+    TooFar = 30, "too_far", "its pose is farther from the one that was shared than what was learned allows";
 }
 
 impl Reject {

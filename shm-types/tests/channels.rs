@@ -24,6 +24,7 @@ fn row(told: &Told) -> String {
         Speaker::Tracker => "`coloc-track`",
         Speaker::Trackers => "other robots' `coloc-track`",
         Speaker::Bounds => "`coloc-bounds`",
+        Speaker::Rounds => "`coloc-rounds`",
     };
     let to = match told.to {
         Audience::Robot => "`colocd`",

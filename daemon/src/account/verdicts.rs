@@ -1,7 +1,7 @@
 //! The estimator's verdicts in the words of what is counted.
 
 use coloc_estimator::assist::refusal::Refusal;
-use coloc_estimator::{Kind, Verdict};
+use coloc_estimator::{Kind, Verdict, rounds};
 use coloc_shm_types::{Input, Reject};
 
 use crate::health::Fact;
@@ -20,6 +20,7 @@ pub(super) fn input(kind: Kind) -> Input {
         Kind::Seen | Kind::Ask => Input::Seen,
         Kind::Answer => Input::Answer,
         Kind::Assist => Input::Assist,
+        Kind::Round => Input::Correction,
     }
 }
 
@@ -52,6 +53,17 @@ pub(super) fn reason(verdict: Verdict) -> Option<Reject> {
         Verdict::NotAsked => Some(Reject::NotAsked),
         Verdict::NoNoise => Some(Reject::NoCovariance),
         Verdict::Refused(refusal) => Some(refused(refusal)),
+        Verdict::NotFollowed(refusal) => Some(not_followed(refusal)),
+    }
+}
+
+fn not_followed(refusal: rounds::Refusal) -> Reject {
+    use rounds::Refusal as R;
+    match refusal {
+        R::TookNoPart => Reject::TookNoPart,
+        R::NotABelief => Reject::NotPositiveSemidefinite,
+        R::Factor | R::LessCertain | R::TooCertain => Reject::NoRound,
+        R::TooFar => Reject::TooFar,
     }
 }
 

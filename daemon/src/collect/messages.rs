@@ -14,6 +14,7 @@ use super::assist::Assists;
 use super::list::List;
 use super::parts::{self, Landmarks, Parts as PartPorts};
 use super::port::Port;
+use super::rounds::{self, Rounds};
 use super::sensors::Sensors;
 use super::team::Team;
 use crate::account::Account;
@@ -29,7 +30,8 @@ const HEADINGS: usize = 64;
 /// A second of 200 Hz: after a stall they come at once.
 const TURNS: usize = 200;
 /// So many of all kinds.
-pub const MOST: usize = SIGHTINGS + FIXES + NEIGHBOURS + POSES + HEADINGS + TURNS + parts::MOST;
+pub const MOST: usize =
+    SIGHTINGS + FIXES + NEIGHBOURS + POSES + HEADINGS + TURNS + parts::MOST + rounds::MOST;
 
 /// The subscribers and what they have received before.
 #[derive(Debug)]
@@ -46,6 +48,8 @@ pub struct Messages {
     parts: Option<PartPorts>,
     /// Where leaders carry children.
     assists: Option<Assists>,
+    /// Where the team makes rounds.
+    rounds: Option<Rounds>,
     team: Team,
 }
 
@@ -79,6 +83,10 @@ impl Messages {
                 .is_on()
                 .then(|| Assists::open(space, name, robots, &config.assist))
                 .transpose()?,
+            rounds: config
+                .makes_rounds()
+                .then(|| Rounds::open(space, name, &config.rounds))
+                .transpose()?,
             team,
         })
     }
@@ -95,7 +103,13 @@ impl Messages {
         ];
         let parts = self.parts.iter().flat_map(PartPorts::deaf);
         let assists = self.assists.iter().flat_map(Assists::deaf);
-        inputs.into_iter().flatten().chain(parts).chain(assists)
+        let rounds = self.rounds.iter().filter_map(Rounds::deaf);
+        inputs
+            .into_iter()
+            .flatten()
+            .chain(parts)
+            .chain(assists)
+            .chain(rounds)
     }
 
     /// Says who speaks on the channels.
@@ -113,6 +127,9 @@ impl Messages {
         }
         if let Some(assists) = &self.assists {
             assists.tell_sessions(now, account);
+        }
+        if let Some(rounds) = &self.rounds {
+            rounds.tell_sessions(now, account);
         }
     }
 
@@ -146,6 +163,9 @@ impl Messages {
         if let Some(assists) = &mut self.assists {
             assists.receive(moment, &limits, account);
         }
+        if let Some(rounds) = &mut self.rounds {
+            rounds.receive(moment, &limits, into, account);
+        }
     }
 
     /// The tick is over: the next one takes in as many again.
@@ -163,6 +183,21 @@ impl Messages {
         }
         if let Some(assists) = &mut self.assists {
             assists.clear();
+        }
+        if let Some(rounds) = &mut self.rounds {
+            rounds.clear();
+        }
+    }
+
+    /// The slot of the team's rounds that has begun, if it makes any.
+    pub(super) fn slot(
+        &mut self,
+        now: Stamp,
+        ahead: impl FnOnce() -> Span,
+        into: &mut List<Measurement>,
+    ) {
+        if let Some(rounds) = &mut self.rounds {
+            rounds.begin(now, ahead(), into);
         }
     }
 

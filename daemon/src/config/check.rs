@@ -8,6 +8,7 @@ mod history;
 mod landmarks;
 mod noise;
 mod odometry;
+mod rounds;
 mod team;
 
 use std::path::Path;
@@ -26,6 +27,7 @@ pub(super) fn check(config: &Config, own: &Path) -> Vec<Finding> {
         canopen::refusal(config),
         gyro::refusal(config),
         assist::refusal(config),
+        rounds::refusal(config),
         history::refusal(config),
         polling(config),
     ];

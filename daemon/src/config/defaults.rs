@@ -7,8 +7,8 @@ use coloc_estimator::{FusionSettings, Settings};
 
 use super::{
     Clock, ClockSource, Criterion, Fusion, GateWeight, Health, History, Initial, InitialHeading,
-    LogLevel, Partial, Position, Propagation, Realtime, Scheduler, Shm, Telemetry, Tick, Trigger,
-    TrustJump, WaitMode,
+    LogLevel, Mode, Partial, Position, Propagation, Realtime, Scheduler, Shm, Telemetry, Tick,
+    Trigger, TrustJump, WaitMode,
 };
 
 impl Default for Clock {
@@ -78,6 +78,7 @@ impl Default for Fusion {
             ..
         } = settings.fusion;
         Self {
+            mode: Mode::default(),
             paper: false,
             propagation: Propagation::default(),
             criterion: Criterion::default(),

@@ -324,6 +324,9 @@ pub enum TrustJump {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fusion {
+    /// Whether what others say is fused at once, or the team's `coloc-rounds` fuse all that it knows, twice a second or so. Until its
+    /// `coloc-rounds` runs a robot with `"rounds"` is as one with `"split-ci"`.
+    pub mode: Mode,
     /// The published algorithm to the letter: overrides `heading_lever_m` (1), `damping` (1),
     /// `memory_s` (0), `reset_on_transmit` (false), `gate_weight` (`"update"`) and `propagation` (`"paper"`).
     pub paper: bool,
@@ -403,6 +406,17 @@ pub enum Propagation {
     Honest,
     /// The published one: a Gaussian at every step, by cubature.
     Paper,
+}
+
+/// How a team fuses what its robots know of one another.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// Split covariance intersection of what comes, when it comes: nobody has to be there.
+    #[default]
+    SplitCi,
+    /// One joint filter of the team, in rounds: needs a team that can talk regularly.
+    Rounds,
 }
 
 /// What the weight of split covariance intersection minimises.

@@ -57,7 +57,7 @@ impl Watch {
     #[must_use]
     pub fn new(config: &Config) -> Self {
         Self {
-            kinds: Input::ALL.map(|input| Kind::new(Patience::of(input, &config.health))),
+            kinds: Input::ALL.map(|input| Kind::new(Patience::of(input, config))),
             sources: Sources::new(config),
             limits: Limits::new(&config.health),
             doubts: !config.fusion.paper,

@@ -3,7 +3,7 @@
 use coloc_estimator::Span;
 use coloc_shm_types::Input;
 
-use crate::config;
+use crate::config::{self, Config};
 
 /// A source is stale after so many tenths of its own interval.
 const TENTHS: i64 = 25;
@@ -19,7 +19,9 @@ pub(super) struct Patience {
 }
 
 impl Patience {
-    pub(super) fn of(input: Input, config: &config::Health) -> Self {
+    pub(super) fn of(input: Input, config: &Config) -> Self {
+        let rounds = &config.rounds;
+        let config = &config.health;
         let least_s = match input {
             Input::Odometry | Input::Gyro => config.odometry_stale_s,
             Input::RelativePose | Input::Sighting => config.relative_pose_stale_s,
@@ -27,6 +29,7 @@ impl Patience {
             Input::Neighbour | Input::Seen | Input::Answer | Input::Assist | Input::AssistAck => {
                 config.neighbours_stale_s
             }
+            Input::Correction => rounds.timeout_s,
         };
         Self {
             least: Span::from_nanos(config::nanos(least_s)),

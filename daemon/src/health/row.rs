@@ -22,7 +22,7 @@ impl Row {
     /// Of a source of `input` whose number is not known yet.
     pub(super) fn blank(input: Input, config: &Config) -> Self {
         Self {
-            sensor: Sensor::new(Patience::of(input, &config.health)),
+            sensor: Sensor::new(Patience::of(input, config)),
             gate: gate(input, config),
             counted: SourceHealth {
                 input: input as u8,
@@ -136,6 +136,10 @@ fn gate(input: Input, config: &Config) -> f64 {
         Input::Heading => fusion.heading_gate,
         Input::Neighbour | Input::Pose => fusion.neighbour_gate,
         Input::Sighting | Input::Seen | Input::Answer => fusion.position.gate,
-        Input::Odometry | Input::RelativePose | Input::Gyro | Input::AssistAck => 0.0,
+        Input::Odometry
+        | Input::RelativePose
+        | Input::Gyro
+        | Input::AssistAck
+        | Input::Correction => 0.0,
     }
 }

@@ -124,6 +124,10 @@ impl RecordedTick {
         if let Some(taken) = super::assist::take(self, record) {
             return Ok(taken?);
         }
+        if let Some(taken) = super::round::taken(&record) {
+            self.measurements.push(taken?);
+            return Ok(());
+        }
         self.measurements.push(match record {
             Record::Odometry { .. } => odometry(record)?.into(),
             Record::Sighting {

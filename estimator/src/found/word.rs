@@ -110,6 +110,7 @@ impl Word {
             | Measurement::Partial(_)
             | Measurement::Ask(_)
             | Measurement::Heading(_)
+            | Measurement::Round(_)
             | Measurement::Pose(PoseSaid { .. }) => {
                 return None;
             }

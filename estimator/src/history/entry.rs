@@ -4,6 +4,7 @@ use crate::filter::{Filter, State};
 use crate::found::Gauge;
 use crate::gyro::Bias;
 use crate::kind::{Key, Measurement};
+use crate::rounds::Bond;
 use crate::stamp::Stamp;
 
 /// The filter at a moment of the history.
@@ -25,6 +26,8 @@ pub(crate) struct Entry {
     samples: usize,
     /// Not even looked at where there is no gyro.
     bias: Bias,
+    /// Likewise, where no rounds may be made.
+    bond: Bond,
     /// How far it is from the filter before it.
     pub(crate) gauge: Gauge,
     /// Its message or its verdict has gone out: each does so once, whatever is replayed.
@@ -39,6 +42,7 @@ impl Entry {
             after: State::default(),
             samples: 0,
             bias: Bias::default(),
+            bond: Bond::default(),
             gauge: Gauge::default(),
             announced: false,
         }
@@ -50,7 +54,7 @@ impl Entry {
         self.announced = false;
     }
 
-    /// The filter after it; the bias is [`Self::bias`].
+    /// The filter after it; the bias is [`Self::bias`], the bond [`Self::bond`].
     #[inline]
     pub(crate) fn after(&self) -> Checkpoint {
         Checkpoint {
@@ -58,6 +62,7 @@ impl Entry {
             filter: Filter {
                 state: self.after,
                 bias: None,
+                bond: None,
             },
             samples: self.samples,
         }
@@ -68,12 +73,20 @@ impl Entry {
         self.bias
     }
 
+    /// Where rounds may be made.
+    pub(crate) fn bond(&self) -> Bond {
+        self.bond
+    }
+
     /// It was applied.
     #[inline]
     pub(crate) fn settle(&mut self, after: &Checkpoint, gauge: Gauge) {
         (self.after, self.samples, self.gauge) = (after.filter.state, after.samples, gauge);
         if let Some(bias) = &after.filter.bias {
             self.bias = *bias;
+        }
+        if let Some(bond) = &after.filter.bond {
+            self.bond = *bond;
         }
         self.announced = true;
     }

@@ -141,6 +141,9 @@ impl<S: Slots, G: Samples> History<S, G> {
         if self.has_gyro() {
             checkpoint.filter.bias = Some(entry.bias());
         }
+        if self.may_be_tied() {
+            checkpoint.filter.bond = Some(entry.bond());
+        }
         checkpoint
     }
 

@@ -150,6 +150,7 @@ fn tell(robot: usize, report: &Report, log: &mut dyn FnMut(Innovation)) {
         | Kind::Landmark
         | Kind::Heading
         | Kind::Pose
+        | Kind::Round
         | Kind::Gyro => return,
     };
     let (accepted, d2) = match report.verdict {

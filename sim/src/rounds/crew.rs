@@ -9,7 +9,7 @@ use coloc_rounds::model::Kind;
 use coloc_rounds::party::follow;
 use coloc_rounds::round::Verdict;
 use coloc_rounds::{
-    Member, Message, Party, Post, Round, Rules, Share, Shared, Sighting, Standing, Taken,
+    Going, Member, Message, Party, Post, Round, Rules, Share, Shared, Sighting, Standing, Taken,
 };
 use nalgebra::Matrix3;
 
@@ -227,6 +227,7 @@ impl Crew {
             observed: seen.observed,
             y: seen.relative.to_vector().into(),
             noise,
+            age_s: 0.0,
         });
         let fix = self.settings.fix.matrix();
         let of_fix = Matrix3::new(fix.m11, fix.m12, 0.0, fix.m21, fix.m22, 0.0, 0.0, 0.0, 0.0);
@@ -236,6 +237,7 @@ impl Crew {
             observed: robot,
             y: [fix.position[0], fix.position[1], 0.0],
             noise: of_fix,
+            age_s: 0.0,
         });
         seen.chain(fixes).collect()
     }
@@ -261,6 +263,7 @@ impl Crew {
             shares.push(Share {
                 robot,
                 shared,
+                going: Going::default(),
                 sightings: self.sightings(robot, inputs),
             });
         }

@@ -85,6 +85,7 @@ fn far(key: &str, floor: &[f64]) -> Option<Finding> {
 fn overridden(fusion: &Fusion) -> Option<Finding> {
     let usual = Fusion::default();
     let same = Fusion {
+        mode: usual.mode,
         paper: usual.paper,
         criterion: fusion.criterion,
         neighbour_gate: fusion.neighbour_gate,

@@ -1,4 +1,4 @@
-//! What of a `Round` a robot believes: nothing that a joint update could not have made.
+//! What of a round a robot believes: nothing that a joint update could not have made.
 //!
 //! A joint update moves a robot by `d = K r`, whose covariance is `D = f P(s) − P⁺`, and never makes it less certain than `f P(s)`; f is 1,
 //! or the block bound's factor where somebody joined. So a leader that lies moves nobody farther than the gate allows for what it says it
@@ -7,11 +7,12 @@
 
 use core::fmt;
 
-use coloc_estimator::angle::wrap;
-use coloc_estimator::{Covariance3, Pose};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::member::Shared;
+use super::{Correction, Shared};
+use crate::angle::wrap;
+use crate::covariance::Covariance3;
+use crate::pose::Pose;
 
 /// χ² with three degrees of freedom, 1 − 10⁻⁶: rounds are many.
 pub const CHI2_3_ONE_IN_A_MILLION: f64 = 30.664_849_706_154_26;
@@ -54,19 +55,6 @@ impl fmt::Display for Refusal {
             Self::TooFar => "the pose moves farther than what was learned allows",
         })
     }
-}
-
-/// What a round made of one robot.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Correction {
-    /// The slot that it is of, which is also the name of the round.
-    pub slot: u64,
-    /// `x̂⁺` at the slot.
-    pub pose: Pose,
-    /// `P⁺` at the slot.
-    pub covariance: Matrix3<f64>,
-    /// The factor of the block bound, 1 where nobody joined.
-    pub factor: f64,
 }
 
 /// Whether `told` may have come from an honest joint update of `shared` in a team of `robots`; `gate` is a quantile of χ² with three degrees

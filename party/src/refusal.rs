@@ -1,0 +1,44 @@
+//! Why a message is not used.
+
+/// The reasons; their numbers are places in `refused` of the driver's status.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum Refusal {
+    /// The message is none that can be computed with.
+    Invalid = 0,
+    /// Its stamp cannot be compared with this computer's clocks.
+    Clock = 1,
+    /// It is too old, or from the future.
+    Late = 2,
+    /// It was here before, or too many speak.
+    Repeated = 3,
+    /// It names robots that are not of the team, or comes from another one than it says.
+    Foreign = 4,
+    /// A channel did not take a message.
+    Channel = 5,
+}
+
+impl Refusal {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 6] = [
+        Self::Invalid,
+        Self::Clock,
+        Self::Late,
+        Self::Repeated,
+        Self::Foreign,
+        Self::Channel,
+    ];
+
+    /// As it is printed.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Invalid => "invalid",
+            Self::Clock => "clock",
+            Self::Late => "late",
+            Self::Repeated => "repeated",
+            Self::Foreign => "foreign",
+            Self::Channel => "channel",
+        }
+    }
+}
