@@ -391,6 +391,7 @@ mod tests {
         let outputs = TickOutputs {
             estimate: Estimate::default(),
             finding: &Finding::default(),
+            shared: None,
             outgoing: &[],
             seen: &[],
             answers: &[],
