@@ -149,6 +149,10 @@ pub struct Config {
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
     pub integrity: SomebodyElses,
+    /// Read by `coloc-link`.
+    #[serde(default, skip_serializing)]
+    #[schemars(skip)]
+    pub link: SomebodyElses,
 }
 
 /// A configuration that is allowed, and what is unlikely about it.
@@ -193,6 +197,7 @@ impl Config {
             track: SomebodyElses::default(),
             bounds: SomebodyElses::default(),
             integrity: SomebodyElses::default(),
+            link: SomebodyElses::default(),
         }
     }
 

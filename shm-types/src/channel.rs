@@ -6,8 +6,8 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
     Answer, Assist, AssistAck, Call, Correction, DriverStatus, Estimate, Evidence, Gyro, Header,
-    Heading, Increment, Integrity, Neighbour, Odometry, Pose, Position, RelativePose, Round, Scan,
-    Seen, Share, Shared, Sighting, Status, Timing, Tracked,
+    Heading, Increment, Integrity, Neighbour, Odometry, Plain, Pose, Position, RelativePose, Round,
+    Scan, Seen, Share, Shared, Sighting, Status, Timing, Tracked,
 };
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
@@ -516,7 +516,7 @@ impl Channel {
 }
 
 /// A payload, which knows its channel.
-pub trait Message: ZeroCopySend + Debug + Copy + 'static {
+pub trait Message: ZeroCopySend + Plain + Debug + Copy + 'static {
     /// The channel on which it travels.
     const CHANNEL: Channel;
 
@@ -533,8 +533,26 @@ pub trait Message: ZeroCopySend + Debug + Copy + 'static {
     fn move_stamps(&mut self, by_ns: i64);
 }
 
+/// What is to be done with the payload of a channel, whichever it is.
+pub trait OnPayload {
+    /// What comes of it.
+    type Out;
+
+    /// Does it.
+    fn on<M: Message>(self) -> Self::Out;
+}
+
 macro_rules! travels {
     ($($payload:ident $version:literal $([$($stamp:ident)*])?,)*) => {
+        impl Channel {
+            /// Does something with its payload: for who carries channels without knowing one of them.
+            pub fn with_payload<W: OnPayload>(self, what: W) -> W::Out {
+                match self {
+                    $(Self::$payload => what.on::<$payload>(),)*
+                }
+            }
+        }
+
         $(impl Message for $payload {
             const CHANNEL: Channel = Channel::$payload;
             const TYPE_NAME: &'static str = concat!("coloc.", stringify!($payload), ".", $version);

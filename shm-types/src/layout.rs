@@ -3,7 +3,7 @@
 /// Asserts size and offset of every field of a `#[repr(C)]` type, and that no byte of it is padding.
 ///
 /// `layout!(Type, size; field: offset, …)` takes the fields in order. Padding is uninitialised memory: it must not
-/// travel to another process.
+/// travel to another process. The same table says how the type is written to a network ([`Plain`](crate::Plain)).
 macro_rules! layout {
     ($type:ty, $size:literal; $($field:ident: $offset:literal),+ $(,)?) => {
         const _: () = {
@@ -13,6 +13,20 @@ macro_rules! layout {
             let fields = 0 $(+ crate::layout::size_of_field::<$type, _>(|it| &it.$field))+;
             assert!(fields == $size, "implicit padding");
         };
+
+        impl crate::Plain for $type {
+            const BYTES: usize = $size;
+
+            fn put<'a>(&self, to: &'a mut [u8]) -> Option<&'a mut [u8]> {
+                $(let to = self.$field.put(to)?;)+
+                Some(to)
+            }
+
+            fn take(from: &[u8]) -> Option<(Self, &[u8])> {
+                $(let ($field, from) = crate::Plain::take(from)?;)+
+                Some((Self { $($field),+ }, from))
+            }
+        }
     };
 }
 

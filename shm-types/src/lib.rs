@@ -34,6 +34,7 @@ mod layout;
 mod matrix;
 mod payload;
 pub mod places;
+mod plain;
 pub mod private;
 mod reject;
 mod rhythm;
@@ -44,7 +45,7 @@ mod unfit;
 mod validate;
 
 pub use belief_state::BeliefState;
-pub use channel::{Age, Audience, Channel, Matters, Message, Quality, Speaker, Told};
+pub use channel::{Age, Audience, Channel, Matters, Message, OnPayload, Quality, Speaker, Told};
 pub use clock::{Clock, Present, boot};
 pub use health::{BusState, Health};
 pub use identity::{Sender, Sessions, SourceState};
@@ -57,6 +58,7 @@ pub use payload::{
     SeenAtSlot, SeenWithin, Share, Shared, Sighting, SourceHealth, Status, Suspect, Timing,
     Tracked,
 };
+pub use plain::Plain;
 pub use reject::Reject;
 pub use rhythm::Rhythm;
 pub use robot_name::{NotARobotName, RobotName};

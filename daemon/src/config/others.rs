@@ -21,7 +21,7 @@ pub(super) struct Other {
 }
 
 /// All of them.
-pub(super) const OTHERS: [Other; 5] = [
+pub(super) const OTHERS: [Other; 6] = [
     Other {
         name: "gnss",
         program: "coloc-gnss check",
@@ -46,6 +46,11 @@ pub(super) const OTHERS: [Other; 5] = [
         name: "integrity",
         program: "coloc-bounds check",
         is_in: |config| config.integrity.is_there,
+    },
+    Other {
+        name: "link",
+        program: "coloc-link check",
+        is_in: |config| config.link.is_there,
     },
 ];
 

@@ -1,0 +1,117 @@
+//! Calling members that are not connected.
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::rc::Rc;
+use std::time::Duration;
+
+use tokio::task::spawn_local;
+
+use super::lines;
+use super::office::Office;
+use crate::engine::{Closing, Engine};
+use crate::keys::PublicKey;
+use crate::roster::{Member, Roster};
+
+/// From one look at who is missing to the next.
+const LOOK: Duration = Duration::from_millis(100);
+/// From one call of a member to the next, which does not wait for the first to fail: of calls into a radio that loses every second
+/// packet one gets through soon.
+const AGAIN: u32 = 10;
+/// Calls of one member at once.
+const AT_ONCE: usize = 4;
+
+/// Who is being called.
+#[derive(Debug, Default)]
+struct Calls {
+    open: BTreeMap<u16, usize>,
+    /// Looks until the next call.
+    pause: BTreeMap<u16, u32>,
+    /// How many were made of each, to take its addresses in turn.
+    made: BTreeMap<u16, usize>,
+}
+
+/// Calls whoever is missing, until the end.
+pub(super) async fn call_all(office: Rc<RefCell<Office>>, engine: Engine) {
+    let calls = Rc::new(RefCell::new(Calls::default()));
+    loop {
+        let due = due(&office.borrow(), &mut calls.borrow_mut());
+        for (id, key, address) in due {
+            let (office, engine, calls) = (Rc::clone(&office), engine.clone(), Rc::clone(&calls));
+            spawn_local(async move {
+                call(office, engine, id, key, &address).await;
+                if let Some(open) = calls.borrow_mut().open.get_mut(&id) {
+                    *open = open.saturating_sub(1);
+                }
+            });
+        }
+        tokio::time::sleep(LOOK).await;
+    }
+}
+
+fn due(office: &Office, calls: &mut Calls) -> Vec<(u16, PublicKey, String)> {
+    let roster = office.roster();
+    let missing = roster.member.iter().filter(|member| {
+        is_called(&roster, office.own, member) && !office.members.contains_key(&member.id)
+    });
+    let mut due = Vec::new();
+    for member in missing {
+        let pause = calls.pause.entry(member.id).or_default();
+        if *pause > 0 {
+            *pause -= 1;
+            continue;
+        }
+        let open = calls.open.entry(member.id).or_default();
+        let made = calls.made.entry(member.id).or_default();
+        let address = member.addresses.get(*made % member.addresses.len().max(1));
+        if let Some(address) = address.filter(|_| *open < AT_ONCE) {
+            (*pause, *open, *made) = (AGAIN, *open + 1, made.wrapping_add(1));
+            due.push((member.id, member.key, address.clone()));
+        }
+    }
+    due
+}
+
+/// Of two that can be called the one with the lower number calls, so that they do not call one another at once.
+fn is_called(roster: &Roster, own: u16, member: &Member) -> bool {
+    let can_be_called = roster
+        .member(own)
+        .is_some_and(|own| !own.addresses.is_empty());
+    let calls = own < member.id || !can_be_called;
+    member.id != own && !member.addresses.is_empty() && calls
+}
+
+async fn call(office: Rc<RefCell<Office>>, engine: Engine, id: u16, key: PublicKey, address: &str) {
+    let Some(to) = resolved(address).await else {
+        let text = format!("{address} is no address that is known");
+        office.borrow_mut().teller.remark(text);
+        return;
+    };
+    // Who does not answer is told of once, when it was lost.
+    let Ok(line) = engine.call(to).await else {
+        return;
+    };
+    let is_wanted = {
+        let office = office.borrow();
+        let roster = office.roster();
+        let is_it = roster.owner(line.key()).is_some_and(|owner| owner.id == id);
+        is_it && !office.members.contains_key(&id)
+    };
+    if is_wanted {
+        // Kept beyond the call.
+        spawn_local(lines::keep(office, line));
+        return;
+    }
+    if *line.key() != key {
+        let text = format!("somebody else than was called answers at {address}");
+        office.borrow_mut().teller.remark(text);
+        line.close(Closing::Mistaken);
+        return;
+    }
+    line.close(Closing::Replaced);
+}
+
+/// Names may take a while.
+async fn resolved(address: &str) -> Option<SocketAddr> {
+    tokio::net::lookup_host(address).await.ok()?.next()
+}

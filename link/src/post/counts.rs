@@ -1,0 +1,83 @@
+//! What became of messages, counted.
+use coloc_sensors::Report;
+
+/// Why something was not sent or not said; what [admission](crate::admission) refuses has its own list.
+pub const REASONS: [&str; 8] = [
+    "not_connected",
+    "not_spoken_there",
+    "foreign_clock",
+    "too_old_to_send",
+    "pushed_out",
+    "not_in_time",
+    "refused",
+    "no_reader",
+];
+
+/// What the figures of the status are, in their order.
+pub const FIGURES: [&str; 8] = [
+    "members",
+    "connected",
+    "sent_bytes",
+    "heard_bytes",
+    "knocks_of_strangers",
+    "knocks_unheard",
+    "worst_round_trip_s",
+    "worst_offset_s",
+];
+
+/// Since the start.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Messages of the own robot that were handed to the network, once for each member.
+    pub sent: u64,
+    /// Messages of others that were said in shared memory.
+    pub said: u64,
+    /// Messages that came, of every kind.
+    pub came: u64,
+    /// Nobody was connected to whom it was for.
+    pub not_connected: u64,
+    /// The member does not know that kind, or has not said yet what it knows.
+    pub not_spoken_there: u64,
+    /// Its stamp is not of `CLOCK_REALTIME`.
+    pub foreign_clock: u64,
+    /// It had grown older than its kind may before it was sent.
+    pub too_old_to_send: u64,
+    /// Newer ones took its place in the queue.
+    pub pushed_out: u64,
+    /// It did not arrive before it was too old.
+    pub not_in_time: u64,
+    /// Refused by admission, for all reasons.
+    pub refused: u64,
+    /// Shared memory did not take it, or somebody who listens did not get it.
+    pub no_reader: u64,
+}
+
+impl Counts {
+    /// As a driver reports it.
+    #[must_use]
+    pub fn report(&self) -> Report {
+        let mut report = Report {
+            whole: self.came.saturating_sub(self.refused),
+            broken: 0,
+            said: self.said,
+            nothing_to_say: self
+                .came
+                .saturating_sub(self.refused.saturating_add(self.said)),
+            ..Report::default()
+        };
+        let refused = [
+            self.not_connected,
+            self.not_spoken_there,
+            self.foreign_clock,
+            self.too_old_to_send,
+            self.pushed_out,
+            self.not_in_time,
+            self.refused,
+            self.no_reader,
+        ];
+        for (place, count) in report.refused.iter_mut().zip(refused) {
+            *place = count;
+        }
+        report
+    }
+}

@@ -1,0 +1,77 @@
+//! Connections: who is let in, and what happens on a connection until its end.
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use coloc_shm_types::RobotName;
+use tokio::sync::Notify;
+use tokio::task::spawn_local;
+
+use super::office::Office;
+use super::{send, take};
+use crate::engine::{Door, Engine, Line};
+use crate::queue::Queue;
+
+/// A member that is connected.
+#[derive(Debug)]
+pub(super) struct Member {
+    pub(super) name: RobotName,
+    pub(super) line: Line,
+    pub(super) queue: Queue,
+    /// Something was put into the queue.
+    pub(super) put: Rc<Notify>,
+    /// When something for stations was sent last, by kind (ns of `CLOCK_BOOTTIME`).
+    pub(super) watched: Vec<(u32, i64)>,
+}
+
+/// Lets in who calls.
+pub(super) async fn answer(office: Rc<RefCell<Office>>, engine: Engine, door: Door) {
+    while let Some(incoming) = engine.knock().await {
+        let Some(guest) = door.admits(incoming) else {
+            continue;
+        };
+        let (office, door) = (Rc::clone(&office), door.clone());
+        spawn_local(async move {
+            match door.hear(guest).await {
+                Ok(line) => keep(office, line).await,
+                Err((from, error)) => {
+                    let text = format!("a call from {from} was refused: {error}");
+                    office.borrow_mut().teller.remark(text);
+                }
+            }
+        });
+    }
+}
+
+/// Keeps a connection until its end.
+pub(super) async fn keep(office: Rc<RefCell<Office>>, line: Line) {
+    let Some(id) = begin(&office, &line) else {
+        return;
+    };
+    let datagrams = spawn_local(take::datagrams(Rc::clone(&office), line.clone()));
+    let streams = spawn_local(take::streams(Rc::clone(&office), line.clone()));
+    let sender = spawn_local(send::empty_queue(Rc::clone(&office), id, line.clone()));
+    let why = line.ended().await;
+    for task in [datagrams, streams, sender] {
+        task.abort();
+    }
+    office.borrow_mut().lose(id, &line, &why);
+}
+
+/// The member's number, if it is one still.
+fn begin(office: &Rc<RefCell<Office>>, line: &Line) -> Option<u16> {
+    let mut office = office.borrow_mut();
+    let roster = office.roster();
+    let owner = roster.owner(line.key())?;
+    let member = Member {
+        name: owner.name.clone(),
+        line: line.clone(),
+        queue: Queue::default(),
+        put: Rc::new(Notify::new()),
+        watched: Vec::new(),
+    };
+    office.welcome(owner.id, member);
+    if let Some(hello) = office.hello(owner.id) {
+        send::at_once(line.clone(), hello);
+    }
+    Some(owner.id)
+}

@@ -1,0 +1,97 @@
+//! From the queues to the network.
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use coloc_shm_types::Matters;
+use tokio::task::spawn_local;
+
+use super::office::{Office, now};
+use crate::budget::Budget;
+use crate::engine::Line;
+use crate::queue::Waiting;
+use crate::wire::{LARGEST_DATAGRAM, word};
+
+/// So long is a word of the link itself tried.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// From one word about clocks to the next: often enough that within seconds some of both ways are quick.
+const CLOCKS: Duration = Duration::from_millis(250);
+
+/// Sends a word of the link itself, which must arrive.
+pub(super) fn at_once(line: Line, message: Vec<u8>) {
+    spawn_local(async move { line.send_stream(&message, PATIENCE).await });
+}
+
+/// Sends what waits for a member, within its budget, until the task is ended.
+pub(super) async fn empty_queue(office: Rc<RefCell<Office>>, id: u16, line: Line) {
+    let per_s = f64::from(office.borrow().section.max_bytes_per_s);
+    let mut budget = Budget::new(per_s, now().boot_ns);
+    let Some(put) = office
+        .borrow()
+        .members
+        .get(&id)
+        .map(|it| Rc::clone(&it.put))
+    else {
+        return;
+    };
+    loop {
+        let next = {
+            let mut office = office.borrow_mut();
+            let popped = office
+                .members
+                .get_mut(&id)
+                .map(|it| it.queue.pop(now().boot_ns));
+            let (next, too_old) = popped.unwrap_or_default();
+            office.counts.too_old_to_send += too_old;
+            next
+        };
+        let Some(message) = next else {
+            put.notified().await;
+            continue;
+        };
+        let wait_s = budget.take(message.bytes.len(), now().boot_ns);
+        if wait_s > 0.0 {
+            tokio::time::sleep(Duration::from_secs_f64(wait_s)).await;
+        }
+        hand_over(&office, &line, message);
+    }
+}
+
+fn hand_over(office: &Rc<RefCell<Office>>, line: &Line, message: Waiting) {
+    office.borrow_mut().counts.sent += 1;
+    let largest = line.largest_datagram().min(LARGEST_DATAGRAM);
+    if message.matters == Matters::Newest && message.bytes.len() <= largest {
+        if !line.send_datagram(&message.bytes) {
+            office.borrow_mut().counts.not_in_time += 1;
+        }
+        return;
+    }
+    let left_ns = message.until_ns.saturating_sub(now().boot_ns);
+    let patience = Duration::from_nanos(u64::try_from(left_ns).unwrap_or(0));
+    let (office, line) = (Rc::clone(office), line.clone());
+    spawn_local(async move {
+        if !line.send_stream(&message.bytes, patience).await {
+            office.borrow_mut().counts.not_in_time += 1;
+        }
+    });
+}
+
+/// Tells every member of the own clock, until the end. Such a word is worth nothing late.
+pub(super) async fn tell_clocks(office: Rc<RefCell<Office>>) {
+    loop {
+        {
+            let mut office = office.borrow_mut();
+            let lines: Vec<_> = office
+                .members
+                .iter()
+                .map(|(id, it)| (*id, it.line.clone()))
+                .collect();
+            for (id, line) in lines {
+                let body = office.admission.clock_word(id).body();
+                let message = office.seal(word::CLOCK, id, &body);
+                let _ = message.is_some_and(|message| line.send_datagram(&message));
+            }
+        }
+        tokio::time::sleep(CLOCKS).await;
+    }
+}

@@ -1,0 +1,167 @@
+//! From shared memory to the queues.
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use coloc_sensors::EndError;
+use coloc_shm_types::{Channel, Clock, Header, RobotName};
+use tokio::task::spawn_local;
+
+use super::office::{Office, now};
+use crate::kinds::Kind;
+use crate::queue::Waiting;
+use crate::reach::Reach;
+use crate::roster::Role;
+use crate::space::Ear;
+
+/// Listens to all channels on which the own robot says something for other members, those of new members among them.
+pub(super) fn listen(office: &Rc<RefCell<Office>>) -> Result<(), EndError> {
+    let wanted = office.borrow().unheard();
+    for (robot, kind, receiver) in wanted {
+        let channel = kind.told.channel;
+        let ear = Ear::open(&office.borrow().space, &robot, channel)?;
+        office.borrow_mut().heard.push((robot, channel));
+        spawn_local(hear(Rc::clone(office), ear, kind, receiver));
+    }
+    Ok(())
+}
+
+async fn hear(office: Rc<RefCell<Office>>, mut ear: Ear, kind: Kind, receiver: Option<u16>) {
+    loop {
+        {
+            let mut office = office.borrow_mut();
+            ear.hear(&mut |header, bytes| office.carry(&kind, receiver, header, bytes));
+        }
+        ear.wait().await;
+    }
+}
+
+impl Office {
+    /// Channels that have to be listened to and are not yet, and for whom it is what is said there, if for one.
+    fn unheard(&self) -> Vec<(RobotName, Kind, Option<u16>)> {
+        if !self.speaks() {
+            return Vec::new();
+        }
+        let roster = self.roster();
+        let own = roster.member(self.own);
+        let others = || roster.member.iter().filter(|it| it.id != self.own);
+        let mut wanted = Vec::new();
+        for kind in Kind::all() {
+            if !own.is_some_and(|own| own.may_say(kind)) {
+                continue;
+            }
+            match Reach::of(kind) {
+                Reach::Here => {}
+                Reach::Addressee => {
+                    let robots = others().filter(|it| it.role == Role::Robot);
+                    wanted.extend(robots.map(|it| (it.name.clone(), *kind, Some(it.id))));
+                }
+                Reach::Team | Reach::Stations => wanted.push((self.name.clone(), *kind, None)),
+            }
+        }
+        let is_heard = |robot: &RobotName, channel: Channel| {
+            self.heard
+                .iter()
+                .any(|it| it.0 == *robot && it.1 == channel)
+        };
+        wanted.retain(|(robot, kind, _)| !is_heard(robot, kind.told.channel));
+        wanted
+    }
+
+    /// Puts what the own robot has said into the queues of those for whom it is.
+    fn carry(&mut self, kind: &Kind, receiver: Option<u16>, header: &Header, bytes: &[u8]) {
+        // What others say here came over the network, or is their own link's to carry.
+        if header.source != self.own && Reach::of(kind) != Reach::Stations {
+            return;
+        }
+        let roster = self.roster();
+        let to: Vec<u16> = match receiver {
+            Some(id) => vec![id],
+            None => {
+                let role = if Reach::of(kind) == Reach::Team {
+                    Role::Robot
+                } else {
+                    Role::Station
+                };
+                let members = roster
+                    .member
+                    .iter()
+                    .filter(|it| it.role == role && it.id != self.own);
+                members.map(|it| it.id).collect()
+            }
+        };
+        let is_local = |id: u16| {
+            let name = roster.member(id).map(|it| it.name.as_str());
+            name.is_some_and(|name| self.local.iter().any(|local| local == name))
+        };
+        let to: Vec<u16> = to.into_iter().filter(|id| !is_local(*id)).collect();
+        for id in to {
+            self.put(kind, id, header, bytes);
+        }
+    }
+
+    fn put(&mut self, kind: &Kind, id: u16, header: &Header, bytes: &[u8]) {
+        let present = now();
+        if !self.members.contains_key(&id) {
+            self.counts.not_connected += 1;
+            return;
+        }
+        let hello = self
+            .admission
+            .peer(id)
+            .and_then(crate::admission::Peer::hello);
+        if !hello.is_some_and(|hello| hello.kinds.contains(&kind.code)) {
+            self.counts.not_spoken_there += 1;
+            return;
+        }
+        if header.clock() != Ok(Clock::Realtime) {
+            self.counts.foreign_clock += 1;
+            self.teller.remark(
+                "the robot's stamps are not of the shared clock: set clock.source = \"realtime\" in its robot.toml",
+            );
+            return;
+        }
+        let age_ns = present.wall_ns.saturating_sub(header.stamp_ns);
+        let left_ns = self.oldest_ns(kind).saturating_sub(age_ns);
+        if left_ns < 0 {
+            self.counts.too_old_to_send += 1;
+            return;
+        }
+        if Reach::of(kind) == Reach::Stations && !self.is_due(id, kind.code, present.boot_ns) {
+            return;
+        }
+        let Some(message) = self.seal(kind.code, id, bytes) else {
+            return;
+        };
+        let waiting = Waiting {
+            kind: kind.code,
+            matters: kind.told.matters,
+            until_ns: present.boot_ns.saturating_add(left_ns),
+            bytes: message,
+        };
+        if let Some(member) = self.members.get_mut(&id) {
+            self.counts.pushed_out += member.queue.push(waiting);
+            member.put.notify_one();
+        }
+    }
+
+    /// Whether stations get this one.
+    fn is_due(&mut self, id: u16, kind: u32, now_ns: i64) -> bool {
+        #[expect(clippy::cast_possible_truncation, reason = "to whole nanoseconds")]
+        let period_ns = (1e9 / self.section.watch_hz) as i64;
+        let Some(member) = self.members.get_mut(&id) else {
+            return false;
+        };
+        let last = member.watched.iter_mut().find(|it| it.0 == kind);
+        match last {
+            Some((_, at_ns)) if now_ns.saturating_sub(*at_ns) < period_ns => false,
+            Some((_, at_ns)) => {
+                *at_ns = now_ns;
+                true
+            }
+            None => {
+                member.watched.push((kind, now_ns));
+                true
+            }
+        }
+    }
+}
