@@ -4,10 +4,12 @@ use std::hint::black_box;
 
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::history::Slot;
+use coloc_estimator::rounds::RoundSettings;
+use coloc_estimator::rounds::gate::CHI2_3_ONE_IN_A_MILLION;
 use coloc_estimator::{
-    Covariance2, Estimator, FoundSettings, GYRO_SAMPLES, GyroSample, GyroSettings, Measurement,
-    NeighbourPose, NotACovariance, OdometrySample, Origin, Pose, PositionFix, Settings, SlowError,
-    Span, Stamp, Start, TickInputs, WithGyro, step,
+    Covariance2, Deed, Estimator, FoundSettings, GYRO_SAMPLES, GyroSample, GyroSettings,
+    Measurement, NeighbourPose, NotACovariance, OdometrySample, Origin, Pose, PositionFix,
+    RoundWord, Settings, SlowError, Span, Stamp, Start, TickInputs, WithGyro, step,
 };
 
 use crate::case;
@@ -59,6 +61,31 @@ impl Robot {
         let places = places(SLOTS, 0);
         robot.estimator = Estimator::new(settings, robot.now, case::belief()?, places);
         robot.warmed(neighbours);
+        Ok(robot)
+    }
+
+    /// The same as [`Self::warm`] without neighbours, of a robot that takes part in its team's rounds.
+    ///
+    /// # Errors
+    /// As [`Self::warm`].
+    pub fn in_rounds() -> Result<Self, NotACovariance> {
+        let mut robot = Self::with_slots(SLOTS)?;
+        let mut settings = *robot.estimator.settings();
+        settings.rounds = Some(RoundSettings {
+            robots: 5,
+            gate: CHI2_3_ONE_IN_A_MILLION,
+        });
+        let places = places(SLOTS, 0);
+        robot.estimator = Estimator::new(settings, robot.now, case::belief()?, places);
+        robot.heard = vec![Measurement::Round(RoundWord {
+            stamp: robot.now + PERIOD,
+            origin: Origin::default(),
+            deed: Deed::Join,
+            of: None,
+        })];
+        robot.tick();
+        robot.heard.clear();
+        robot.warmed(0);
         Ok(robot)
     }
 

@@ -25,6 +25,7 @@ pub(crate) enum Case {
     Heading,
     Tick,
     TickUnjudged,
+    TickInRounds,
     TickOfFour,
     TickOfFourUnjudged,
     Turning,
@@ -48,7 +49,7 @@ pub(crate) enum Case {
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 29] = [
+    pub(crate) const ALL: [Self; 30] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -58,6 +59,7 @@ impl Case {
         Self::Heading,
         Self::Tick,
         Self::TickUnjudged,
+        Self::TickInRounds,
         Self::TickOfFour,
         Self::TickOfFourUnjudged,
         Self::Turning,
@@ -91,6 +93,7 @@ impl Case {
             Self::Heading => "heading",
             Self::Tick => "tick-alone",
             Self::TickUnjudged => "tick-alone-unjudged",
+            Self::TickInRounds => "tick-alone-in-rounds",
             Self::TickOfFour => "tick-4-neighbours-and-fix",
             Self::TickOfFourUnjudged => "tick-4-neighbours-and-fix-unjudged",
             Self::Turning => "tick-with-gyro",
@@ -173,6 +176,7 @@ impl Case {
     pub(crate) fn times(self) -> Option<(f64, Self)> {
         match self {
             Self::Tick => Some((1.05, Self::TickUnjudged)),
+            Self::TickInRounds => Some((1.15, Self::Tick)),
             Self::TickOfFour => Some((1.07, Self::TickOfFourUnjudged)),
             Self::Sought => Some((16.0, Self::TickUnjudged)),
             Self::DaemonSightingsInPart => Some((1.3, Self::DaemonSightings)),
@@ -242,6 +246,7 @@ impl Case {
             }
             Self::Tick => alone(iterations, Robot::warm(0)?),
             Self::TickUnjudged => alone(iterations, Robot::unjudged(0)?),
+            Self::TickInRounds => alone(iterations, Robot::in_rounds()?),
             Self::TickOfFour => of_four(iterations, Robot::warm(4)?)?,
             Self::TickOfFourUnjudged => of_four(iterations, Robot::unjudged(4)?)?,
             Self::Turning => {
