@@ -7,6 +7,8 @@ use coloc_scan::finder::OwnHeading;
 use coloc_sensors::Moment;
 use coloc_shm_types::{BeliefState, Estimate, Header};
 
+use crate::past::Past;
+
 /// An estimate is of use for so long \[s\].
 const OF_USE_S: f64 = 1.0;
 
@@ -16,14 +18,14 @@ pub fn boottime(header: &Header, own_boot: u64, now: Moment) -> Option<i64> {
     now.boottime_of(header, own_boot)
 }
 
-/// What a robot last said of itself.
-#[derive(Copy, Clone, Debug)]
-struct Belief {
-    at_ns: i64,
-    pose: [f64; 3],
+/// What a robot said of itself.
+#[derive(Copy, Clone, Debug, Default)]
+pub(crate) struct Belief {
+    pub(crate) at_ns: i64,
+    pub(crate) pose: [f64; 3],
     /// In its body frame.
-    velocity: [f64; 3],
-    covariance: [[f64; 3]; 3],
+    pub(crate) velocity: [f64; 3],
+    pub(crate) covariance: [[f64; 3]; 3],
 }
 
 /// Another robot.
@@ -31,16 +33,16 @@ struct Belief {
 struct Other {
     robot: u16,
     look: usize,
-    belief: Option<Belief>,
+    past: Past,
 }
 
-/// What all robots last said of themselves.
+/// What all robots have said of themselves.
 #[derive(Clone, Debug)]
 pub struct Beliefs {
     own_boot: u64,
     mount: [f64; 3],
     change_m_s: f64,
-    own: Option<Belief>,
+    own: Past,
     others: Vec<Other>,
     priors: Vec<Prior>,
 }
@@ -60,13 +62,13 @@ impl Beliefs {
         let other = |(robot, look): &(u16, usize)| Other {
             robot: *robot,
             look: *look,
-            belief: None,
+            past: Past::default(),
         };
         Self {
             own_boot,
             mount,
             change_m_s,
-            own: None,
+            own: Past::default(),
             others: others.iter().map(other).collect(),
             priors: Vec::with_capacity(others.len()),
         }
@@ -80,14 +82,15 @@ impl Beliefs {
 
     /// What this robot believes of itself.
     pub fn hear_own(&mut self, estimate: &Estimate, now: Moment) {
-        self.own = self.read(estimate, now);
+        let belief = self.read(estimate, now);
+        self.own.hear(belief);
     }
 
     /// What another one believes of itself.
     pub fn hear(&mut self, robot: u16, estimate: &Estimate, now: Moment) {
         let belief = self.read(estimate, now);
         if let Some(other) = self.others.iter_mut().find(|it| it.robot == robot) {
-            other.belief = belief;
+            other.past.hear(belief);
         }
     }
 
@@ -108,7 +111,7 @@ impl Beliefs {
     /// How the scanner moves at `at_ns`, if this robot knows where it is.
     #[must_use]
     pub fn motion(&self, at_ns: i64) -> Option<ScannerMotion> {
-        let [vx, vy, turn] = self.own.and_then(|own| own.until(at_ns))?.velocity;
+        let [vx, vy, turn] = at(&self.own, at_ns)?.velocity;
         let [x, y, turned] = self.mount;
         let (sin, cos) = turned.sin_cos();
         let (vx, vy) = (vx - turn * y, vy + turn * x);
@@ -122,7 +125,7 @@ impl Beliefs {
     /// which everything swings.
     #[must_use]
     pub fn own_heading(&self, at_ns: i64) -> OwnHeading {
-        let Some(own) = self.own.and_then(|own| own.until(at_ns)) else {
+        let Some(own) = at(&self.own, at_ns) else {
             return OwnHeading::default();
         };
         let variance = own.covariance[2][2];
@@ -146,16 +149,17 @@ impl Beliefs {
     /// Where the others are believed to be at `at_ns`, seen from the scanner.
     pub fn priors(&mut self, at_ns: i64) -> &[Prior] {
         self.priors.clear();
-        let Some(own) = self.own.and_then(|own| own.until(at_ns)) else {
+        let Some(own) = at(&self.own, at_ns) else {
             return &self.priors;
         };
         for other in &self.others {
-            let Some(belief) = other.belief.and_then(|belief| belief.until(at_ns)) else {
+            let Some(said) = other.past.nearest(at_ns) else {
                 continue;
             };
-            let age_s = other
-                .belief
-                .map_or(0.0, |it| seconds(at_ns - it.at_ns).abs());
+            let Some(belief) = said.until(at_ns) else {
+                continue;
+            };
+            let age_s = seconds(at_ns - said.at_ns).abs();
             let grown = self.change_m_s * age_s;
             let (pose, covariance) = relative(&own, &belief, grown * grown, self.mount);
             self.priors.push(Prior {
@@ -167,6 +171,11 @@ impl Beliefs {
         }
         &self.priors
     }
+}
+
+/// What a robot believes of itself at `at_ns`, if it has said enough about then.
+fn at(past: &Past, at_ns: i64) -> Option<Belief> {
+    past.nearest(at_ns)?.until(at_ns)
 }
 
 #[allow(clippy::cast_precision_loss)] // To a microsecond it is exact for centuries.
@@ -298,6 +307,24 @@ mod tests {
         assert!((prior.covariance[1][1] - (0.18 + 0.25 + 4.0 * 0.03)).abs() < 1e-12);
         assert!((prior.covariance[2][2] - 0.06).abs() < 1e-12);
         assert!(beliefs.priors(3 * SECOND).is_empty());
+    }
+
+    #[test]
+    fn a_scan_that_comes_late_meets_what_was_believed_at_its_time() {
+        let mut beliefs = beliefs([0.0; 3]);
+        let now = Moment::default();
+        for tenth in 0..10 {
+            let stamp_ns = tenth * SECOND / 10;
+            #[allow(clippy::cast_precision_loss)] // At most ten.
+            let x = tenth as f64;
+            beliefs.hear_own(&estimate([x, 0.0, 0.0], [0.0; 3], stamp_ns), now);
+            beliefs.hear(2, &estimate([2.0 * x, 0.0, 0.0], [0.0; 3], stamp_ns), now);
+        }
+        let [prior] = beliefs.priors(3 * SECOND / 10) else {
+            panic!("one of them has spoken");
+        };
+        assert!((prior.pose[0] - 3.0).abs() < 1e-12, "{prior:?}");
+        assert!((prior.covariance[0][0] - 0.18).abs() < 1e-12, "{prior:?}");
     }
 
     #[test]

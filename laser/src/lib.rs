@@ -10,6 +10,7 @@
 pub mod beliefs;
 pub mod driver;
 pub mod lines;
+mod past;
 pub mod player;
 pub mod program;
 pub mod publish;

@@ -46,25 +46,17 @@ impl Channels {
     }
 }
 
-/// The newest of what has come.
-fn newest(estimates: &Subscriber<Estimate>) -> Option<Estimate> {
-    let mut newest = None;
+/// All that has come.
+fn heard(estimates: &Subscriber<Estimate>) -> impl Iterator<Item = Estimate> {
     // What cannot be read is as if it had not come: the next one is read anew.
-    while let Ok(Some(estimate)) = estimates.receive() {
-        newest = Some(estimate);
-    }
-    newest
+    std::iter::from_fn(|| estimates.receive().ok().flatten())
 }
 
 impl Outlet for Channels {
     fn hear(&mut self, beliefs: &mut Beliefs, now: Moment) -> Result<(), EndError> {
-        if let Some(estimate) = newest(&self.own) {
-            beliefs.hear_own(&estimate, now);
-        }
+        heard(&self.own).for_each(|it| beliefs.hear_own(&it, now));
         for (robot, estimates) in &self.others {
-            if let Some(estimate) = newest(estimates) {
-                beliefs.hear(*robot, &estimate, now);
-            }
+            heard(estimates).for_each(|it| beliefs.hear(*robot, &it, now));
         }
         Ok(())
     }

@@ -225,6 +225,7 @@ fn legend(drives: &[Drive<'_>], glimpses: &[Glimpse]) -> Legend {
     let mut looks = vec![
         solid("truth", line(TRUTH, 5)),
         solid("estimate", line(INK, 2)),
+        ("start".into(), Look::Dot(INK.filled(), 5)),
         solid("95 % ellipse", INK.mix(0.2).stroke_width(12)),
         dashed("its wheels alone", wheels_style()),
     ];
@@ -553,6 +554,7 @@ mod tests {
             "Ways",
             "and what they are about",
             "truth",
+            "start",
             "estimate",
             "95 % ellipse",
             "its wheels alone",
