@@ -658,9 +658,12 @@ impl Simplex {
     fn worst(&self) -> (usize, f64) {
         let rows = (0..self.rhs.len()).filter(|&row| !self.is_working[row]);
         rows.map(|row| (row, self.slack(row)))
-            .fold((0, f64::INFINITY), |worst, it| {
-                if it.1 < worst.1 { it } else { worst }
-            })
+            .fold(
+                (0, f64::INFINITY),
+                |worst, it| {
+                    if it.1 < worst.1 { it } else { worst }
+                },
+            )
     }
 
     /// The place in the vertex that keeps all multipliers above zero if the expressed row takes it.
