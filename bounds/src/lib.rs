@@ -23,6 +23,7 @@ pub mod diagnosis;
 pub mod evidence;
 pub mod heading;
 mod interval;
+pub mod mean;
 mod measurement;
 pub mod monitor;
 pub mod polygon;

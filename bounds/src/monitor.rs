@@ -4,8 +4,9 @@ use crate::diagnosis::{Distance, membership};
 use crate::evidence::{Area, DIRECTIONS, Evidence, Wheels};
 use crate::heading::Link;
 use crate::interval::AngleInterval;
+use crate::mean::{Memory, Promise};
 use crate::measurement::{Measurement, Refused};
-use crate::polytope::{Arena, BadFrame, Polytope};
+use crate::polytope::{Arena, BadFrame, Polytope, Source};
 use crate::simplex::NoVertex;
 use crate::slot::{Closed, Suspect, Verdict, close};
 use crate::team::{Pair, Sighting, Supports, Team};
@@ -35,6 +36,10 @@ pub struct Settings {
     pub pair_slots: u64,
     /// Where everybody is at any rate.
     pub arena: Arena,
+    /// Of the means of errors.
+    pub means: Promise,
+    /// While nothing is known, a fix is taken to be off by so much at least \[m\], and a compass \[rad\].
+    pub initial: [f64; 2],
 }
 
 /// How things are after a slot.
@@ -72,6 +77,9 @@ pub struct Monitor {
     seen: Vec<u64>,
     violated: u32,
     starting: bool,
+    memory: Memory,
+    /// The means did not fit in the last slot.
+    drifting: bool,
 }
 
 /// One sighting of a slot, and who has it.
@@ -92,6 +100,8 @@ impl Monitor {
             seen: Vec::new(),
             violated: 0,
             starting: true,
+            memory: Memory::new(settings.means),
+            drifting: false,
         }
     }
 
@@ -146,8 +156,14 @@ impl Monitor {
             .iter()
             .map(|it| self.team.measurement(it))
             .collect();
+        let least = if self.starting {
+            self.settings.initial[0]
+        } else {
+            0.0
+        };
         let fixes = (0..robots).filter_map(|robot| {
             let Area { centre, half } = of(robot)?.fix?;
+            let half = half.map(|it| it.max(least));
             Some(Measurement::Fix {
                 robot,
                 centre,
@@ -158,19 +174,41 @@ impl Monitor {
         if !fits && suspects.is_empty() {
             measurements.clear();
         }
-        let Closed {
-            verdict,
-            refused,
-            believed,
-        } = close(&mut self.team, &measurements, self.settings.arena, SLACK_M)?;
+        let mut predicted = self.team.clone();
+        let arena = self.settings.arena;
+        let mut closed = close(&mut self.team, &measurements, arena, SLACK_M)?;
         if let Verdict::Violated {
             suspects: named, ..
-        } = verdict
+        } = &closed.verdict
         {
             // Headings and positions do not fit: no single thing explains both.
-            suspects = if fits { named } else { Vec::new() };
+            suspects = if fits { named.clone() } else { Vec::new() };
             fits = false;
         }
+        if !fits {
+            leave_out(&mut measurements, &suspects);
+        }
+        let named = self.memory.hear(&measurements, robots, arena, SLACK_M)?;
+        let is_new = !self.drifting;
+        self.drifting = named.is_some();
+        if let Some(named) = named.filter(|_| fits) {
+            // All that was concluded may have been dragged along.
+            let headings = core::mem::take(&mut predicted.headings);
+            if is_new {
+                self.forget();
+            } else {
+                self.team = predicted;
+            }
+            self.team.headings = headings;
+            leave_out(&mut measurements, &named);
+            let refused = core::mem::take(&mut closed.refused);
+            closed = close(&mut self.team, &measurements, arena, SLACK_M)?;
+            closed.refused = refused;
+            (suspects, fits) = (named, false);
+        }
+        let Closed {
+            refused, believed, ..
+        } = closed;
         let standing = self.stand(fits, &suspects);
         Ok(Outcome {
             standing,
@@ -265,6 +303,11 @@ impl Monitor {
         said: &[Said],
         without: &[Suspect],
     ) -> Option<Vec<AngleInterval>> {
+        let least = if self.starting {
+            self.settings.initial[1]
+        } else {
+            0.0
+        };
         let mut team = Team::new(self.team.headings.len(), DIRECTIONS);
         team.headings = self.turned(evidence, without);
         for (robot, of) in evidence.iter().enumerate() {
@@ -272,6 +315,8 @@ impl Monitor {
             if let Some(compass) = compass
                 && !without.contains(&Suspect::Compass(robot))
             {
+                let half = compass.half.max(least);
+                let compass = AngleInterval::new(compass.centre, half);
                 team.compass(robot, compass).ok()?;
             }
         }
@@ -351,6 +396,16 @@ impl Monitor {
         let region = self.team.regions[robot].values();
         (!self.is_open(robot)).then(|| crate::polygon::of_supports(region))
     }
+}
+
+/// Of all of them, if nobody in particular is suspected.
+fn leave_out(measurements: &mut Vec<Measurement>, suspects: &[Suspect]) {
+    let is_meant = |place: usize| {
+        let source = Source::Measurement(place);
+        suspects.is_empty() || suspects.iter().any(|it| it.means(source, measurements))
+    };
+    let left = (0..measurements.len()).filter(|it| !is_meant(*it));
+    *measurements = left.map(|it| measurements[it]).collect();
 }
 
 fn names(suspect: Suspect, said: &Said) -> bool {
@@ -454,6 +509,10 @@ mod tests {
     const TRUTH: [[f64; 2]; 3] = [[0.0, 0.0], [3.0, 0.0], [0.0, 3.0]];
 
     fn monitor() -> Monitor {
+        promised(1.0)
+    }
+
+    fn promised(share: f64) -> Monitor {
         let settings = Settings {
             own: 0,
             slot_s: 0.5,
@@ -463,6 +522,8 @@ mod tests {
                 centre: [0.0; 2],
                 half: 1e4,
             },
+            means: Promise { slots: 4, share },
+            initial: [0.3, 0.09],
         };
         Monitor::new(TRUTH.len(), settings)
     }
@@ -540,6 +601,52 @@ mod tests {
         assert_eq!(outcome.suspects, [Suspect::Fix(0)]);
         let told = honest(&monitor);
         assert_eq!(monitor.close(&told).unwrap().standing, Standing::Ok);
+    }
+
+    /// Slots until the fix of the first robot, off by 0.6 m, is found; a single slot allows that. And the monitor after ten.
+    fn off_by_a_little(share: f64) -> (Option<usize>, Monitor) {
+        let mut monitor = promised(share);
+        let mut found = None;
+        for number in 0..14 {
+            let mut told = honest(&monitor);
+            if number >= 4 {
+                told[0] = Some(evidence(&monitor, 0, Some([-0.6, 0.0])));
+            }
+            let outcome = monitor.close(&told).unwrap();
+            if outcome.standing == Standing::Violated {
+                assert!(outcome.suspects.contains(&Suspect::Fix(0)));
+                found = found.or(Some(number - 4));
+            }
+        }
+        (found, monitor)
+    }
+
+    #[test]
+    fn what_a_single_slot_allows_does_not_fit_in_the_mean() {
+        assert_eq!(off_by_a_little(1.0).0, None);
+        let (found, mut monitor) = off_by_a_little(0.3);
+        assert!(found.is_some_and(|it| it < 4), "{found:?}");
+        assert!(monitor.is_open(0), "nobody knows which of two fixes lies");
+        for _ in 0..4 {
+            let told = honest(&monitor);
+            monitor.close(&told).unwrap();
+        }
+        let told = honest(&monitor);
+        assert_eq!(monitor.close(&told).unwrap().standing, Standing::Ok);
+        assert!(!monitor.is_open(0));
+    }
+
+    #[test]
+    fn who_begins_believes_a_fix_only_within_the_bounds_of_a_beginning() {
+        let begun = |initial_m| {
+            let mut monitor = monitor();
+            monitor.settings.initial[0] = initial_m;
+            let told = honest(&monitor);
+            monitor.close(&told).unwrap();
+            crate::polygon::area(&monitor.polygon(0).unwrap())
+        };
+        assert!(begun(0.6) > 1.5 * begun(0.3));
+        assert!((begun(0.1) - begun(0.3)).abs() < 1e-12);
     }
 
     #[test]

@@ -122,6 +122,8 @@ pub struct Simplex {
     multipliers: Vec<f64>,
     step: Vec<f64>,
     entering: Vec<f64>,
+    /// Rows that an edge goes towards, how far it is there and how squarely they are met.
+    ahead: Vec<(usize, f64, f64)>,
     residual: Vec<f64>,
     columns: Vec<safe::Column>,
     matrix: Vec<f64>,
@@ -239,6 +241,7 @@ impl Simplex {
             multipliers: vec![0.0; size],
             step: vec![0.0; size],
             entering: vec![0.0; size],
+            ahead: Vec::with_capacity(all),
             residual: vec![0.0; size],
             columns: vec![safe::Column::default(); columns],
             matrix: vec![0.0; size * size],
@@ -307,10 +310,11 @@ impl Simplex {
             self.z[column] = self.program.bounds(column).0;
         }
         self.z[columns] = 0.0;
-        let worst = (0..rows).min_by(|&a, &b| self.slack(a).total_cmp(&self.slack(b)));
-        let last = worst.filter(|&row| self.slack(row) < 0.0);
-        self.z[columns] = last.map_or(0.0, |row| -self.slack(row));
-        let last = last.unwrap_or(self.tau_row());
+        let slacks = (0..rows).map(|row| (row, self.slack(row)));
+        let worst = slacks.min_by(|a, b| a.1.total_cmp(&b.1));
+        let worst = worst.filter(|it| it.1 < 0.0);
+        self.z[columns] = worst.map_or(0.0, |it| -it.1);
+        let last = worst.map_or(self.tau_row(), |it| it.0);
         self.is_working.fill(false);
         self.working.clear();
         self.working.extend(rows..rows + columns);
@@ -367,8 +371,8 @@ impl Simplex {
             if until.is_some_and(|row| self.is_working[row]) {
                 return Ok(());
             }
-            self.mend();
-            if self.is_settled() {
+            let worst = self.mend();
+            if worst >= -FEASIBLE && self.is_settled() {
                 return Ok(());
             }
             self.refactor()?;
@@ -376,16 +380,18 @@ impl Simplex {
         Err(Failed)
     }
 
-    /// Whether vertex and multipliers satisfy their equations, no multiplier is below zero and no row is broken.
+    /// Whether vertex and multipliers satisfy their equations, and no multiplier is below zero.
     fn is_settled(&mut self) -> bool {
         self.find_residual();
         let tolerance = ACCURATE.max(OF_LARGEST * longest(&self.multipliers));
         let residual = self.residual.iter().all(|it| it.abs() <= tolerance);
-        let slack = |row: usize| self.slack(row).abs() <= ACCURATE * (1.0 + self.rhs[row].abs());
+        let kept = |row: usize| {
+            let slack = self.slack(row);
+            slack >= -FEASIBLE && slack.abs() <= ACCURATE * (1.0 + self.rhs[row].abs())
+        };
         let signs =
             (0..self.size).all(|q| Some(q) == self.held || self.multipliers[q] >= -tolerance);
-        let kept = (0..self.rhs.len()).all(|row| self.slack(row) >= -FEASIBLE);
-        residual && signs && kept && self.working.iter().all(|&row| slack(row))
+        residual && signs && self.working.iter().all(|&row| kept(row))
     }
 
     /// Steps until no edge leads upwards, or until row `until` is met.
@@ -466,23 +472,27 @@ impl Simplex {
     }
 
     /// The row that the edge meets first, and how far that is.
-    fn met(&self, bland: bool) -> Option<(usize, f64)> {
-        let rows = || (0..self.rhs.len()).filter(|&row| !self.is_working[row]);
-        let ahead = rows().map(|row| (row, self.dot(row, &self.step)));
+    fn met(&mut self, bland: bool) -> Option<(usize, f64)> {
         let parallel = self.care.parallel * longest(&self.step).max(1.0);
+        let tolerance = if bland { 0.0 } else { AT_ONCE };
+        let mut ahead = core::mem::take(&mut self.ahead);
+        ahead.clear();
         let mut first = f64::INFINITY;
-        for (row, towards) in ahead.clone().filter(|it| it.1 > parallel) {
-            let tolerance = if bland { 0.0 } else { AT_ONCE };
-            first = first.min((self.slack(row).max(0.0) + tolerance) / towards);
+        for row in (0..self.rhs.len()).filter(|&row| !self.is_working[row]) {
+            let towards = self.dot(row, &self.step);
+            if towards > parallel {
+                let slack = self.slack(row).max(0.0);
+                first = first.min((slack + tolerance) / towards);
+                ahead.push((row, slack / towards, towards));
+            }
         }
         let mut best: Option<(usize, f64, f64)> = None;
-        for (row, towards) in ahead.filter(|it| it.1 > parallel) {
-            let length = self.slack(row).max(0.0) / towards;
-            let better = best.is_none_or(|(_, _, steepest)| !bland && towards > steepest);
-            if length <= first && better {
+        for &(row, length, towards) in ahead.iter().filter(|it| it.1 <= first) {
+            if best.is_none_or(|(_, _, steepest)| !bland && towards > steepest) {
                 best = Some((row, length, towards));
             }
         }
+        self.ahead = ahead;
         best.map(|(row, length, _)| (row, length))
     }
 
@@ -618,30 +628,42 @@ impl Simplex {
         }
     }
 
-    /// Undoes what rounding did on the way: rows that are broken a little are taken up again, by dual steps.
-    fn mend(&mut self) {
+    /// Undoes what rounding did on the way: rows that are broken a little are taken up again, by dual steps. What is left of the worst row's
+    /// slack, of those that are not the vertex's.
+    fn mend(&mut self) -> f64 {
         self.refine_vertex();
+        let mut left = self.worst();
         for _ in 0..2 * self.size {
-            let worst = (0..self.rhs.len())
-                .filter(|&row| !self.is_working[row])
-                .min_by(|&a, &b| self.slack(a).total_cmp(&self.slack(b)));
-            let Some(row) =
-                worst.filter(|&it| self.slack(it) < -BROKEN * (1.0 + self.rhs[it].abs()))
-            else {
+            let (row, slack) = left;
+            if slack >= -BROKEN * (1.0 + self.rhs[row].abs()) {
                 break;
-            };
+            }
             self.find_multipliers();
             self.express(row);
             let Some(leaving) = self.given_up_for_row() else {
                 break;
             };
             self.find_step(leaving);
-            let length = -self.slack(row) / self.entering[leaving];
+            let length = -slack / self.entering[leaving];
             self.pivot(leaving, row, length);
             self.refine_vertex();
+            left = self.worst();
         }
         self.find_multipliers();
         self.refine_multipliers();
+        left.1
+    }
+
+    /// The row, of those that are not the vertex's, that is broken most, and its slack.
+    fn worst(&self) -> (usize, f64) {
+        let rows = (0..self.rhs.len()).filter(|&row| !self.is_working[row]);
+        rows.map(|row| (row, self.slack(row)))
+            .fold(
+                (0, f64::INFINITY),
+                |worst, it| {
+                    if it.1 < worst.1 { it } else { worst }
+                },
+            )
     }
 
     /// The place in the vertex that keeps all multipliers above zero if the expressed row takes it.

@@ -135,7 +135,7 @@ fn forget(team: &mut Team, suspects: &[Suspect]) {
 }
 
 /// Only what takes part in the conflict can dissolve it.
-fn suspects(
+pub(crate) fn suspects(
     polytope: &Polytope,
     measurements: &[Measurement],
     conflict: &Conflict,
@@ -188,7 +188,7 @@ impl Suspect {
         matches!((self, other), (Self::Sighting(a, _), Self::Sightings(b)) if a == b)
     }
 
-    fn means(self, source: Source, measurements: &[Measurement]) -> bool {
+    pub(crate) fn means(self, source: Source, measurements: &[Measurement]) -> bool {
         match source {
             Source::Measurement(index) => said_by(&measurements[index]).contains(&self),
             Source::Motion(robot) => self == Self::Motion(robot),

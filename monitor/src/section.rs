@@ -2,6 +2,7 @@
 
 use coloc_bounds::Arena;
 use coloc_bounds::evidence::Wheels;
+use coloc_bounds::mean::Promise;
 use coloc_bounds::monitor::Settings;
 use coloc_daemon::config::Section;
 use schemars::JsonSchema;
@@ -51,6 +52,19 @@ pub struct Bounds {
     /// Where one robot can be, seen from another, is kept for so long after one has seen the other \[s\].
     #[schemars(range(min = 0, max = 3600))]
     pub pair_s: f64,
+    /// Over so many slots the errors of each sensor have a mean that is bounded by `mean_share`.
+    #[schemars(range(min = 2, max = 100))]
+    pub mean_slots: usize,
+    /// In the mean of `mean_slots` slots each sensor is off by no more than this share of its bound: errors change sign. 1: nothing is
+    /// promised, and a fix that goes away slowly is found late.
+    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
+    pub mean_share: f64,
+    /// While it begins, or begins anew after something did not fit, a fix is taken to be off by so much at least \[m\].
+    #[schemars(range(min = 0, max = 1000))]
+    pub initial_m: f64,
+    /// The same of a compass, if there is one that can be relied on \[rad\].
+    #[schemars(range(min = 0, max = 1.5))]
+    pub initial_rad: f64,
     /// All robots are within so far of the origin, along each axis \[m\].
     #[schemars(range(min = 1, max = 10000))]
     pub arena_m: f64,
@@ -72,6 +86,10 @@ impl Default for Bounds {
             max_speed_mps: 2.0,
             max_turn_radps: 3.0,
             pair_s: 5.0,
+            mean_slots: 8,
+            mean_share: 1.0,
+            initial_m: 0.5,
+            initial_rad: 0.2,
             arena_m: 1e4,
         }
     }
@@ -124,6 +142,11 @@ impl Bounds {
                 centre: [0.0; 2],
                 half: self.arena_m,
             },
+            means: Promise {
+                slots: self.mean_slots,
+                share: self.mean_share,
+            },
+            initial: [self.initial_m, self.initial_rad],
         }
     }
 
@@ -193,6 +216,10 @@ mod tests {
             "sigmas = 0.0",
             "arena_m = 1e9",
             "turn_radps = nan",
+            "mean_share = 0.0",
+            "mean_share = 1.1",
+            "mean_slots = 1",
+            "initial_m = -0.1",
             "slot_s = 0.1\ngrace_s = 0.1",
         ] {
             assert!(parse(line).is_err(), "{line}");

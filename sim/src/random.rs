@@ -48,6 +48,8 @@ pub enum Purpose {
     Rounds = 19,
     /// Errors that end at a bound, a compass, and in which direction somebody lies.
     Integrity = 20,
+    /// Where robots of the paper's formations are, and what they measure of one another.
+    Formation = 21,
     /// Noise of a leader's compass.
     Compass = 22,
 }

@@ -50,11 +50,22 @@ fn matrix(value: &Value) -> Matrix {
     Matrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
 }
 
+fn column(entries: &[f64]) -> Matrix {
+    Matrix::from_column_slice(entries.len(), 1, entries)
+}
+
+/// Writes `block` with its first entry at a place.
+fn put(matrix: &mut Matrix, [row, column]: [usize; 2], block: &Matrix) {
+    matrix
+        .view_mut((row, column), block.shape())
+        .copy_from(block);
+}
+
 fn matrix3(value: &Value) -> Matrix3<f64> {
     let all = matrix(value);
     Matrix3::from_fn(|i, j| {
-        if i < all.rows() && j < all.columns() {
-            all.at(i, j)
+        if i < all.nrows() && j < all.ncols() {
+            all[(i, j)]
         } else {
             0.0
         }
@@ -104,10 +115,9 @@ fn measurement(team: &Team, round: &Value) -> Measurement {
         "given" => {
             let sides = [robot(&round["a"]), robot(&round["b"])];
             let h: Vec<Matrix> = list(&round["H"]).iter().map(matrix).collect();
-            let mut residual = Matrix::column(&numbers(&round["y"]));
+            let mut residual = column(&numbers(&round["y"]));
             for (side, h) in sides.iter().zip(&h) {
-                let of = h.times(&Matrix::column(&team.nodes[*side].state));
-                residual = residual.plus(-1.0, &of);
+                residual -= h * column(&team.nodes[*side].state);
             }
             Measurement {
                 jacobians: sides.into_iter().zip(h).collect(),
@@ -134,7 +144,7 @@ fn team(states: &Value, covariance: &Matrix, split: Split) -> Team {
     let states: Vec<Vec<f64>> = list(states).iter().map(numbers).collect();
     let n = states[0].len();
     let part =
-        |l: usize, m: usize| Matrix::from_fn(n, n, |i, j| covariance.at(n * l + i, n * m + j));
+        |l: usize, m: usize| Matrix::from_fn(n, n, |i, j| covariance[(n * l + i, n * m + j)]);
     let size = states.len();
     let nodes = states.into_iter().enumerate();
     let mut team = Team::new(nodes.map(|(l, x)| (x, part(l, l))).collect(), split);
@@ -152,7 +162,7 @@ fn joint(team: &Team) -> Matrix {
     let mut all = Matrix::zeros(size * n, size * n);
     for l in 0..size {
         for m in 0..size {
-            all.put(n * l, n * m, &team.cross(l, m));
+            put(&mut all, [n * l, n * m], &team.cross(l, m));
         }
     }
     all
@@ -193,16 +203,16 @@ fn assert_states(id: &str, team: &Team, expected: &Value, sigma: &[f64], within:
 }
 
 fn sigmas(covariance: &Matrix) -> Vec<f64> {
-    (0..covariance.rows())
-        .map(|i| covariance.at(i, i).max(0.0).sqrt())
+    (0..covariance.nrows())
+        .map(|i| covariance[(i, i)].max(0.0).sqrt())
         .collect()
 }
 
 fn assert_covariance(id: &str, found: &Matrix, expected: &Matrix, within: f64) {
     let sigma = sigmas(expected);
-    for i in 0..expected.rows() {
-        for j in 0..expected.columns() {
-            let error = (found.at(i, j) - expected.at(i, j)).abs();
+    for i in 0..expected.nrows() {
+        for j in 0..expected.ncols() {
+            let error = (found[(i, j)] - expected[(i, j)]).abs();
             let allowed = within * sigma[i] * sigma[j] + 1e-18;
             assert!(error <= allowed, "{id}: P[{i}, {j}] off by {error:e}");
         }
@@ -442,14 +452,14 @@ fn linear_systems() {
         let blocks: Vec<Matrix> = list(&meta["P0"]).iter().map(matrix).collect();
         let mut p0 = Matrix::zeros(8, 8);
         for (robot, block) in blocks.iter().enumerate() {
-            p0.put(2 * robot, 2 * robot, block);
+            put(&mut p0, [2 * robot; 2], block);
         }
         let mut team = team(&meta["x0"], &p0, split);
         let [f, q] = ["F", "Q_d"].map(|it| list(&meta[it]).iter().map(matrix).collect::<Vec<_>>());
         for (step, at) in list(&file["steps"]).iter().enumerate() {
             for (node, (f, q)) in team.nodes.iter_mut().zip(f.iter().zip(&q)) {
-                let moved = f.times(&Matrix::column(&node.state));
-                node.propagate(moved.entries().to_vec(), f, q);
+                let moved = f * column(&node.state);
+                node.propagate(moved.as_slice().to_vec(), f, q);
             }
             if let Some(round) = at.get("round") {
                 let report = team.update(&measurement(&team, round), &Terms::default());
@@ -475,13 +485,13 @@ fn from_triangle(of: &[f64]) -> Matrix {
 fn expected_joint(expected: &Value, size: usize) -> Matrix {
     let mut all = Matrix::zeros(3 * size, 3 * size);
     for (l, own) in list(&expected["P"]).iter().enumerate() {
-        all.put(3 * l, 3 * l, &from_triangle(&numbers(own)));
+        put(&mut all, [3 * l; 2], &from_triangle(&numbers(own)));
     }
     for cross in list(&expected["P_cross"]) {
         let (l, m, entries) = (robot(&cross[0]), robot(&cross[1]), numbers(&cross[2]));
         let block = Matrix::from_fn(3, 3, |i, j| entries[3 * i + j]);
-        all.put(3 * l, 3 * m, &block);
-        all.put(3 * m, 3 * l, &block.transposed());
+        put(&mut all, [3 * l, 3 * m], &block);
+        put(&mut all, [3 * m, 3 * l], &block.transpose());
     }
     all
 }
@@ -496,7 +506,7 @@ fn assert_sequence(name: &str, split: Split) {
     let size = list(&meta["x0"]).len();
     let mut p0 = Matrix::zeros(3 * size, 3 * size);
     for (robot, own) in list(&meta["P0"]).iter().enumerate() {
-        p0.put(3 * robot, 3 * robot, &block(&matrix3(own)));
+        put(&mut p0, [3 * robot; 2], &block(&matrix3(own)));
     }
     let mut team = team(&meta["x0"], &p0, split);
     let noises: Vec<Covariance3> = list(&meta["Q"])

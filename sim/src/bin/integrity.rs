@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use coloc_sim::campaign::{Page, Part, recordings, run};
-use coloc_sim::integrity::{Form, contain, drift, faults, lies, usual};
+use coloc_sim::integrity::{Form, contain, drift, faults, lies, paper, usual};
 
 /// Is the truth inside of the region of the hard bounds, how large is that, and how soon is who lies found?
 #[derive(Parser)]
@@ -20,7 +20,7 @@ struct Args {
     /// The folder with recordings; else `COLOC_DATA`, else `shared/data` beside the repository or above
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
-    /// These parts alone: contain, lies, faults, drift, usual
+    /// These parts alone: contain, lies, faults, drift, usual, paper
     #[arg(long, value_name = "PART")]
     only: Vec<String>,
     /// Write the tables between the marks of this document
@@ -29,12 +29,13 @@ struct Args {
 }
 
 /// What it consists of.
-const PARTS: [Part<Form>; 5] = [
+const PARTS: [Part<Form>; 6] = [
     ("contain", contain::find),
     ("lies", lies::find),
     ("faults", faults::find),
     ("drift", drift::find),
     ("usual", usual::find),
+    ("paper", paper::find),
 ];
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {

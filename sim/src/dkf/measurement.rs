@@ -4,7 +4,7 @@ use coloc_estimator::Pose;
 use coloc_rounds::model::{Kind, predict};
 use nalgebra::Matrix3;
 
-use super::matrix::Matrix;
+use super::Matrix;
 
 /// A measurement, linearised.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +21,7 @@ impl Measurement {
     /// How many numbers were measured.
     #[must_use]
     pub fn dimension(&self) -> usize {
-        self.residual.rows()
+        self.residual.nrows()
     }
 
     /// H of `robot`, if it measures or is measured.
@@ -75,10 +75,10 @@ impl Measurement {
             let (mut stacked, mut row) = (Matrix::zeros(0, 0), 0);
             for part in parts {
                 if let Some(h) = part.jacobian(robot) {
-                    if stacked.numbers() == 0 {
-                        stacked = Matrix::zeros(size, h.columns());
+                    if stacked.is_empty() {
+                        stacked = Matrix::zeros(size, h.ncols());
                     }
-                    stacked.put(row, 0, h);
+                    stacked.view_mut((row, 0), h.shape()).copy_from(h);
                 }
                 row += part.dimension();
             }
@@ -86,9 +86,12 @@ impl Measurement {
         }
         let mut row = 0;
         for part in parts {
-            batch.residual.put(row, 0, &part.residual);
-            batch.noise.put(row, row, &part.noise);
-            row += part.dimension();
+            let size = part.dimension();
+            let mut residual = batch.residual.rows_mut(row, size);
+            residual.copy_from(&part.residual);
+            let mut noise = batch.noise.view_mut((row, row), (size, size));
+            noise.copy_from(&part.noise);
+            row += size;
         }
         batch
     }

@@ -12,24 +12,54 @@
 //! | equations 7 to 9: update | [`Team::update`] |
 //! | section 5: observability | [`observability`] |
 
-mod matrix;
 mod measurement;
 mod node;
 pub mod observability;
 mod team;
 
-pub use matrix::Matrix;
 pub use measurement::Measurement;
 pub use node::{Node, Split};
 pub use team::{Report, Team, Terms, Traffic, Verdict};
 
 use coloc_estimator::{Belief, Motion, Pose};
 use coloc_rounds::model::{Kind, drive};
-use nalgebra::{Matrix2, Matrix3};
+use nalgebra::{DMatrix, Matrix2, Matrix3};
 
 use crate::method::wheels::Wheels;
 use crate::method::{FilterSettings, Innovation, Method, Sensor, Sent};
 use crate::sensors::StepInputs;
+
+/// Of any size, for measurements of any dimension.
+pub type Matrix = DMatrix<f64>;
+
+/// A pivot that is no more than this part of the largest variance is rounding.
+const SINGULAR: f64 = 1e-12;
+
+/// Half of it and of its transpose.
+#[must_use]
+pub fn symmetric(of: &Matrix) -> Matrix {
+    0.5 * (of + of.transpose())
+}
+
+/// L of `P = L Lᵀ`; `None` where the pivots tell that the smallest eigenvalue may be 10⁻¹² of the largest or less.
+#[must_use]
+pub fn root(of: &Matrix) -> Option<Matrix> {
+    let largest = of.diagonal().max();
+    let root = of.clone().cholesky()?.unpack();
+    let pivots = root.diagonal();
+    let least = pivots
+        .iter()
+        .map(|it| it * it)
+        .fold(f64::INFINITY, f64::min);
+    (least > SINGULAR * largest).then_some(root)
+}
+
+/// `L⁻¹ right`; the diagonal of L, a [`root`], is not zero.
+#[must_use]
+pub fn solve_lower(root: &Matrix, right: &Matrix) -> Matrix {
+    root.solve_lower_triangular(right)
+        .unwrap_or_else(|| Matrix::from_element(right.nrows(), right.ncols(), f64::NAN))
+}
 
 /// A [`Team`] of planar robots, which sees what [`Joint`](crate::method::joint::Joint) sees, in the same order.
 #[derive(Clone, Debug)]
@@ -138,7 +168,7 @@ impl Method for Dkf {
 
     fn estimate(&self, robot: usize) -> (Pose, Matrix3<f64>) {
         let node = &self.team.nodes[robot];
-        let covariance = Matrix3::from_fn(|row, column| node.covariance.at(row, column));
+        let covariance = Matrix3::from_fn(|row, column| node.covariance[(row, column)]);
         (pose(node), covariance)
     }
 

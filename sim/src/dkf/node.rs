@@ -2,7 +2,7 @@
 
 use coloc_estimator::angle::wrap;
 
-use super::matrix::Matrix;
+use super::{Matrix, solve_lower, symmetric};
 
 /// One robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,8 +51,8 @@ impl Update {
     #[must_use]
     pub fn numbers(&self) -> usize {
         let parts = self.parts.iter();
-        let blocks: usize = parts.map(|(_, h, a)| h.numbers() + a.numbers()).sum();
-        triangle(self.root.rows()) + self.whitened.numbers() + blocks
+        let blocks: usize = parts.map(|(_, h, a)| h.len() + a.len()).sum();
+        triangle(self.root.nrows()) + self.whitened.len() + blocks
     }
 }
 
@@ -69,7 +69,7 @@ impl Factor {
     /// Numbers in it.
     #[must_use]
     pub fn numbers(&self) -> usize {
-        self.factor.numbers() + self.gain.numbers()
+        self.factor.len() + self.gain.len()
     }
 }
 
@@ -86,10 +86,10 @@ impl Split {
     /// The factors of X of the robot with the lower number, and of the other.
     #[must_use]
     pub fn of(self, x: Matrix) -> (Matrix, Matrix) {
-        let one = Matrix::identity(x.rows());
+        let one = Matrix::identity(x.nrows(), x.nrows());
         match self {
             Self::Trivial => (x, one),
-            Self::Mirrored => (one, x.transposed()),
+            Self::Mirrored => (one, x.transpose()),
         }
     }
 }
@@ -100,8 +100,13 @@ pub(super) fn triangle(size: usize) -> usize {
     size * (size + 1) / 2
 }
 
+/// Robots that never met.
+pub(super) fn is_zero(factor: &Matrix) -> bool {
+    factor.iter().all(|entry| *entry == 0.0)
+}
+
 fn numbers(all: &[Matrix]) -> usize {
-    all.iter().map(Matrix::numbers).sum()
+    all.iter().map(Matrix::len).sum()
 }
 
 impl Node {
@@ -119,10 +124,9 @@ impl Node {
     /// Moves on: `P ← Φ P Φᵀ + Q`, `A ← Φ A`. Nobody is told.
     pub fn propagate(&mut self, state: Vec<f64>, phi: &Matrix, noise: &Matrix) {
         self.state = state;
-        let moved = phi.times(&self.covariance).times_transposed(phi);
-        self.covariance = moved.plus(1.0, noise).symmetric();
-        for factor in self.factors.iter_mut().filter(|factor| !factor.is_zero()) {
-            *factor = phi.times(factor);
+        self.covariance = symmetric(&(phi * &self.covariance * phi.transpose() + noise));
+        for factor in self.factors.iter_mut().filter(|it| !is_zero(it)) {
+            *factor = phi * &*factor;
         }
     }
 
@@ -139,29 +143,28 @@ impl Node {
     /// `G = K L = (Σ P_la H_aᵀ) L⁻ᵀ` of robot `me`.
     #[must_use]
     pub fn gain(&self, me: usize, update: &Update) -> Matrix {
-        let mut seen = Matrix::zeros(self.state.len(), update.root.rows());
+        let mut seen = Matrix::zeros(self.state.len(), update.root.nrows());
         for (robot, h, factor) in &update.parts {
             let block = if *robot == me {
                 self.covariance.clone()
             } else {
-                self.factors[*robot].times_transposed(factor)
+                &self.factors[*robot] * factor.transpose()
             };
-            seen = seen.plus(1.0, &block.times_transposed(h));
+            seen += block * h.transpose();
         }
-        update.root.solve_lower(&seen.transposed()).transposed()
+        solve_lower(&update.root, &seen.transpose()).transpose()
     }
 
     /// `x̂ += G L⁻¹ r`, `P −= G Gᵀ`; the third number of a pose is an angle.
     pub fn correct(&mut self, gain: &Matrix, whitened: &Matrix) {
-        let step = gain.times(whitened);
-        for (value, step) in self.state.iter_mut().zip(step.entries()) {
+        let step = gain * whitened;
+        for (value, step) in self.state.iter_mut().zip(&step) {
             *value += step;
         }
         if let [_, _, phi] = &mut self.state[..] {
             *phi = wrap(*phi);
         }
-        let less = gain.times_transposed(gain);
-        self.covariance = self.covariance.plus(-1.0, &less).symmetric();
+        self.covariance = symmetric(&(&self.covariance - gain * gain.transpose()));
     }
 
     /// What is told in the third round.

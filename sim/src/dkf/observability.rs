@@ -50,11 +50,8 @@ pub fn stacked(setting: &Setting) -> Matrix {
             let rows = sense.kind.dimension();
             let mut put = |robot: usize, h: &Matrix3<f64>| {
                 let block = h * phi[robot];
-                all.put(
-                    row,
-                    3 * robot,
-                    &Matrix::from_fn(rows, 3, |i, j| block[(i, j)]),
-                );
+                let mut place = all.view_mut((row, 3 * robot), (rows, 3));
+                place.copy_from(&block.rows(0, rows));
             };
             put(sense.a, &expected.first);
             if sense.kind.is_of_two() {
@@ -81,7 +78,7 @@ pub fn stacked(setting: &Setting) -> Matrix {
 #[must_use]
 pub fn rank(matrix: &Matrix) -> usize {
     let values = matrix.singular_values();
-    let least = values.first().map_or(0.0, |largest| ROUNDING * largest);
+    let least = ROUNDING * values.iter().copied().fold(0.0, f64::max);
     values.iter().filter(|value| **value > least).count()
 }
 
@@ -188,10 +185,10 @@ impl Outfit {
 
 /// Whether the rank would grow if the robot's pose were measured beside: then it is not observable.
 fn is_lost(matrix: &Matrix, known: usize, robot: usize) -> bool {
-    let rows = matrix.rows();
-    let mut with = Matrix::zeros(rows + 3, matrix.columns());
-    with.put(0, 0, matrix);
-    with.put(rows, 3 * robot, &Matrix::identity(3));
+    let rows = matrix.nrows();
+    let mut with = matrix.clone().insert_rows(rows, 3, 0.0);
+    let mut pose = with.view_mut((rows, 3 * robot), (3, 3));
+    pose.fill_with_identity();
     rank(&with) > known
 }
 

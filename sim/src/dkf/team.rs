@@ -1,8 +1,8 @@
 //! A team of [`Node`]s, and what is sent at an update.
 
-use super::matrix::Matrix;
 use super::measurement::Measurement;
-use super::node::{Node, Split, Update, triangle};
+use super::node::{Node, Split, Update, is_zero, triangle};
+use super::{Matrix, root, solve_lower, symmetric};
 
 /// What came of an update.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -99,12 +99,12 @@ impl Team {
         if l == m {
             return self.nodes[l].covariance.clone();
         }
-        self.nodes[l].factors[m].times_transposed(&self.nodes[m].factors[l])
+        &self.nodes[l].factors[m] * self.nodes[m].factors[l].transpose()
     }
 
     /// Sets `P_lm`, l < m: robots that met before.
     pub fn set_cross(&mut self, l: usize, m: usize, x: Matrix) {
-        if x.is_zero() {
+        if is_zero(&x) {
             return;
         }
         let (low, high) = self.split.of(x);
@@ -147,11 +147,11 @@ impl Team {
         }
         let offered = self.first_round(measurement, &measured);
         let s = self.innovation(measurement);
-        let Some(root) = s.cholesky() else {
+        let Some(root) = root(&s) else {
             return report(Verdict::Singular, None);
         };
-        let whitened = root.solve_lower(&measurement.residual);
-        let d2 = whitened.entries().iter().map(|it| it * it).sum::<f64>();
+        let whitened = solve_lower(&root, &measurement.residual);
+        let d2 = whitened.norm_squared();
         if d2.is_nan() || d2 > terms.gate {
             return report(Verdict::Gated, Some(d2));
         }
@@ -189,11 +189,10 @@ impl Team {
         let mut s = measurement.noise.clone();
         for (a, first) in &measurement.jacobians {
             for (b, second) in &measurement.jacobians {
-                let block = first.times(&self.cross(*a, *b));
-                s = s.plus(1.0, &block.times_transposed(second));
+                s += first * self.cross(*a, *b) * second.transpose();
             }
         }
-        s.symmetric()
+        symmetric(&s)
     }
 
     fn second_and_third_round(
@@ -230,8 +229,8 @@ impl Team {
                 self.traffic.messages += 2;
                 self.traffic.numbers += told[0].numbers() + told[1].numbers();
                 let [first, second] = told;
-                let x = first.factor.times_transposed(&second.factor);
-                let x = x.plus(-1.0, &first.gain.times_transposed(&second.gain));
+                let x = first.factor * second.factor.transpose();
+                let x = x - first.gain * second.gain.transpose();
                 (self.nodes[l].factors[m], self.nodes[m].factors[l]) = self.split.of(x);
             }
         }
@@ -251,11 +250,11 @@ impl Team {
             let node = &mut self.nodes[*robot];
             let gain = node.gain(*robot, &update);
             // K H = G L⁻¹ H
-            let less = gain.times(&root.solve_lower(h));
-            let left = Matrix::identity(h.columns()).plus(-1.0, &less);
+            let less = &gain * solve_lower(root, h);
+            let left = Matrix::identity(h.ncols(), h.ncols()) - less;
             node.correct(&gain, whitened);
-            for factor in node.factors.iter_mut().filter(|it| !it.is_zero()) {
-                *factor = left.times(factor);
+            for factor in node.factors.iter_mut().filter(|it| !is_zero(it)) {
+                *factor = &left * &*factor;
             }
         }
     }

@@ -11,7 +11,7 @@ use super::{Form, worlds};
 #[derive(Debug, Default)]
 pub(super) struct Bars {
     pub(super) text: String,
-    missed: Vec<String>,
+    pub(super) missed: Vec<String>,
 }
 
 impl Bars {

@@ -96,11 +96,15 @@ fn is_named(found: &Found, source: Source) -> bool {
     }
 }
 
-/// Faults of one kind in a run, one every so many slots, each on a monitor that was honest before.
-pub(super) fn run(form: &Form, world: &GridWorld, run: u16, kinds: &[Kinds]) -> Vec<Vec<Found>> {
-    let noise = Noise::new(form.seed, run);
-    let seed = [form.seed, u64::from(run)];
-    let drive = Drive::new(world, Setting::HARD, Kind::Sl, seed, form.slots);
+/// Faults of each kind in a run, one every so many slots, each on a monitor that was honest before.
+pub(super) fn runs(
+    form: &Form,
+    world: &GridWorld,
+    setting: Setting,
+    kinds: &[Kinds],
+) -> Vec<Vec<Found>> {
+    let noise = Noise::new(form.seed, 0);
+    let drive = Drive::new(world, setting, Kind::Sl, [form.seed, 0], form.slots);
     let mut monitor = drive.monitor();
     let mut begun = Vec::new();
     for number in 0..drive.slots.len().saturating_sub(PATIENCE) {
@@ -121,18 +125,7 @@ pub(super) fn run(form: &Form, world: &GridWorld, run: u16, kinds: &[Kinds]) -> 
         };
         begun.par_iter().map(of_one).collect()
     };
-    kinds.iter().enumerate().map(of).collect()
-}
-
-/// All runs of a recording.
-pub(super) fn runs(form: &Form, world: &GridWorld, count: u16, kinds: &[Kinds]) -> Vec<Vec<Found>> {
-    let mut all: Vec<Vec<Found>> = vec![Vec::new(); kinds.len()];
-    for of_run in (0..count).map(|it| run(form, world, it, kinds)) {
-        for (all, more) in all.iter_mut().zip(of_run) {
-            all.extend(more);
-        }
-    }
-    all
+    kinds.par_iter().enumerate().map(of).collect()
 }
 
 /// The median and the largest time to the alarm of those that were found.
@@ -162,7 +155,7 @@ pub fn find(form: &Form) -> Finding {
         ]);
         let mut lines = Bars::default();
         for (number, world) in worlds {
-            let all = runs(form, world, 1, &KINDS);
+            let all = runs(form, world, Setting::HARD, &KINDS);
             for (kind, found) in KINDS.iter().zip(&all) {
                 let within = |slots: usize| {
                     let is_in = |it: &&Found| it.alarm.is_some_and(|it| it <= slots);

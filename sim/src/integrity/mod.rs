@@ -5,7 +5,8 @@
 //! | [`contain`] | honest robots, errors within their bounds | the truth inside in every slot, areas of the specification, no alarm that is not proven |
 //! | [`lies`] | an estimate that is off by a constant | 1 m in two slots |
 //! | [`faults`] | one source lies at a time: a fix, a robot's sightings | a fix that is off by 3 m in two slots, named alone in nine of ten |
-//! | [`drift`] | a fix that goes away slowly | none: published beside |
+//! | [`drift`] | a fix that goes away slowly | at 0.05 m/s the specification's time is halved where means are promised |
+//! | [`paper`] | twelve robots that see bearings alone, in a frame of their own | greedy searches beat uniform ones, the truth inside |
 //! | [`usual`] | errors that are Gaussian, bounds at 5σ, no compass | none: published beside |
 //!
 //! Sightings and fixes are made from the truth of MR.CLAM as everywhere here; what the wheels say is recorded. A slot is half a second.
@@ -15,6 +16,7 @@ pub mod contain;
 pub mod drift;
 pub mod faults;
 pub mod lies;
+pub mod paper;
 mod setting;
 mod slots;
 pub mod usual;

@@ -2,6 +2,7 @@
 
 use coloc_bounds::Arena;
 use coloc_bounds::evidence::Wheels;
+use coloc_bounds::mean::Promise;
 use coloc_bounds::monitor::Settings;
 use coloc_estimator::angle::wrap;
 
@@ -35,7 +36,15 @@ pub(super) struct Setting {
     pub(super) truncated: bool,
     /// Half of a compass's interval \[rad\]; `None`: there is none.
     pub(super) compass_rad: Option<f64>,
+    /// Of the means of errors.
+    pub(super) means: Promise,
 }
+
+/// Nothing is promised.
+const NOTHING: Promise = Promise {
+    slots: 8,
+    share: 1.0,
+};
 
 impl Setting {
     /// The specification's: noise that ends at 3σ, which is the bound, and a compass.
@@ -43,6 +52,16 @@ impl Setting {
         sigmas: 3.0,
         truncated: true,
         compass_rad: Some(COMPASS_RAD),
+        means: Promise {
+            slots: 8,
+            share: 0.28,
+        },
+    };
+
+    /// The same without a promise of means.
+    pub(super) const FORGETFUL: Self = Self {
+        means: NOTHING,
+        ..Self::HARD
     };
 
     /// What a user has who configures nothing: Gaussian noise, 5σ, no compass.
@@ -50,6 +69,7 @@ impl Setting {
         sigmas: 5.0,
         truncated: false,
         compass_rad: None,
+        means: NOTHING,
     };
 
     /// Makes again what of `inputs` is off by more than the bounds, if errors end there.
@@ -119,7 +139,7 @@ impl Setting {
 }
 
 /// The specification's defaults; all robots' pairs are kept in a team of five, so it is nobody's monitor in particular.
-pub(super) fn monitor() -> Settings {
+pub(super) fn monitor(means: Promise) -> Settings {
     Settings {
         own: 0,
         slot_s: SLOT_S,
@@ -129,6 +149,8 @@ pub(super) fn monitor() -> Settings {
             centre: [0.0; 2],
             half: 1e4,
         },
+        means,
+        initial: [0.0; 2],
     }
 }
 

@@ -140,7 +140,7 @@ impl Drive {
 
     /// A monitor before the first slot.
     pub(super) fn monitor(&self) -> Monitor {
-        let mut monitor = Monitor::new(self.start.len(), monitor());
+        let mut monitor = Monitor::new(self.start.len(), monitor(self.setting.means));
         for (robot, pose) in self.start.iter().enumerate() {
             let area = Area {
                 centre: [pose.x, pose.y],
@@ -163,21 +163,6 @@ impl Drive {
             .collect();
         // The arena of the settings is one.
         monitor.close(&evidence).unwrap_or_else(|_| unreachable!())
-    }
-
-    /// Closes slot `number` as if `robot` had no receiver; where that has it, all the same.
-    pub(super) fn close_without_fix(
-        &self,
-        monitor: &mut Monitor,
-        number: usize,
-        robot: usize,
-    ) -> Option<Area> {
-        let all = (0..self.start.len()).map(|it| self.evidence(monitor, number, it, None));
-        let mut evidence: Vec<_> = all.map(Some).collect();
-        let fix = evidence[robot].as_mut().and_then(|it| it.fix.take());
-        // The arena of the settings is one.
-        let _ = monitor.close(&evidence);
-        fix
     }
 
     fn evidence(

@@ -15,7 +15,7 @@ use coloc_rounds::{Share, Standing};
 use nalgebra::{Matrix3, Vector3};
 
 use super::crew::{Crew, Logged};
-use crate::dkf::Matrix;
+use crate::dkf::{Matrix, root, solve_lower, symmetric};
 use crate::method::FilterSettings;
 
 /// How far a crew was from the joint filter.
@@ -64,21 +64,22 @@ impl Reference {
     }
 
     fn block(&self, l: usize, m: usize) -> Matrix3<f64> {
-        Matrix3::from_fn(|i, j| self.covariance.at(3 * l + i, 3 * m + j))
+        self.covariance
+            .fixed_view::<3, 3>(3 * l, 3 * m)
+            .into_owned()
     }
 
     /// A step of every robot.
     pub(super) fn drive(&mut self, logged: &Logged, dt_s: f64) {
         let size = 3 * self.poses.len();
-        let (mut phi, mut noise) = (Matrix::identity(size), Matrix::zeros(size, size));
+        let (mut phi, mut noise) = (Matrix::identity(size, size), Matrix::zeros(size, size));
         for (robot, motion) in logged.motions.iter().enumerate() {
             let step = drive(&self.poses[robot], motion, dt_s);
             self.poses[robot] = step.pose;
             put(&mut phi, [robot, robot], &step.jacobian);
             put(&mut noise, [robot, robot], &step.noise);
         }
-        let moved = phi.times(&self.covariance).times_transposed(&phi);
-        self.covariance = moved.plus(1.0, &noise).symmetric();
+        self.covariance = symmetric(&(&phi * &self.covariance * phi.transpose() + noise));
     }
 
     /// A measurement from which only `taking` learn.
@@ -93,41 +94,40 @@ impl Reference {
         let (rows, size) = (kind.dimension(), 3 * self.poses.len());
         let expected = predict(kind, &self.poses[a], &self.poses[b]);
         let mut h = Matrix::zeros(rows, size);
-        let part = |of: &Matrix3<f64>| Matrix::from_fn(rows, 3, |i, j| of[(i, j)]);
-        h.put(0, 3 * a, &part(&expected.first));
+        let mut part = |robot: usize, of: &Matrix3<f64>| {
+            let mut place = h.view_mut((0, 3 * robot), (rows, 3));
+            place.copy_from(&of.rows(0, rows));
+        };
+        part(a, &expected.first);
         if kind.is_of_two() {
-            h.put(0, 3 * b, &part(&expected.second));
+            part(b, &expected.second);
         }
         let r = Matrix::from_fn(rows, rows, |i, j| noise[(i, j)]);
         let residual = expected.residual(y);
         let residual = Matrix::from_fn(rows, 1, |i, _| residual[i]);
-        let seen = h.times(&self.covariance);
-        let s = seen.times_transposed(&h).plus(1.0, &r).symmetric();
-        let Some(root) = s.cholesky() else {
+        let seen = &h * &self.covariance;
+        let s = symmetric(&(&seen * h.transpose() + &r));
+        let Some(root) = root(&s) else {
             return false;
         };
-        let whitened = root.solve_lower(&residual);
-        if whitened.entries().iter().map(|it| it * it).sum::<f64>() > gate {
+        let whitened = solve_lower(&root, &residual);
+        if whitened.norm_squared() > gate {
             return false;
         }
-        let whitened_rows = root.solve_lower(&seen);
-        let unit = root.solve_lower(&Matrix::identity(rows));
-        let gain = whitened_rows.transposed().times(&unit);
+        let whitened_rows = solve_lower(&root, &seen);
+        let unit = solve_lower(&root, &Matrix::identity(rows, rows));
+        let gain = whitened_rows.transpose() * unit;
         let takes = |row: usize| taking.contains(&(row / 3));
-        let gain = Matrix::from_fn(
-            size,
-            rows,
-            |i, j| if takes(i) { gain.at(i, j) } else { 0.0 },
-        );
-        let step = gain.times(&residual);
+        let gain = Matrix::from_fn(size, rows, |i, j| if takes(i) { gain[(i, j)] } else { 0.0 });
+        let step = &gain * residual;
         for (robot, pose) in self.poses.iter_mut().enumerate() {
-            let by = |i: usize| step.at(3 * robot + i, 0);
+            let by = |i: usize| step[3 * robot + i];
             *pose = Pose::new(pose.x + by(0), pose.y + by(1), pose.phi + by(2));
         }
-        let left = Matrix::identity(size).plus(-1.0, &gain.times(&h));
-        let kept = left.times(&self.covariance).times_transposed(&left);
-        let added = gain.times(&r).times_transposed(&gain);
-        self.covariance = kept.plus(1.0, &added).symmetric();
+        let left = Matrix::identity(size, size) - &gain * h;
+        let kept = &left * &self.covariance * left.transpose();
+        let added = &gain * r * gain.transpose();
+        self.covariance = symmetric(&(kept + added));
         true
     }
 
@@ -159,7 +159,8 @@ impl Reference {
 }
 
 fn put(matrix: &mut Matrix, [l, m]: [usize; 2], block: &Matrix3<f64>) {
-    matrix.put(3 * l, 3 * m, &crate::dkf::block(block));
+    let mut place = matrix.fixed_view_mut::<3, 3>(3 * l, 3 * m);
+    place.copy_from(block);
 }
 
 /// How far what `crew` shared is from the joint filter that began at `initial`.
