@@ -11,6 +11,7 @@ use crate::demo::scene::SceneName;
 use crate::eval::EvalArgs;
 use crate::first_robot::FirstRobotArgs;
 use crate::latency::{LatencyArgs, ReaderArgs};
+use crate::leaders::LeadersArgs;
 use crate::list::ListArgs;
 use crate::listen::ListenArgs;
 use crate::observable::ObservableArgs;
@@ -66,6 +67,9 @@ pub(crate) enum Command {
     /// Draw the pictures of docs/first-robot.md
     #[command(hide = true)]
     FirstRobot(FirstRobotArgs),
+    /// Draw the pictures of docs/leaders.md
+    #[command(hide = true)]
+    Leaders(LeadersArgs),
     /// The process in which `coloc latency` reads the estimates
     #[command(hide = true)]
     LatencyReader(ReaderArgs),

@@ -25,6 +25,7 @@ mod first_robot;
 mod fitted;
 mod home;
 mod latency;
+mod leaders;
 mod list;
 mod listen;
 mod observable;
@@ -51,6 +52,7 @@ fn main() -> ExitCode {
         Ok(Command::Demo(args)) => demo::command(&args),
         Ok(Command::Eval(args)) => eval::command(&args),
         Ok(Command::FirstRobot(args)) => first_robot::command(&args),
+        Ok(Command::Leaders(args)) => leaders::command(&args),
         Ok(Command::Latency(args)) => latency::command(&args),
         Ok(Command::LatencyReader(args)) => latency::reader(&args),
         Ok(Command::List(args)) => list::command(&args),

@@ -3,17 +3,19 @@
 
 mod by_hand;
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use by_hand::{METRES_PER_TICK, PERIOD, World, diagonal};
 use coloc_counting::{Calls, calls_during};
+use coloc_daemon::config::Config;
 use coloc_daemon::event::{Event, Link};
 use coloc_daemon::wait::Wake;
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{
-    AssistAck, Gyro, Header, Heading, Input, Neighbour, Odometry, OdometryKind, Pose, Position,
-    RelativePose,
+    Assist, AssistAck, Gyro, Header, Heading, Input, Neighbour, Odometry, OdometryKind, Pose,
+    Position, RelativePose,
 };
 
 const TICKS: u64 = 10_000;
@@ -255,4 +257,124 @@ fn ticks_of_leaders_and_children_allocate_nothing() {
         child.rejected_total(Input::Assist) > ROUNDS / 2,
         "who never asked"
     );
+}
+
+const LEADERS: [u16; 3] = [1, 2, 3];
+const CHILD: u16 = 4;
+const CHILDREN: [u16; 15] = [5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19];
+/// Five events a second.
+const SLOT_NS: i64 = 200_000_000;
+
+fn among_many() -> Config {
+    let others = LEADERS.iter().chain(&CHILDREN);
+    let team: String = others
+        .map(|id| format!("[[team]]\nname = \"r{id}\"\nid = {id}\n"))
+        .collect();
+    let text = format!(
+        "{team}[robot]\nname = \"a\"\nid = {CHILD}\n[assist]\nleaders = {LEADERS:?}\nchildren = {:?}\n[initial]\npose = [0.0, 0.0, 0.0]\n",
+        [&[CHILD][..], &CHILDREN].concat()
+    );
+    Config::parse(&text, Path::new("a.toml")).unwrap()
+}
+
+/// What is said of the child by the last but one of `way`; the header's count is that of its sender.
+fn datum(header: Header, way: &[u16]) -> Assist {
+    let mut path = [0; 16];
+    path[..way.len()].copy_from_slice(way);
+    let sender = way[way.len() - 2];
+    Assist {
+        header: Header {
+            source: sender,
+            sequence: 4 * header.sequence + u64::from(way[0]),
+            ..header
+        },
+        slot: header.stamp_ns.div_euclid(SLOT_NS),
+        independent: diagonal([0.01; 3]),
+        dependent: diagonal([0.01; 3]),
+        leader_covariance: diagonal([0.01; 3]),
+        path,
+        robots: u8::try_from(way.len()).unwrap(),
+        ..Assist::default()
+    }
+}
+
+/// Fifteen neighbours and three leaders: all that comes of an event comes with one tick.
+#[test]
+fn ticks_of_a_child_among_fifteen_allocate_nothing() {
+    const EVENTS: u64 = 300;
+    const TICKS_OF_ONE: usize = 10;
+    let world = World::new();
+    let mut child = world.robot_of(&among_many());
+    let told: Vec<_> = CHILDREN
+        .iter()
+        .map(|id| {
+            let name = by_hand::name(&format!("r{id}"));
+            world.space.subscriber::<Assist>(&name).unwrap()
+        })
+        .collect();
+    let laser = world.publisher::<RelativePose>("a");
+    let (data, acks) = (
+        world.publisher::<Assist>("a"),
+        world.publisher::<AssistAck>("a"),
+    );
+    let done = Arc::new(AtomicBool::new(false));
+    let (link, ended) = (Arc::clone(&child.link), Arc::clone(&done));
+    let telemetry = std::thread::spawn(move || drain(&link, &ended));
+    let (mut counted, mut handed_on) = (Calls::NONE, 0);
+    for event in 0..EVENTS {
+        let header = world.header(event);
+        for (sequence, observed) in (CHILDREN.len() as u64 * event..).zip(CHILDREN) {
+            let seen = RelativePose {
+                header: world.header(sequence),
+                observed,
+                pose: [f64::from(observed), 0.0, 0.0],
+                covariance: diagonal([0.01; 3]),
+                ..RelativePose::default()
+            };
+            laser.send(seen).unwrap();
+        }
+        for leader in LEADERS {
+            data.send(datum(header, &[leader, CHILD])).unwrap();
+            for robot in CHILDREN {
+                data.send(datum(header, &[leader, robot, CHILD])).unwrap();
+            }
+        }
+        for tick in 0..TICKS_OF_ONE {
+            world.time.run(PERIOD);
+            let wake = Wake::Deadline {
+                deadline_ns: 0,
+                missed: 0,
+            };
+            let (_, calls) = calls_during(|| child.robot.wake(wake));
+            assert!(child.estimates.receive().unwrap().is_some());
+            // The first events connect the ports of this test.
+            if event > 1 {
+                counted += calls;
+            }
+            if tick > 0 {
+                continue;
+            }
+            for (port, source) in told.iter().zip(CHILDREN) {
+                while let Some(message) = port.receive().unwrap() {
+                    handed_on += 1;
+                    let ack = AssistAck {
+                        header: Header { source, ..header },
+                        slot: message.slot,
+                        leader: message.path[0],
+                        taken: 1,
+                        ..AssistAck::default()
+                    };
+                    acks.send(ack).unwrap();
+                }
+            }
+        }
+    }
+    done.store(true, Ordering::Relaxed);
+    telemetry.join().unwrap();
+    assert_eq!(counted, Calls::NONE);
+    let assist = child.robot.account().status().assist;
+    assert_eq!(assist.timed_out, 0);
+    assert!(assist.accepted >= 3 * (EVENTS - 2), "{assist:?}");
+    assert!(assist.declined >= 45 * (EVENTS - 2), "{assist:?}");
+    assert!(handed_on >= 15 * (EVENTS - 2), "{handed_on} {assist:?}");
 }

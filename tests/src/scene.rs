@@ -16,7 +16,7 @@ use coloc_shm_types::Space;
 use rustix::event::{EventfdFlags, eventfd};
 use tempfile::TempDir;
 
-use crate::surroundings::{Surroundings, config, config_in_part};
+use crate::surroundings::{Surroundings, config, config_carried, config_in_part};
 
 /// Ticks until everybody is connected and has what it needs: the first message over a new connection maps its shared
 /// memory.
@@ -68,6 +68,14 @@ impl Scene {
         Self::with(directory, config, Box::new(KernelTime))
     }
 
+    /// The same, of a robot that leaders carry.
+    #[must_use]
+    pub fn carried(trigger: Trigger) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let config = config_carried(directory.path(), trigger);
+        Self::with(directory, config, Box::new(KernelTime))
+    }
+
     /// The same, with a gyro on its channel.
     #[must_use]
     pub fn with_gyro(trigger: Trigger) -> Self {
@@ -84,6 +92,9 @@ impl Scene {
         let mut surroundings = Surroundings::new(directory.path(), &space);
         if config.sighting.heard {
             surroundings.take_part();
+        }
+        if config.assist.is_on() {
+            surroundings.carry();
         }
         let link = Arc::new(Link::new());
         let robot = Robot::open(&config, &space, time, Arc::clone(&link)).unwrap();

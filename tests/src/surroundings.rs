@@ -17,12 +17,14 @@
 use std::ops::AddAssign;
 use std::path::Path;
 
-use coloc_daemon::config::{Config, History, Member, Robot, Shm, Sighting as Part, Tick, Trigger};
+use coloc_daemon::config::{
+    Assist as Carried, Config, History, Member, Robot, Shm, Sighting as Part, Tick, Trigger,
+};
 use coloc_drivers::can::{BusSpec, Frame, Sender};
 use coloc_drivers::encoder::{OdometryConfig, WheelFrames};
 use coloc_shm_types::{
-    Answer, Clock, Estimate, Gyro, Header, Heading, Message, Neighbour, Pose, Position, Publisher,
-    RelativePose, RobotName, Seen, Sighting, Space, Subscriber,
+    Answer, Assist, AssistAck, Clock, Estimate, Gyro, Header, Heading, Message, Neighbour, Pose,
+    Position, Publisher, RelativePose, RobotName, Seen, Sighting, Space, Subscriber,
 };
 use rustix::time::{ClockId, clock_gettime};
 
@@ -33,6 +35,10 @@ const METRES_PER_TICK: f64 = 1e-4;
 const NEIGHBOURS: [u16; 4] = [2, 3, 4, 5];
 /// How far they are from the robot, each in its own direction \[m\].
 const DISTANCE_M: f64 = 2.0;
+
+/// From one event of leaders and children to the next.
+const EVENT_NS: i64 = 20_000_000;
+const EVENT_S: f64 = 0.02;
 
 /// From one word of the gyro to the next.
 const TURN_NS: i64 = 5_000_000;
@@ -86,6 +92,32 @@ pub fn config_in_part(directory: &Path, trigger: Trigger) -> Config {
     }
 }
 
+/// The same, of a robot that two leaders carry; the other two are children as it is, and it sees them.
+#[must_use]
+pub fn config_carried(directory: &Path, trigger: Trigger) -> Config {
+    let [first, second, near, far] = NEIGHBOURS;
+    Config {
+        assist: Carried {
+            leaders: vec![first, second],
+            children: vec![1, near, far],
+            period_s: EVENT_S,
+            ack_timeout_ms: 20,
+            close_after_ms: 60,
+            ..Carried::default()
+        },
+        ..config(directory, trigger)
+    }
+}
+
+/// What leaders and children say of the robot, and who listens to what it hands on and answers.
+#[derive(Debug)]
+struct Carriers {
+    data: Publisher<Assist>,
+    answers: Publisher<AssistAck>,
+    told: Vec<Subscriber<Assist>>,
+    answered: Vec<Subscriber<AssistAck>>,
+}
+
 /// What four neighbours say and answer, and who listens to what they are told, of what is seen in part.
 #[derive(Debug)]
 struct Parts {
@@ -113,6 +145,8 @@ pub struct Surroundings {
     gyro: Option<Publisher<Gyro>>,
     /// Of a robot that takes part.
     parts: Option<Parts>,
+    /// Of a robot that is carried.
+    carriers: Option<Carriers>,
     neighbours: Vec<Publisher<Neighbour>>,
     told: Vec<Subscriber<Neighbour>>,
     /// What the robot believes.
@@ -132,6 +166,8 @@ pub struct Heard {
     pub poses: u64,
     /// Positions that they were told, of sightings that say a part only, and answers.
     pub parts: u64,
+    /// What leaders say that was handed on to them, and answers.
+    pub data: u64,
 }
 
 impl AddAssign for Heard {
@@ -139,6 +175,7 @@ impl AddAssign for Heard {
         self.estimates += more.estimates;
         self.poses += more.poses;
         self.parts += more.parts;
+        self.data += more.data;
     }
 }
 
@@ -163,6 +200,7 @@ impl Surroundings {
             compass: None,
             gyro: None,
             parts: None,
+            carriers: None,
             neighbours: publishers.collect::<Result<_, _>>().unwrap(),
             told: subscribers.collect::<Result<_, _>>().unwrap(),
             estimates: space.subscriber(&robot).unwrap(),
@@ -265,6 +303,33 @@ impl Surroundings {
         });
     }
 
+    /// From now on there are leaders and children too. Before the robot is opened, as all of this.
+    pub fn carry(&mut self) {
+        let name = |id: &u16| RobotName::new(&format!("robot{id}")).unwrap();
+        let (space, robot) = (&self.space, &self.robot);
+        let each = || NEIGHBOURS.iter();
+        self.carriers = Some(Carriers {
+            data: space.publisher(robot).unwrap(),
+            answers: space.publisher(robot).unwrap(),
+            told: each()
+                .map(|id| space.subscriber(&name(id)).unwrap())
+                .collect(),
+            answered: each()
+                .map(|id| space.subscriber(&name(id)).unwrap())
+                .collect(),
+        });
+    }
+
+    /// One message of everything, and what two leaders say of the robot, one of them by way of a child; two children have used what it
+    /// has handed on.
+    pub fn send_with_data(&mut self) {
+        let header = header(realtime_ns(), self.sent);
+        self.send();
+        if let Some(carriers) = &self.carriers {
+            carriers.say(header);
+        }
+    }
+
     /// Four sightings by range and bearing, the answers to those before, and a fix; true, if the robot stands at the origin.
     pub fn send_sightings_in_part(&mut self, stamp_ns: i64) {
         let own = header(stamp_ns, self.sent);
@@ -304,7 +369,34 @@ impl Surroundings {
             estimates: drain(&self.estimates),
             poses: self.told.iter().map(drain).sum(),
             parts: self.parts.as_ref().map_or(0, Parts::heard),
+            data: self.carriers.as_ref().map_or(0, Carriers::heard),
         }
+    }
+}
+
+impl Carriers {
+    fn say(&self, own: Header) {
+        let [first, second, near, far] = NEIGHBOURS;
+        let from = |source| Header { source, ..own };
+        self.data.send(datum(from(first), &[first, 1])).unwrap();
+        self.data
+            .send(datum(from(near), &[second, near, 1]))
+            .unwrap();
+        for child in [near, far] {
+            let answer = AssistAck {
+                header: from(child),
+                slot: own.stamp_ns.div_euclid(EVENT_NS),
+                leader: first,
+                taken: 1,
+                ..AssistAck::default()
+            };
+            self.answers.send(answer).unwrap();
+        }
+    }
+
+    fn heard(&self) -> u64 {
+        let told: u64 = self.told.iter().map(drain).sum();
+        told + self.answered.iter().map(drain).sum::<u64>()
     }
 }
 
@@ -406,6 +498,24 @@ fn answer(header: Header, sighting: u64) -> Answer {
         independent: ROUND,
         dependent: ROUND,
         ..Default::default()
+    }
+}
+
+/// That the robot is at the origin.
+fn datum(header: Header, way: &[u16]) -> Assist {
+    let mut path = [0; 16];
+    for (place, robot) in path.iter_mut().zip(way) {
+        *place = *robot;
+    }
+    Assist {
+        header,
+        slot: header.stamp_ns.div_euclid(EVENT_NS),
+        independent: diagonal([1e-2; 3]),
+        dependent: diagonal([1e-2; 3]),
+        leader_covariance: diagonal([1e-2; 3]),
+        path,
+        robots: u8::try_from(way.len()).unwrap(),
+        ..Assist::default()
     }
 }
 

@@ -52,7 +52,8 @@ impl Stage {
                 let mut inputs = StepInputs::default();
                 self.sensors().fill(step, &mut inputs);
                 let seen = inputs.sightings.iter();
-                let seen = seen.filter(|it| self.is_looked_at(it));
+                let seen =
+                    seen.filter(|it| self.is_looked_at(it) && !self.is_gone(it.observer, step));
                 seen.map(|it| (it.observer, it.observed, self.is_told_of(it)))
                     .collect()
             }

@@ -160,6 +160,14 @@ impl Stage {
             .is_none_or(|lead| lead.looks_at(observer, observed))
     }
 
+    /// Whether the robot's daemon is dead at that step.
+    #[allow(clippy::cast_precision_loss)] // Steps of a run.
+    pub(crate) fn is_gone(&self, robot: usize, step: usize) -> bool {
+        let time_s = step as f64 * self.step_s();
+        let gone = self.lead().filter(|_| robot == 0);
+        gone.is_some_and(|lead| lead.gone_s.contains(&time_s))
+    }
+
     /// What a leader's compass says, as often as its receiver says something \[rad\].
     pub(crate) fn heading(&self, fix: &Received, step: usize) -> Option<f64> {
         self.lead()?;

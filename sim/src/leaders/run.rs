@@ -125,6 +125,28 @@ fn is_told(poses: &Poses, child: RobotId) -> bool {
 
 /// How far off everybody was.
 pub(crate) fn score(scene: &impl Scene, methods: &[Method]) -> Score {
+    play(scene, methods, |robots, step, score| {
+        robots.account(scene, step, score);
+    })
+}
+
+/// What the first child believes after each step, by method.
+pub(crate) fn first_child(scene: &impl Scene, methods: &[Method]) -> Vec<Vec<Belief>> {
+    let mut beliefs = vec![Vec::new(); methods.len()];
+    play(scene, methods, |robots, _, _| {
+        for (beliefs, by_method) in beliefs.iter_mut().zip(&robots.children) {
+            beliefs.extend(by_method.values().next().map(|child| child.belief));
+        }
+    });
+    beliefs
+}
+
+/// All steps; `look` is called after each.
+fn play(
+    scene: &impl Scene,
+    methods: &[Method],
+    mut look: impl FnMut(&Robots<'_>, usize, &mut Score),
+) -> Score {
     let counts = [scene.children().len(), scene.leaders().len()];
     let mut score = Score::of_run(scene.steps(), counts);
     let Some(mut robots) = Robots::new(scene, methods) else {
@@ -135,7 +157,7 @@ pub(crate) fn score(scene: &impl Scene, methods: &[Method]) -> Score {
         if let Some((slot, readings)) = scene.event(step) {
             robots.event(slot, &readings, &mut score);
         }
-        robots.account(scene, step, &mut score);
+        look(&robots, step, &mut score);
     }
     score
 }

@@ -57,12 +57,12 @@ pub(crate) struct Score {
     leaders: Vec<Tally>,
 }
 
-fn error(belief: &Belief, truth: &Pose) -> Vector3<f64> {
+pub(super) fn error(belief: &Belief, truth: &Pose) -> Vector3<f64> {
     let error = belief.pose.to_vector() - truth.to_vector();
     Vector3::new(error.x, error.y, wrap(error.z))
 }
 
-fn nees(belief: &Belief, error: &Vector3<f64>) -> f64 {
+pub(super) fn nees(belief: &Belief, error: &Vector3<f64>) -> f64 {
     let inverse = belief.total().matrix().try_inverse();
     inverse.map_or(f64::INFINITY, |it| (error.transpose() * it * error).x)
 }

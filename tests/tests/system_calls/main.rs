@@ -57,6 +57,15 @@ fn a_tick_with_a_gyro() {
     );
 }
 
+/// It takes what leaders say, hands it on and answers.
+#[test]
+fn a_tick_of_a_child() {
+    hold_in(
+        || Scene::carried(Trigger::Timer),
+        |_| Surroundings::send_with_data,
+    );
+}
+
 #[test]
 fn a_tick_on_two_frames_at_once() {
     hold(Trigger::Encoder, |_| {

@@ -5,6 +5,7 @@ use std::hint::black_box;
 use std::io;
 
 use coloc_benches::case;
+use coloc_benches::child::Child;
 use coloc_benches::hot::{self, Arrivals, Hot};
 use coloc_benches::robot::{DEFAULT_SLOTS, Robot};
 use coloc_daemon::config::GyroSource;
@@ -32,6 +33,8 @@ pub(crate) enum Case {
     LateByFifty,
     Sought,
     Crowded,
+    Child,
+    ChildWithout,
     DaemonFrames,
     DaemonGroup,
     DaemonNeighbours,
@@ -49,7 +52,7 @@ pub(crate) enum Case {
 }
 
 impl Case {
-    pub(crate) const ALL: [Self; 30] = [
+    pub(crate) const ALL: [Self; 32] = [
         Self::Propagate,
         Self::Convert,
         Self::FuseTrace,
@@ -66,6 +69,8 @@ impl Case {
         Self::LateByFifty,
         Self::Sought,
         Self::Crowded,
+        Self::Child,
+        Self::ChildWithout,
         Self::DaemonFrames,
         Self::DaemonGroup,
         Self::DaemonNeighbours,
@@ -100,6 +105,8 @@ impl Case {
             Self::LateByFifty => "tick-late-by-50",
             Self::Sought => "tick-with-16-hypotheses",
             Self::Crowded => "tick-worst-of-1024",
+            Self::Child => "tick-of-a-child-at-an-event",
+            Self::ChildWithout => "tick-of-a-child-at-an-event-without",
             Self::DaemonFrames => "daemon-frames",
             Self::DaemonGroup => "daemon-frames-for-a-group",
             Self::DaemonNeighbours => "daemon-4-neighbours-and-fix",
@@ -149,6 +156,9 @@ impl Case {
         if self.is_apart() {
             return Some("coloc_benches::hot::after_the_last_frame");
         }
+        if matches!(self, Self::Child | Self::ChildWithout) {
+            return Some("coloc_benches::child::Child::first_tick");
+        }
         matches!(
             self,
             Self::DaemonFrames
@@ -171,8 +181,8 @@ impl Case {
         (self == Self::Crowded).then_some(2 * 5_000_000)
     }
 
-    /// What it may take at most in parts of another, whatever is committed: to doubt the belief is to cost next to nothing, and a
-    /// hypothesis no more than a robot.
+    /// What it may take at most in parts of another, whatever is committed: to doubt the belief is to cost next to nothing, a
+    /// hypothesis no more than a robot, and who is carried has as much as three who are not.
     pub(crate) fn times(self) -> Option<(f64, Self)> {
         match self {
             Self::Tick => Some((1.05, Self::TickUnjudged)),
@@ -180,6 +190,7 @@ impl Case {
             Self::TickOfFour => Some((1.07, Self::TickOfFourUnjudged)),
             Self::Sought => Some((16.0, Self::TickUnjudged)),
             Self::DaemonSightingsInPart => Some((1.3, Self::DaemonSightings)),
+            Self::Child => Some((3.0, Self::ChildWithout)),
             _ => None,
         }
     }
@@ -262,6 +273,8 @@ impl Case {
                 let robot = Robot::crowded(DEFAULT_SLOTS)?;
                 repeat(iterations, || robot.clone().tick_crowded());
             }
+            Self::Child => events(iterations, Child::warm(true)?)?,
+            Self::ChildWithout => events(iterations, Child::warm(false)?)?,
             Self::DaemonFrames => whole_ticks(Hot::new()?, hot::frames, iterations),
             Self::DaemonGroup => whole_ticks(Hot::open_to(own_group())?, hot::frames, iterations),
             Self::DaemonNeighbours => whole_ticks(Hot::new()?, hot::neighbours, iterations),
@@ -285,6 +298,13 @@ impl Case {
 
 fn alone(ticks: u64, mut robot: Robot) {
     repeat(ticks, || robot.tick_hearing(0));
+}
+
+fn events(events: u64, mut child: Child) -> Result<(), NotACovariance> {
+    for _ in 0..events {
+        black_box(child.event()?);
+    }
+    Ok(())
 }
 
 fn of_four(ticks: u64, mut robot: Robot) -> Result<(), NotACovariance> {

@@ -67,7 +67,8 @@ pub(super) fn scene(args: &DemoArgs) -> Result<Scene, DemoError> {
         ));
     }
     let lead = Lead::new(args, robots)?.ok_or(refuse("nobody leads"))?;
-    let wheels = Preset::Differential;
+    // So bad that without help all would be metres off.
+    let wheels = Preset::Paper;
     let ways = Ways {
         waypoints: WAYS.into_iter().map(way).collect(),
         arrived_m: ARRIVED_M,

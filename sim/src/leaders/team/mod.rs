@@ -5,6 +5,7 @@
 //! say either: here the variances of v and ω are 5.075 m²/s² and 0.345 rad²/s² in each sample, however slow the robot is.
 
 mod bars;
+pub mod picture;
 mod world;
 
 use rayon::prelude::*;
