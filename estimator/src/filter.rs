@@ -4,6 +4,10 @@
 //! Another filter takes this one's place by offering the same: *predict* over time, *tell* a robot where it is seen,
 //! *hear* what it says, *correct* by a fix, and *settle* what an exchange leaves behind.
 
+use crate::assist::bond::Bonds;
+use crate::assist::change::Change;
+use crate::assist::cross;
+use crate::assist::ties::Said;
 use crate::belief::Belief;
 use crate::convert::{GlobalPose, tell};
 use crate::covariance::Covariance3;
@@ -13,7 +17,7 @@ use crate::fusion::fuse_and_leave;
 use crate::gyro::{Bias, GyroSettings, GyroState, Passage};
 use crate::heading::{self, HeadingNoise};
 use crate::honest::{Moved, ThereAndBack};
-use crate::kind::{HeadingFix, Measured, PositionFix};
+use crate::kind::{HeadingFix, Measured, PositionFix, SlowError};
 use crate::motion::{Motion, drive, propagate};
 use crate::output::Verdict;
 use crate::pace::Pace;
@@ -32,6 +36,8 @@ pub(crate) struct Filter {
     pub(crate) state: State,
     /// Of the gyro, if there is one: apart, so that nobody else copies it.
     pub(crate) bias: Option<Bias>,
+    /// What became of the error since somebody asked, if somebody did.
+    pub(crate) change: Option<Change>,
 }
 
 /// What every robot carries.
@@ -80,7 +86,11 @@ impl Filter {
                 Pace::beginning(stamp).met()
             },
         };
-        Self { state, bias: None }
+        Self {
+            state,
+            bias: None,
+            change: None,
+        }
     }
 
     /// Believes what is known at the start.
@@ -103,7 +113,11 @@ impl Filter {
     pub(crate) fn predict(&mut self, motion: &Motion, dt_s: f64, propagation: Propagation) {
         self.close();
         let state = &mut self.state;
+        let before = state.belief.pose;
         state.belief = propagate(&state.belief, motion, dt_s, propagation);
+        if let Some(change) = &mut self.change {
+            change.go(&before, &state.belief.pose);
+        }
         state.driven = drive(state.driven, motion.velocity().map(|it| dt_s * it));
         state.velocity = match motion {
             Motion::Nonholonomic { velocity, .. } => *velocity,
@@ -119,6 +133,9 @@ impl Filter {
             return; // Without one, nobody calls this.
         };
         let held = bias.predict(&mut state.belief, passage, settings);
+        if let Some(change) = &mut self.change {
+            change.break_off(); // The bias is in the error of all that follows.
+        }
         state.driven = drive(state.driven, held);
         state.velocity = match passage.motion {
             Motion::Nonholonomic {
@@ -183,6 +200,7 @@ impl Filter {
         let accepted = fusion.accepted && trusted;
         if accepted {
             self.state.belief = fusion.belief;
+            self.break_off();
             if let Some(bias) = &mut self.bias {
                 bias.hear(&left);
             }
@@ -219,8 +237,65 @@ impl Filter {
                 (None, _) => {}
             }
             self.state.belief = fusion.belief;
+            self.break_off();
         }
         (verdict(accepted, fusion.d2), gauge)
+    }
+
+    /// The same where it is known what the belief has in common with the leader.
+    #[inline(never)]
+    pub(crate) fn hear_tied(
+        &mut self,
+        pose: &GlobalPose,
+        (bonds, said): (&mut Bonds, &Said),
+        trusted: bool,
+        settings: &Settings,
+    ) -> (Verdict, Gauge) {
+        bonds.counted(said.count);
+        if self.state.nowhere {
+            return (Verdict::Heard, Gauge::default());
+        }
+        let gauge = if settings.found.enabled {
+            Gauge::of_pose(&self.state.belief, pose)
+        } else {
+            Gauge::default()
+        };
+        let (place, news) = (said.place, said.news());
+        let pose = cross::with_ways(pose, &news.word.leader, said.leaders);
+        let mut fused = *bonds;
+        let gate = settings.assist.gate();
+        let crossed = fused.fuse_and_leave(&self.state.belief, place, (&news, &pose), gate);
+        self.state.exchanged = true;
+        let accepted = crossed.update.accepted && trusted;
+        if trusted {
+            *bonds = fused;
+        } else {
+            bonds.hear(place, &news);
+        }
+        if accepted {
+            self.state.belief = crossed.update.belief;
+            if let Some(bias) = &mut self.bias {
+                bias.hear(&Square3(crossed.left.transpose().into()));
+            }
+        }
+        (verdict(accepted, crossed.update.d2), gauge)
+    }
+
+    /// Nobody can say what became of the error.
+    fn break_off(&mut self) {
+        if let Some(change) = &mut self.change {
+            change.break_off();
+        }
+    }
+
+    /// A measurement with white noise leaves `after`.
+    fn record(&mut self, after: &Belief, slow: &SlowError) {
+        let before = self.state.belief.total();
+        match &mut self.change {
+            Some(change) if slow.is_there() => change.break_off(),
+            Some(change) => change.learn(&before, &after.total()),
+            None => {}
+        }
     }
 
     /// Where what was seen in part stands. Of who has `told` something later, that holds what is independent of the belief.
@@ -273,6 +348,7 @@ impl Filter {
         let accepted = fusion.accepted && trusted;
         if accepted {
             self.state.belief = fusion.belief;
+            self.break_off();
             if let Some(bias) = &mut self.bias {
                 bias.hear(&left);
             }
@@ -306,6 +382,7 @@ impl Filter {
 
     fn take(&mut self, fix: &PositionFix, update: &FixUpdate, learnt: &Learnt) {
         self.learn(&update.belief, learnt);
+        self.record(&update.belief, &fix.slow);
         self.state.belief = update.belief;
         if fix.slow.is_there() {
             self.state.slow_heard = fix.stamp;
@@ -406,6 +483,7 @@ impl Filter {
         );
         if update.accepted {
             self.learn(&update.belief, &Learnt::OfAll);
+            self.record(&update.belief, &fix.slow);
             self.state.belief = update.belief;
             if fix.slow.is_there() {
                 self.state.slow_heading_heard = Some(fix.stamp);

@@ -10,15 +10,16 @@
 //! leader: what it sees of children, from the belief after all of that stamp    child: time-outs, then what can be handed on
 //! ```
 
-use super::cross::Leader;
-use super::datum::{Reading, first, reversed};
+use super::datum::{Reading, carried, extend, first, reversed};
 use super::events::{Data, Events, Now, OPEN_EVENTS, Terms, Word};
 use super::path::{LONGEST_PATH, Path};
 use super::refusal::Refusal;
 use super::search::{Answer, Patience};
+use super::sent::Sent;
 use super::slot::{Slot, Slots};
 use super::team::{NotATeam, Place, Robots, Team};
-use super::transition::Past;
+use super::ties::Said;
+use crate::belief::Belief;
 use crate::convert::GlobalPose;
 use crate::estimator::Estimator;
 use crate::history::Storage;
@@ -26,7 +27,8 @@ use crate::input::TickInputs;
 use crate::kind::{Kind, LeaderPose, Measured, Measurement, Origin, RobotId, Sighting};
 use crate::list::FixedList;
 use crate::output::{Source, TickOutputs, Verdict};
-use crate::settings::Settings;
+use crate::parts::Parts;
+use crate::settings::{Propagation, Settings};
 use crate::stamp::{Span, Stamp};
 
 /// So many data can one tick send, and as many acknowledgements.
@@ -163,6 +165,10 @@ pub struct Assistant {
     data: FixedList<Told, MOST_TOLD>,
     acks: FixedList<Ack, MOST_TOLD>,
     counts: Counts,
+    /// Of a leader.
+    sent: Sent,
+    /// How often events began to be counted anew.
+    counted: u32,
 }
 
 /// One tick of a robot that has a part in a team; as pure as [`crate::step`].
@@ -202,6 +208,8 @@ impl Assistant {
             data: FixedList::new(Told::default()),
             acks: FixedList::new(Ack::default()),
             counts: Counts::default(),
+            sent: Sent::default(),
+            counted: 0,
         })
     }
 
@@ -237,6 +245,8 @@ impl Assistant {
             && let Some(slots) = self.slots()
         {
             self.events.forget(Slot(slots.of(now).0.saturating_add(1)));
+            self.sent.forget();
+            self.counted = self.counted.wrapping_add(1);
         }
         self.wake(now);
     }
@@ -415,7 +425,11 @@ impl Assistant {
         match judged {
             Ok(Answer::Accepted) => {
                 self.counts.accepted += 1;
-                estimator.add(&heard.message.as_measurement().into());
+                let pose = heard.message.as_measurement();
+                match self.said(terms, &heard.message) {
+                    Some(said) => estimator.add_tied(&pose, &said),
+                    None => estimator.add(&pose.into()),
+                }
             }
             Ok(Answer::Repeated) => {}
             Ok(Answer::Declined | Answer::Closed) => self.counts.declined += 1,
@@ -430,6 +444,19 @@ impl Assistant {
         if self.is_child(sender) && !self.acks.push(heard.message.answer(sender, taken)) {
             estimator.outbox().count_overflow();
         }
+    }
+
+    /// What it says besides, for who keeps it.
+    fn said(&self, terms: &Terms, message: &Message) -> Option<Said> {
+        let leader = terms.team.rank(terms.team.place(message.leader())?)?;
+        let leaders = terms.team.leaders().count();
+        Some(Said {
+            place: leader.index(),
+            leaders: u8::try_from(leaders).unwrap_or(u8::MAX),
+            count: self.counted,
+            slot: message.slot,
+            word: message.word,
+        })
     }
 
     fn judge<S: Storage>(
@@ -482,10 +509,17 @@ impl Assistant {
         let mut overflowed = 0;
         let due = self.due;
         for seen in due.as_slice() {
-            let Some(belief) = estimator.known_at(seen.stamp) else {
+            let slot = terms.slots.of(seen.stamp);
+            let Some(sent) = self.sent.at(estimator, slot, seen.stamp) else {
                 continue;
             };
-            let slot = terms.slots.of(seen.stamp);
+            let way = if seen.stamp == sent.stamp {
+                None
+            } else if let Some(way) = way_of(estimator, sent.stamp, seen.stamp) {
+                Some(way)
+            } else {
+                continue;
+            };
             if !self.is_first(slot, seen.child) {
                 continue;
             }
@@ -494,14 +528,8 @@ impl Assistant {
                 stamp: seen.stamp,
                 path: Path::first(self.own, seen.child),
                 is_final: false,
-                said: first(&belief, &seen.reading, terms.propagation),
-                word: Word {
-                    leader: Leader {
-                        pose: belief.pose,
-                        covariance: belief.total(),
-                    },
-                    past: Past::default(),
-                },
+                said: said_of(&sent.belief, way.as_ref(), &seen.reading, terms.propagation),
+                word: sent.word,
             };
             let told = Told::of(&terms.team, &data);
             overflowed += usize::from(!self.data.push(told));
@@ -528,13 +556,8 @@ impl Assistant {
     fn hand_on<S: Storage>(&mut self, estimator: &Estimator<S>, terms: &Terms, at: Now) -> usize {
         let most = Span::from_nanos(self.agreement.period.as_nanos() / 2);
         let way = |from: Stamp, to: Stamp| {
-            if to - from > most || from - to > most {
-                None
-            } else if from <= to {
-                estimator.way(from, to)
-            } else {
-                estimator.way(to, from).as_ref().map(reversed)
-            }
+            let is_near = to - from <= most && from - to <= most;
+            is_near.then(|| way_of(estimator, from, to)).flatten()
         };
         let (mut overflowed, data) = (0, &mut self.data);
         let late = self.events.work(terms, at, way, |it| {
@@ -653,6 +676,32 @@ impl Agreement {
             patience,
         })
     }
+}
+
+/// The robot's own way, gone back where it has to be.
+fn way_of<S: Storage>(estimator: &Estimator<S>, from: Stamp, to: Stamp) -> Option<Reading> {
+    if from <= to {
+        estimator.way(from, to)
+    } else {
+        estimator.way(to, from).as_ref().map(reversed)
+    }
+}
+
+/// Where a leader's sighting puts a child: from where it was at the event, by its own wheels to where it saw the child.
+fn said_of(
+    leader: &Belief,
+    way: Option<&Reading>,
+    reading: &Reading,
+    propagation: Propagation,
+) -> GlobalPose {
+    let Some(way) = way else {
+        return first(leader, reading, propagation);
+    };
+    let from = GlobalPose {
+        pose: leader.pose,
+        parts: Parts::dependent(leader.total()),
+    };
+    extend(&carried(&from, way, propagation), reading, propagation)
 }
 
 /// Ticks of a search are milliseconds, counted round.

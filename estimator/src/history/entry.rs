@@ -58,6 +58,7 @@ impl Entry {
             filter: Filter {
                 state: self.after,
                 bias: None,
+                change: None,
             },
             samples: self.samples,
         }
