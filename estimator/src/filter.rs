@@ -4,6 +4,8 @@
 //! Another filter takes this one's place by offering the same: *predict* over time, *tell* a robot where it is seen,
 //! *hear* what it says, *correct* by a fix, and *settle* what an exchange leaves behind.
 
+use nalgebra::Matrix3;
+
 use crate::assist::bond::Bonds;
 use crate::assist::change::Change;
 use crate::assist::cross;
@@ -261,6 +263,12 @@ impl Filter {
             Gauge::default()
         };
         let (place, news) = (said.place, said.news());
+        if bonds.is_lost(place, &news) {
+            return (
+                self.hear_lost(pose, (bonds, place), trusted, settings),
+                gauge,
+            );
+        }
         let pose = cross::with_ways(pose, &news.word.leader, said.leaders);
         let mut fused = *bonds;
         let gate = settings.assist.gate();
@@ -279,6 +287,30 @@ impl Filter {
             }
         }
         (verdict(accepted, crossed.update.d2), gauge)
+    }
+
+    /// What a leader says of which nobody can say what the belief has in common with it.
+    fn hear_lost(
+        &mut self,
+        pose: &GlobalPose,
+        (bonds, place): (&mut Bonds, usize),
+        trusted: bool,
+        settings: &Settings,
+    ) -> Verdict {
+        let mut left = None;
+        let belief = &self.state.belief;
+        let fusion = settings.assist.fuse_and_leave(belief, pose, &mut left);
+        self.state.exchanged = true;
+        let accepted = fusion.accepted && trusted;
+        if accepted {
+            self.state.belief = fusion.belief;
+            let left = left.unwrap_or(Square3::IDENTITY);
+            bonds.lose(place, &Matrix3::from(left.0).transpose());
+            if let Some(bias) = &mut self.bias {
+                bias.hear(&left);
+            }
+        }
+        verdict(accepted, fusion.d2)
     }
 
     /// Nobody can say what became of the error.

@@ -54,8 +54,11 @@ pub enum AssistMode {
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum AssistFusion {
-    /// The leader's error as one that may be correlated with anything: honest whatever happens.
+    /// What the child's error has in common with each leader's is tracked: as accurate as `kf`, and honest where leaders are and learn
+    /// nothing from others. Where nobody can say what became of a leader's error, it counts as one that may be correlated with anything.
     #[default]
+    Cross,
+    /// The leader's error as one that may be correlated with anything: honest whatever happens.
     Split,
     /// As the thesis does: each pose as news. Children come to be surer than they may be.
     Kf,
@@ -99,12 +102,16 @@ impl Assist {
 
     pub(crate) fn rule(&self, paper: bool) -> Rule {
         let gate = self.gate;
+        let settings = FusionSettings {
+            gate,
+            ..FusionSettings::paper()
+        };
         match self.fusion {
-            AssistFusion::Split if !paper => Rule::Split {
-                settings: FusionSettings {
-                    gate,
-                    ..FusionSettings::paper()
-                },
+            AssistFusion::Cross if !paper && self.is_on() => Rule::Cross {
+                otherwise: settings,
+            },
+            AssistFusion::Cross | AssistFusion::Split if !paper => Rule::Split {
+                settings,
                 reset: true,
             },
             _ => Rule::Kalman { gate },

@@ -118,7 +118,25 @@ impl Bonds {
         self.fuse_and_leave(own, place, said, gate).update
     }
 
-    /// The same, and what is left of the error before.
+    /// Whether nobody can say what the belief has in common with this leader, and the leader's own error has only begun to go its way: it
+    /// may well begin anew with the next datum. To bound what is in common is then of no use later.
+    pub(crate) fn is_lost(&self, place: usize, news: &News) -> bool {
+        let bond = self.each.get(place).copied().unwrap_or_default();
+        news.word.past.known == 0 && bond.at_event(news).is_none()
+    }
+
+    /// A datum of that leader was fused as if it may be correlated with anything; so much is `left` of the error before.
+    pub(crate) fn lose(&mut self, place: usize, left: &Matrix3<f64>) {
+        self.go_on(left);
+        if let Some(bond) = self.each.get_mut(place) {
+            *bond = Bond {
+                met: Some(NOBODY_KNOWS),
+                ..Bond::default()
+            };
+        }
+    }
+
+    /// The same as [`Self::fuse`], and what is left of the error before.
     pub(crate) fn fuse_and_leave(
         &mut self,
         own: &Belief,
