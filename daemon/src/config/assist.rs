@@ -34,6 +34,10 @@ pub struct Assist {
     /// and two ticks for each child and each leader \[ms\].
     #[schemars(range(min = 0, max = 60000))]
     pub close_after_ms: u32,
+    /// So long after the sighting a child fuses what there is by then, where `mode` is `"bounded-delayed"`: no longer than
+    /// `close_after_ms`. 0: two ticks for each child \[ms\].
+    #[schemars(range(min = 0, max = 60000))]
+    pub max_delay_ms: u32,
     /// How a child fuses what leaders say.
     pub fusion: AssistFusion,
     /// Poses with a d² above this are refused; the default is 99.9 % of chi-square with three degrees of freedom.
@@ -48,6 +52,9 @@ pub enum AssistMode {
     /// From robot to robot, each child handing on what it takes; what comes is fused at once.
     #[default]
     BoundedInstant,
+    /// The same, but what comes waits: it is fused once a pose of each leader is there that was heard within ten events, or after
+    /// `max_delay_ms`.
+    BoundedDelayed,
 }
 
 /// How a child fuses what leaders say.
@@ -74,6 +81,7 @@ impl Default for Assist {
             phase_s: 0.0,
             ack_timeout_ms: 160,
             close_after_ms: 0,
+            max_delay_ms: 0,
             fusion: AssistFusion::default(),
             gate: CHI2_3_999,
         }
@@ -94,10 +102,19 @@ impl Assist {
             return self.close_after_ms;
         }
         let robots = u32::try_from(self.leaders.len() + self.children.len()).unwrap_or(u32::MAX);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A second at most.
-        let tick_ms = (1e3 / rate_hz).ceil() as u32;
         self.ack_timeout_ms
-            .saturating_add(2 * robots.saturating_mul(tick_ms))
+            .saturating_add(2 * robots.saturating_mul(tick_ms(rate_hz)))
+    }
+
+    /// How long what comes waits for the rest \[ms\]; `None`: it does not.
+    #[must_use]
+    pub fn delay_ms(&self, rate_hz: f64) -> Option<u32> {
+        let children = u32::try_from(self.children.len()).unwrap_or(u32::MAX);
+        let delay_ms = match self.max_delay_ms {
+            0 => 2 * children.saturating_mul(tick_ms(rate_hz)),
+            said => said,
+        };
+        (self.mode == AssistMode::BoundedDelayed).then_some(delay_ms)
     }
 
     pub(crate) fn rule(&self, paper: bool) -> Rule {
@@ -119,6 +136,11 @@ impl Assist {
     }
 }
 
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A second at most.
+fn tick_ms(rate_hz: f64) -> u32 {
+    (1e3 / rate_hz).ceil() as u32
+}
+
 impl Config {
     /// The robot's part in the team; `None` where it has none.
     #[must_use]
@@ -137,7 +159,11 @@ impl Config {
         // Lists that are no team were refused with the configuration.
         let (leaders, children) = (ids(&assist.leaders), ids(&assist.children));
         let agreement = Agreement::new(&leaders, &children, period, patience).ok()?;
-        let agreement = Agreement { phase, ..agreement };
+        let agreement = Agreement {
+            phase,
+            delay: assist.delay_ms(self.tick.rate_hz),
+            ..agreement
+        };
         Assistant::new(agreement, RobotId(self.robot.id)).map(Box::new)
     }
 }

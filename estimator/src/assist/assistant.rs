@@ -17,8 +17,9 @@ use super::refusal::Refusal;
 use super::search::{Answer, Patience};
 use super::sent::Sent;
 use super::slot::{Slot, Slots};
-use super::team::{NotATeam, Place, Robots, Team};
+use super::team::{MOST_LEADERS, NotATeam, Place, Robots, Team};
 use super::ties::Said;
+use super::wait::Wait;
 use crate::belief::Belief;
 use crate::convert::GlobalPose;
 use crate::estimator::Estimator;
@@ -34,6 +35,12 @@ use crate::stamp::{Span, Stamp};
 /// So many data can one tick send, and as many acknowledgements.
 const MOST_TOLD: usize = 64;
 
+/// So many poses can wait to be fused; more are fused at once.
+const MOST_HELD: usize = 64;
+
+/// A leader that was not heard for so many events is not waited for.
+const HEARD_OF_LATE: i64 = 10;
+
 /// So many sightings can wait for their tick.
 const MOST_SEEN: usize = 64;
 
@@ -48,6 +55,9 @@ pub struct Agreement {
     pub phase: Span,
     /// How long a search goes on \[ms\].
     pub patience: Patience,
+    /// What a child takes is fused once a pose of each leader is there that it has heard of late, or so long after the event \[ms\].
+    /// `None`: at once.
+    pub delay: Option<u32>,
 }
 
 /// A datum as it is on its way, by the numbers of the robots.
@@ -151,6 +161,13 @@ struct Seen {
 #[derive(Copy, Clone, Debug)]
 struct Served(Slot, Robots);
 
+/// What was taken and is not fused yet.
+#[derive(Copy, Clone, Debug)]
+struct Held {
+    pose: LeaderPose,
+    said: Said,
+}
+
 /// All that a robot remembers of its part.
 #[derive(Clone, Debug)]
 pub struct Assistant {
@@ -169,6 +186,9 @@ pub struct Assistant {
     sent: Sent,
     /// How often events began to be counted anew.
     counted: u32,
+    held: FixedList<Held, MOST_HELD>,
+    /// When each leader was heard last.
+    heard: [Option<Slot>; MOST_LEADERS],
 }
 
 /// One tick of a robot that has a part in a team; as pure as [`crate::step`].
@@ -210,6 +230,8 @@ impl Assistant {
             counts: Counts::default(),
             sent: Sent::default(),
             counted: 0,
+            held: FixedList::new(Held::nothing()),
+            heard: [None; MOST_LEADERS],
         })
     }
 
@@ -247,6 +269,7 @@ impl Assistant {
             self.events.forget(Slot(slots.of(now).0.saturating_add(1)));
             self.sent.forget();
             self.counted = self.counted.wrapping_add(1);
+            self.heard = [None; MOST_LEADERS];
         }
         self.wake(now);
     }
@@ -398,6 +421,42 @@ impl Assistant {
         for heard in words.data {
             self.hear(estimator, &terms, at, heard);
         }
+        self.fuse_what_is_due(estimator, at);
+    }
+
+    /// Into the history, or to where it waits.
+    fn take<S: Storage>(&mut self, estimator: &mut Estimator<S>, taken: &Held) {
+        if let Some(last) = self.heard.get_mut(taken.said.place) {
+            *last = (*last).max(Some(taken.said.slot));
+        }
+        if self.agreement.delay.is_none() || !self.held.push(*taken) {
+            estimator.add_tied(&taken.pose, &taken.said);
+        }
+    }
+
+    /// Of each event all poses at once.
+    fn fuse_what_is_due<S: Storage>(&mut self, estimator: &mut Estimator<S>, at: Now) {
+        let Some(delay) = self.agreement.delay else {
+            return;
+        };
+        if self.held.as_slice().is_empty() {
+            return;
+        }
+        let oldest = Slot(at.slot.0.saturating_sub(HEARD_OF_LATE));
+        let most = self.heard.iter().flatten().filter(|it| **it > oldest);
+        let most = most.count();
+        let held = self.held;
+        self.held.clear();
+        for it in held.as_slice() {
+            let of_event = held.as_slice().iter();
+            let of_event = of_event.filter(|other| other.said.slot == it.said.slot);
+            let age = at.tick.wrapping_sub(millis(it.pose.stamp));
+            if Wait::of(most, delay).is_due(age, of_event.count()) {
+                estimator.add_tied(&it.pose, &it.said);
+            } else {
+                let _ = self.held.push(*it); // There was room for it before.
+            }
+        }
     }
 
     fn settle(&mut self, terms: &Terms, at: Now, ack: &Ack) -> Result<(), Refusal> {
@@ -427,7 +486,7 @@ impl Assistant {
                 self.counts.accepted += 1;
                 let pose = heard.message.as_measurement();
                 match self.said(terms, &heard.message) {
-                    Some(said) => estimator.add_tied(&pose, &said),
+                    Some(said) => self.take(estimator, &Held { pose, said }),
                     None => estimator.add(&pose.into()),
                 }
             }
@@ -648,6 +707,20 @@ impl Told {
     }
 }
 
+impl Held {
+    fn nothing() -> Self {
+        Self {
+            pose: LeaderPose {
+                stamp: Stamp::default(),
+                leader: RobotId(0),
+                slot: Slot::default(),
+                said: GlobalPose::default(),
+            },
+            said: Said::default(),
+        }
+    }
+}
+
 impl Seen {
     fn nobody() -> Self {
         Self {
@@ -674,6 +747,7 @@ impl Agreement {
             period,
             phase: Span::ZERO,
             patience,
+            delay: None,
         })
     }
 }
