@@ -239,6 +239,7 @@ fn standing() -> Past {
     let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     Past {
         transitions: [unit; 4],
+        said: 4,
         known: 4,
     }
 }

@@ -3,6 +3,8 @@
 use std::hint::black_box;
 
 use coloc_estimator::assist::assistant::{self, Assistant, Carried, Counts, Words};
+use coloc_estimator::assist::change::Change;
+use coloc_estimator::assist::ties::{TIES, Tie};
 use coloc_estimator::partial::PositionSettings;
 use coloc_estimator::rounds::RoundSettings;
 use coloc_estimator::rounds::gate::CHI2_3_ONE_IN_A_MILLION;
@@ -10,13 +12,13 @@ use coloc_estimator::settings::{Criterion, GateWeight};
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, Finding, Floors, FoundSettings, FusionSettings,
     GYRO_SAMPLES, GyroSample, OdometrySettings, Pose, Propagation, Settings, Slot, Span, Stamp,
-    Start, TickInputs, TickOutputs, TrustJump, WithGyro, step,
+    Start, TickInputs, TickOutputs, TrustJump, WithBonds, WithGyro, step,
 };
 
 use crate::config::{self, Config, InitialHeading, nanos};
 
 /// An estimator's storage.
-pub type Places = WithGyro<Box<[Slot]>, Box<[GyroSample]>>;
+pub type Places = WithBonds<WithGyro<Box<[Slot]>, Box<[GyroSample]>>, Box<[Tie]>, Box<[Change]>>;
 
 /// The estimator with its storage, which is reserved once. Boxed, as it is too large to be moved over stacks.
 #[derive(Debug)]
@@ -107,7 +109,7 @@ impl Estimate {
     }
 }
 
-/// So many places for measurements, and those of a gyro where there is one.
+/// So many places for measurements, those of a gyro where there is one, and those of what is tracked with leaders where it is.
 #[must_use]
 pub fn places(settings: &Settings, capacity: usize) -> Places {
     let samples = if settings.gyro.is_some() {
@@ -115,9 +117,18 @@ pub fn places(settings: &Settings, capacity: usize) -> Places {
     } else {
         0
     };
-    WithGyro {
-        slots: vec![Slot::default(); capacity].into_boxed_slice(),
-        samples: vec![GyroSample::default(); samples].into_boxed_slice(),
+    let [ties, changes] = if settings.assist.is_tracked() {
+        [TIES, capacity]
+    } else {
+        [0; 2]
+    };
+    WithBonds {
+        places: WithGyro {
+            slots: vec![Slot::default(); capacity].into_boxed_slice(),
+            samples: vec![GyroSample::default(); samples].into_boxed_slice(),
+        },
+        ties: vec![Tie::default(); ties].into_boxed_slice(),
+        changes: vec![Change::default(); changes].into_boxed_slice(),
     }
 }
 

@@ -425,7 +425,8 @@ impl Assists {
             } else {
                 0
             },
-            reserved: [0; 5],
+            said: word.past.said,
+            reserved: [0; 4],
         };
         let port = self.data.as_ref();
         port.is_some_and(|port| port.put(message).is_ok())

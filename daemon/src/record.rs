@@ -317,6 +317,9 @@ pub enum Record {
         pose: [f64; 3],
         /// `P_l`
         covariance: [f64; 9],
+        /// So many events ago its error began to go its way.
+        #[serde(default)]
+        known: u8,
     },
     /// What became of its error since an event, the last one first.
     Transition {

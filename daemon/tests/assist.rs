@@ -180,3 +180,76 @@ fn who_has_no_part_hears_nothing() {
     robot.tick();
     assert_eq!(robot.robot.account().status().accepted_of(Input::Assist), 0);
 }
+
+/// Before and after it was heard, a leader that says nothing is told apart from one that does.
+#[test]
+fn a_child_that_hears_nobody_says_so() {
+    let world = World::new();
+    let mut child = child(&world);
+    let port = world.publisher::<Assist>("b");
+    pass(&mut [&mut child]);
+    let health = |child: &mut Subject| child.tick().health_of(Input::Assist);
+    assert_eq!(health(&mut child), Health::NeverSeen);
+    port.send(datum(&world, 0)).unwrap();
+    assert_eq!(health(&mut child), Health::Ok);
+    let mut quiet = (0..500).map(|_| health(&mut child));
+    assert!(quiet.any(|it| it == Health::Stale));
+}
+
+/// It is seen, is told where it is, and answers nothing.
+#[test]
+fn a_robot_that_is_seen_and_mute_is_counted() {
+    let world = World::new();
+    let lines = "[assist]\nleaders = [1]\nchildren = [2, 3]\n[[team]]\nname = \"c\"\nid = 3\n";
+    let mut child = world.robot("b", 2, lines);
+    let (port, laser) = (
+        world.publisher::<Assist>("b"),
+        world.publisher::<RelativePose>("b"),
+    );
+    pass(&mut [&mut child]);
+    let seen = RelativePose {
+        observed: 3,
+        ..sighting(world.header(0))
+    };
+    laser.send(seen).unwrap();
+    port.send(datum(&world, 0)).unwrap();
+    (0..10).for_each(|_| {
+        child.tick();
+    });
+    let counted = child.robot.account().status().assist;
+    assert_eq!((counted.accepted, counted.forwarded), (1, 1));
+    assert_eq!((counted.timed_out, counted.freed_late), (1, 0));
+}
+
+/// What comes is not believed before its time.
+#[test]
+fn a_child_that_waits_believes_later() {
+    let world = World::new();
+    let lines = "[assist]\nleaders = [1, 3]\nchildren = [2]\nmode = \"bounded-delayed\"\nmax_delay_ms = 100\n\
+                 [[team]]\nname = \"c\"\nid = 3\n\
+                 [initial]\npose = [2.4, 0.0, 0.0]\nsigma = [0.5, 0.5, 0.1]\n";
+    let mut child = world.robot("b", 2, lines);
+    let port = world.publisher::<Assist>("b");
+    pass(&mut [&mut child]);
+    let mut said = 0;
+    let mut say = |child: &mut Subject, leader: u16| {
+        let mut message = datum(&world, said);
+        (message.header.source, message.path[0]) = (leader, leader);
+        said += 1;
+        port.send(message).unwrap();
+        child.tick()
+    };
+    // Both are heard once: from then on each is waited for.
+    say(&mut child, 3);
+    say(&mut child, 1);
+    (0..12).for_each(|_| {
+        child.tick();
+    });
+    let before = child.tick().total()[0];
+    let waiting = say(&mut child, 1).total()[0];
+    assert!(waiting >= before, "{waiting} {before}");
+    let accepted = child.robot.account().status().assist.accepted;
+    assert_eq!(accepted, 3);
+    let later = (0..6).map(|_| child.tick().total()[0]).last().unwrap();
+    assert!(later < before, "{later} {before}");
+}

@@ -15,7 +15,10 @@
 //! | [`datum`] | composes what a leader says of a child |
 //! | [`kalman`], [`fusion`], [`cross`] | what a child makes of it, in three ways |
 //! | [`transition`] | what becomes of a leader's error |
+//! | [`change`] | the same of a stretch of a history |
 //! | [`bond`] | what a child keeps of it, also where the leader was not heard for long |
+//! | [`ties`] | what a history keeps for that |
+//! | `sent` | what a leader says of its error |
 //! | [`tree`] | which pose goes where, if leaders know all readings |
 //! | [`search`], [`path`] | the same without a centre, at one child and one event |
 //! | [`events`], [`slot`], [`refusal`] | all events that are open at a child, and what it does not listen to |
@@ -25,6 +28,7 @@
 
 pub mod assistant;
 pub mod bond;
+pub mod change;
 pub mod cross;
 pub mod datum;
 pub mod events;
@@ -33,8 +37,10 @@ pub mod kalman;
 pub mod path;
 pub mod refusal;
 pub mod search;
+mod sent;
 pub mod slot;
 pub mod team;
+pub mod ties;
 pub mod transition;
 pub mod tree;
 pub mod wait;

@@ -1,13 +1,17 @@
 //! The pure step: `step(&mut Estimator, &TickInputs) -> TickOutputs`.
 
+use nalgebra::Matrix3;
+
+use crate::assist::change::left;
 use crate::assist::datum::Reading;
+use crate::assist::ties::{Said, Ties};
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::filter::Filter;
 use crate::found::{Finding, Found, Start};
 use crate::history::{Court, Drive, History, Storage};
 use crate::input::TickInputs;
-use crate::kind::{Answer, Deed, Key, Measured, Measurement, RoundWord, SeenPart};
+use crate::kind::{Answer, Deed, Key, LeaderPose, Measured, Measurement, RoundWord, SeenPart};
 use crate::outbox::Outbox;
 use crate::output::{Estimate, OdometryState, TickOutputs, Verdict};
 use crate::rounds::{AtSlot, Giving, Refusal, Shared, Sharing, Standing, gate};
@@ -24,6 +28,7 @@ pub struct Estimator<S: Storage> {
     settings: Settings,
     history: History<S::Slots, S::Samples>,
     found: Found,
+    ties: Ties<S::Ties, S::Changes>,
     /// The latest tick's stamp.
     now: Stamp,
     /// To the team's rounds.
@@ -48,10 +53,14 @@ impl<S: Storage> Estimator<S> {
         let filter = Filter::starting(stamp, start)
             .with_gyro(settings.gyro())
             .with_bond(settings.rounds().is_some());
+        let places = storage.split();
+        // A belief of before may have learnt from leaders.
+        let is_own = start.belief().parts.dependent == Covariance3::ZERO;
         Self {
             settings,
-            history: History::new(stamp, &filter, storage.split()),
+            history: History::new(stamp, &filter, (places.slots, places.samples)),
             found: Found::new(stamp, start),
+            ties: Ties::new(places.ties, places.changes, is_own),
             now: stamp,
             giving: Giving::new(),
             slot: None,
@@ -170,6 +179,17 @@ impl<S: Storage> Estimator<S> {
         self.admit(measurement, self.settings.floors != Floors::default());
     }
 
+    /// The same of what a leader says, with what it says besides. What finds no place there is fused as of a leader of which nothing is
+    /// known.
+    pub(crate) fn add_tied(&mut self, pose: &LeaderPose, said: &Said) {
+        let key = pose.key();
+        let is_kept = self.ties.is_on() && self.ties.tied().keep(key, said);
+        self.add(&Measurement::Assist(*pose));
+        if is_kept && self.history.measurement(&key).is_none() {
+            self.ties.tied().drop(&key);
+        }
+    }
+
     /// A measurement that was kept back, as it would be taken in.
     pub(crate) fn checked<M: Measured>(&self, measurement: &M) -> Result<M, Verdict> {
         self.check_time(measurement.key().stamp)?;
@@ -190,6 +210,42 @@ impl<S: Storage> Estimator<S> {
     pub(crate) fn way(&self, from: Stamp, to: Stamp) -> Option<Reading> {
         let known = self.history.begins() <= from && to <= self.now && from <= to;
         known.then(|| self.history.way_between(from, to, &self.settings))
+    }
+
+    /// What the robot's error at `from`, with which it had the covariance `sent`, has become at `to`; both are in the history.
+    pub(crate) fn error_since(&self, from: Stamp, sent: &Covariance3, to: Stamp) -> Since {
+        if !self.ties.is_on() || self.ties.broken() > from {
+            return Since::Broken;
+        }
+        if from < self.history.begins() {
+            let window = [self.history.begins(), to];
+            return if self.history.is_unbroken(window, &self.ties) {
+                Since::Forgotten
+            } else {
+                Since::Broken
+            };
+        }
+        let now = self.history.belief_at(from, &self.settings).total();
+        let by = self
+            .history
+            .transition([from, to], &self.settings, &self.ties);
+        let Some(by) = by else {
+            return Since::Broken;
+        };
+        if now == *sent {
+            return Since::Known(by);
+        }
+        // What came later and is no news of others has made the error smaller: of the one that was sent so much is left in it.
+        let earlier = [self.history.begins(), from];
+        if !sent.contains(&now) || !self.history.is_unbroken(earlier, &self.ties) {
+            return Since::Broken;
+        }
+        Since::Known(by * left(sent, &now))
+    }
+
+    /// How often the belief was replaced by another one.
+    pub(crate) fn rulings(&self) -> u32 {
+        self.ties.rulings()
     }
 
     fn try_admit(&mut self, measurement: &Measurement, has_floors: bool) -> Result<(), Verdict> {
@@ -359,6 +415,7 @@ impl<S: Storage> Estimator<S> {
             found: &mut self.found,
             settings: &self.settings,
             outbox: &mut self.outbox,
+            ties: self.ties.tied(),
         };
         let made = self.history.make_room(newcomer, self.now, &mut court);
         made.then_some(()).ok_or(Verdict::NoRoom)
@@ -370,11 +427,13 @@ impl<S: Storage> Estimator<S> {
             found: &mut self.found,
             settings: &self.settings,
             outbox: &mut self.outbox,
+            ties: self.ties.tied(),
         };
         self.history.fold_before(horizon, &mut court);
         self.found.conclude(horizon, self.history.base_belief());
         let terms = Terms::new(&self.settings, self.found.suspended(), self.found.is_ok());
-        self.history.replay(self.now, &terms, &mut self.outbox);
+        self.history
+            .replay(self.now, &terms, &mut self.outbox, &mut self.ties.tied());
         if !self.found.is_ok() {
             self.history.keep_ways(self.now, &self.settings);
         }
@@ -397,6 +456,17 @@ impl<S: Storage> Estimator<S> {
             folded_early: self.outbox.folded_early(),
         }
     }
+}
+
+/// What became of an error.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) enum Since {
+    /// Φ
+    Known(Matrix3<f64>),
+    /// It is older than the history.
+    Forgotten,
+    /// Nobody can say.
+    Broken,
 }
 
 /// One tick: put every measurement in its place, re-apply what comes after it, say where the robot is at `inputs.stamp`.

@@ -4,6 +4,12 @@
 //! Another filter takes this one's place by offering the same: *predict* over time, *tell* a robot where it is seen,
 //! *hear* what it says, *correct* by a fix, and *settle* what an exchange leaves behind.
 
+use nalgebra::Matrix3;
+
+use crate::assist::bond::Bonds;
+use crate::assist::change::Change;
+use crate::assist::cross;
+use crate::assist::ties::Said;
 use crate::belief::Belief;
 use crate::convert::{GlobalPose, tell};
 use crate::covariance::Covariance3;
@@ -35,6 +41,8 @@ pub(crate) struct Filter {
     pub(crate) bias: Option<Bias>,
     /// Where the robot may take part in rounds; likewise.
     pub(crate) bond: Option<Bond>,
+    /// What became of the error since somebody asked, if somebody did.
+    pub(crate) change: Option<Change>,
 }
 
 /// What every robot carries.
@@ -87,6 +95,7 @@ impl Filter {
             state,
             bias: None,
             bond: None,
+            change: None,
         }
     }
 
@@ -123,12 +132,16 @@ impl Filter {
     #[inline]
     pub(crate) fn predict(&mut self, motion: &Motion, dt_s: f64, propagation: Propagation) {
         self.close();
+        let before = self.state.belief.pose;
         if self.is_tied() {
             self.step_tied(motion, dt_s);
         } else {
             self.state.belief = propagate(&self.state.belief, motion, dt_s, propagation);
         }
         let state = &mut self.state;
+        if let Some(change) = &mut self.change {
+            change.go(&before, &state.belief.pose);
+        }
         state.driven = drive(state.driven, motion.velocity().map(|it| dt_s * it));
         state.velocity = match motion {
             Motion::Nonholonomic { velocity, .. } => *velocity,
@@ -158,6 +171,9 @@ impl Filter {
             return; // Without one, nobody calls this.
         };
         let held = bias.predict(&mut state.belief, passage, settings);
+        if let Some(change) = &mut self.change {
+            change.break_off(); // The bias is in the error of all that follows.
+        }
         state.driven = drive(state.driven, held);
         state.velocity = match passage.motion {
             Motion::Nonholonomic {
@@ -229,6 +245,7 @@ impl Filter {
         let accepted = fusion.accepted && trusted;
         if accepted {
             self.state.belief = fusion.belief;
+            self.break_off();
             if let Some(bias) = &mut self.bias {
                 bias.hear(&left);
             }
@@ -268,8 +285,95 @@ impl Filter {
                 (None, _) => {}
             }
             self.state.belief = fusion.belief;
+            self.break_off();
         }
         (verdict(accepted, fusion.d2), gauge)
+    }
+
+    /// The same where it is known what the belief has in common with the leader.
+    #[inline(never)]
+    pub(crate) fn hear_tied(
+        &mut self,
+        pose: &GlobalPose,
+        (bonds, said): (&mut Bonds, &Said),
+        trusted: bool,
+        settings: &Settings,
+    ) -> (Verdict, Gauge) {
+        bonds.counted(said.count);
+        if self.state.nowhere {
+            return (Verdict::Heard, Gauge::default());
+        }
+        let gauge = if settings.found.enabled {
+            Gauge::of_pose(&self.state.belief, pose)
+        } else {
+            Gauge::default()
+        };
+        let (place, news) = (said.place, said.news());
+        if bonds.is_lost(place, &news) {
+            return (
+                self.hear_lost(pose, (bonds, place), trusted, settings),
+                gauge,
+            );
+        }
+        let pose = cross::with_ways(pose, &news.word.leader, said.leaders);
+        let mut fused = *bonds;
+        let gate = settings.assist.gate();
+        let crossed = fused.fuse_and_leave(&self.state.belief, place, (&news, &pose), gate);
+        self.state.exchanged = true;
+        let accepted = crossed.update.accepted && trusted;
+        if trusted {
+            *bonds = fused;
+        } else {
+            bonds.hear(place, &news);
+        }
+        if accepted {
+            self.state.belief = crossed.update.belief;
+            if let Some(bias) = &mut self.bias {
+                bias.hear(&Square3(crossed.left.transpose().into()));
+            }
+        }
+        (verdict(accepted, crossed.update.d2), gauge)
+    }
+
+    /// What a leader says of which nobody can say what the belief has in common with it.
+    fn hear_lost(
+        &mut self,
+        pose: &GlobalPose,
+        (bonds, place): (&mut Bonds, usize),
+        trusted: bool,
+        settings: &Settings,
+    ) -> Verdict {
+        let mut left = None;
+        let belief = &self.state.belief;
+        let fusion = settings.assist.fuse_and_leave(belief, pose, &mut left);
+        self.state.exchanged = true;
+        let accepted = fusion.accepted && trusted;
+        if accepted {
+            self.state.belief = fusion.belief;
+            let left = left.unwrap_or(Square3::IDENTITY);
+            bonds.lose(place, &Matrix3::from(left.0).transpose());
+            if let Some(bias) = &mut self.bias {
+                bias.hear(&left);
+            }
+        }
+        verdict(accepted, fusion.d2)
+    }
+
+    /// Nobody can say what became of the error.
+    fn break_off(&mut self) {
+        if let Some(change) = &mut self.change {
+            change.break_off();
+        }
+    }
+
+    /// A measurement with white noise leaves `after`.
+    fn record(&mut self, after: &Belief, slow: &SlowError) {
+        let before = self.state.belief.total();
+        match &mut self.change {
+            Some(change) if slow.is_there() => change.break_off(),
+            Some(change) => change.learn(&before, &after.total()),
+            None => {}
+        }
     }
 
     /// Where what was seen in part stands. Of who has `told` something later, that holds what is independent of the belief.
@@ -324,6 +428,7 @@ impl Filter {
         let accepted = fusion.accepted && trusted;
         if accepted {
             self.state.belief = fusion.belief;
+            self.break_off();
             if let Some(bias) = &mut self.bias {
                 bias.hear(&left);
             }
@@ -361,6 +466,7 @@ impl Filter {
 
     fn take(&mut self, fix: &PositionFix, update: &FixUpdate, learnt: &Learnt) {
         self.learn(&update.belief, learnt);
+        self.record(&update.belief, &fix.slow);
         self.state.belief = update.belief;
         if fix.slow.is_there() {
             self.state.slow_heard = fix.stamp;
@@ -504,6 +610,7 @@ impl Filter {
             if let Some(bond) = &mut self.bond {
                 bond.learnt(&heading::complement(&self.state.belief, noise.weight));
             }
+            self.record(&update.belief, &fix.slow);
             self.state.belief = update.belief;
             if fix.slow.is_there() {
                 self.state.slow_heading_heard = Some(fix.stamp);

@@ -46,9 +46,11 @@ mod replay;
 mod ring;
 mod settle;
 mod storage;
+mod tied;
 mod turns;
 mod ways;
 
+use crate::assist::ties::Tied;
 use crate::filter::Filter;
 use crate::gyro::GyroSettings;
 use crate::kind::{GyroSample, Key, Measured, Measurement, OdometrySample, RoundWord};
@@ -61,8 +63,8 @@ use entry::{Checkpoint, Entry};
 pub use places::MOST_SLOTS;
 use ring::Ring;
 pub(crate) use settle::Court;
+pub use storage::{Parts, Storage, WithBonds, WithGyro};
 use storage::{Samples, Slots};
-pub use storage::{Storage, WithGyro};
 pub use turns::GYRO_SAMPLES;
 pub(crate) use turns::Turned;
 use turns::{NotTaken, Turns};
@@ -196,6 +198,7 @@ impl<S: Slots, G: Samples> History<S, G> {
                 return;
             }
             self.drive_hypotheses(leg.until, court);
+            court.ties.break_off(leg.until);
             self.base.filter.predict_turning(&passage, gyro);
             self.base.stamp = leg.until;
         }
@@ -268,8 +271,13 @@ impl<S: Slots, G: Samples> History<S, G> {
         self.entries.get(0).map(Entry::stamp)
     }
 
-    fn fold_oldest(&mut self) {
+    fn fold_oldest(&mut self, ties: &mut Tied<'_>) {
         let (with_gyro, with_bond) = (self.has_gyro(), self.may_be_tied());
+        if ties.is_on()
+            && let (Some(entry), Some(slot)) = (self.entries.get(0), self.entries.slot_of(0))
+        {
+            ties.fold(&entry.key, slot);
+        }
         let Some(entry) = self.entries.pop_front() else {
             return;
         };

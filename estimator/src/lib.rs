@@ -71,7 +71,7 @@ pub use fix::FixUpdate;
 pub use found::{Decision, Dissent, Finding, FindingState, FoundSettings, Start, TrustJump};
 pub use fusion::{Fusion, fuse};
 pub use gyro::{GyroSettings, GyroState};
-pub use history::{GYRO_SAMPLES, MOST_SLOTS, Slot, Storage, WithGyro};
+pub use history::{GYRO_SAMPLES, MOST_SLOTS, Slot, Storage, WithBonds, WithGyro};
 pub use honest::{Bend, Increments};
 pub use input::TickInputs;
 pub use kind::{

@@ -39,7 +39,8 @@ fn assist() -> Assist {
         transitions: [SOUND, [0.0; 9], [0.0; 9], [0.0; 9]],
         path,
         robots: 3,
-        known: 1,
+        known: 200,
+        said: 1,
         ..Assist::default()
     }
 }

@@ -146,6 +146,7 @@ pub fn datum(message: &Assist, limits: &Limits<'_>, leaders: &[u16]) -> Result<H
                 },
                 past: Past {
                     transitions: message.transitions.map(rows),
+                    said: message.said,
                     known: message.known,
                 },
             },

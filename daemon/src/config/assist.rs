@@ -34,6 +34,10 @@ pub struct Assist {
     /// and two ticks for each child and each leader \[ms\].
     #[schemars(range(min = 0, max = 60000))]
     pub close_after_ms: u32,
+    /// So long after the sighting a child fuses what there is by then, where `mode` is `"bounded-delayed"`: no longer than
+    /// `close_after_ms`. 0: two ticks for each child \[ms\].
+    #[schemars(range(min = 0, max = 60000))]
+    pub max_delay_ms: u32,
     /// How a child fuses what leaders say.
     pub fusion: AssistFusion,
     /// Poses with a d² above this are refused; the default is 99.9 % of chi-square with three degrees of freedom.
@@ -48,14 +52,20 @@ pub enum AssistMode {
     /// From robot to robot, each child handing on what it takes; what comes is fused at once.
     #[default]
     BoundedInstant,
+    /// The same, but what comes waits: it is fused once a pose of each leader is there that was heard within ten events, or after
+    /// `max_delay_ms`.
+    BoundedDelayed,
 }
 
 /// How a child fuses what leaders say.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum AssistFusion {
-    /// The leader's error as one that may be correlated with anything: honest whatever happens.
+    /// What the child's error has in common with each leader's is tracked: as accurate as `kf`, and honest where leaders are and learn
+    /// nothing from others. Where nobody can say what became of a leader's error, it counts as one that may be correlated with anything.
     #[default]
+    Cross,
+    /// The leader's error as one that may be correlated with anything: honest whatever happens.
     Split,
     /// As the thesis does: each pose as news. Children come to be surer than they may be.
     Kf,
@@ -71,6 +81,7 @@ impl Default for Assist {
             phase_s: 0.0,
             ack_timeout_ms: 160,
             close_after_ms: 0,
+            max_delay_ms: 0,
             fusion: AssistFusion::default(),
             gate: CHI2_3_999,
         }
@@ -91,25 +102,43 @@ impl Assist {
             return self.close_after_ms;
         }
         let robots = u32::try_from(self.leaders.len() + self.children.len()).unwrap_or(u32::MAX);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A second at most.
-        let tick_ms = (1e3 / rate_hz).ceil() as u32;
         self.ack_timeout_ms
-            .saturating_add(2 * robots.saturating_mul(tick_ms))
+            .saturating_add(2 * robots.saturating_mul(tick_ms(rate_hz)))
+    }
+
+    /// How long what comes waits for the rest \[ms\]; `None`: it does not.
+    #[must_use]
+    pub fn delay_ms(&self, rate_hz: f64) -> Option<u32> {
+        let children = u32::try_from(self.children.len()).unwrap_or(u32::MAX);
+        let delay_ms = match self.max_delay_ms {
+            0 => 2 * children.saturating_mul(tick_ms(rate_hz)),
+            said => said,
+        };
+        (self.mode == AssistMode::BoundedDelayed).then_some(delay_ms)
     }
 
     pub(crate) fn rule(&self, paper: bool) -> Rule {
         let gate = self.gate;
+        let settings = FusionSettings {
+            gate,
+            ..FusionSettings::paper()
+        };
         match self.fusion {
-            AssistFusion::Split if !paper => Rule::Split {
-                settings: FusionSettings {
-                    gate,
-                    ..FusionSettings::paper()
-                },
+            AssistFusion::Cross if !paper && self.is_on() => Rule::Cross {
+                otherwise: settings,
+            },
+            AssistFusion::Cross | AssistFusion::Split if !paper => Rule::Split {
+                settings,
                 reset: true,
             },
             _ => Rule::Kalman { gate },
         }
     }
+}
+
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A second at most.
+fn tick_ms(rate_hz: f64) -> u32 {
+    (1e3 / rate_hz).ceil() as u32
 }
 
 impl Config {
@@ -130,7 +159,11 @@ impl Config {
         // Lists that are no team were refused with the configuration.
         let (leaders, children) = (ids(&assist.leaders), ids(&assist.children));
         let agreement = Agreement::new(&leaders, &children, period, patience).ok()?;
-        let agreement = Agreement { phase, ..agreement };
+        let agreement = Agreement {
+            phase,
+            delay: assist.delay_ms(self.tick.rate_hz),
+            ..agreement
+        };
         Assistant::new(agreement, RobotId(self.robot.id)).map(Box::new)
     }
 }

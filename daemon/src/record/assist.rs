@@ -12,7 +12,7 @@ use super::{Record, RecordedTick};
 /// How many lines they are.
 pub(super) fn count(words: &Words<'_>) -> usize {
     let data = words.data.iter();
-    let lines = data.map(|it| 2 + usize::from(it.message.word.past.known));
+    let lines = data.map(|it| 2 + usize::from(it.message.word.past.said));
     usize::from(is_said(words)) + lines.sum::<usize>() + words.acks.len()
 }
 
@@ -47,9 +47,10 @@ fn datum(heard: &Heard) -> impl Iterator<Item = Record> {
     let leader = Record::Leader {
         pose: word.leader.pose.to_vector().into(),
         covariance: word.leader.covariance.to_row_major(),
+        known: word.past.known,
     };
-    let known = usize::from(word.past.known);
-    let past = word.past.transitions.iter().take(known);
+    let said = usize::from(word.past.said);
+    let past = word.past.transitions.iter().take(said);
     let past = past.map(|[[a, b, c], [d, e, f], [g, h, i]]| Record::Transition {
         phi: [*a, *b, *c, *d, *e, *f, *g, *h, *i],
     });
@@ -85,8 +86,13 @@ pub(super) fn take(tick: &mut RecordedTick, record: Record) -> Option<Result<(),
             leader: RobotId(leader),
             taken,
         }),
-        Record::Leader { pose, covariance } => {
+        Record::Leader {
+            pose,
+            covariance,
+            known,
+        } => {
             let heard = tick.data.last_mut()?;
+            heard.message.word.past.known = known;
             heard.message.word.leader = match Covariance3::from_row_major(covariance) {
                 Ok(covariance) => Leader {
                     pose: at(pose),
@@ -97,10 +103,10 @@ pub(super) fn take(tick: &mut RecordedTick, record: Record) -> Option<Result<(),
         }
         Record::Transition { phi } => {
             let past = &mut tick.data.last_mut()?.message.word.past;
-            let place = past.transitions.get_mut(usize::from(past.known))?;
+            let place = past.transitions.get_mut(usize::from(past.said))?;
             let [a, b, c, d, e, f, g, h, i] = phi;
             *place = [[a, b, c], [d, e, f], [g, h, i]];
-            past.known += 1;
+            past.said += 1;
         }
         Record::Assist { .. } => return Some(assist(record)?.map(|it| tick.data.push(it))),
         _ => return None,

@@ -10,15 +10,17 @@
 //! leader: what it sees of children, from the belief after all of that stamp    child: time-outs, then what can be handed on
 //! ```
 
-use super::cross::Leader;
-use super::datum::{Reading, first, reversed};
+use super::datum::{Reading, carried, extend, first, reversed};
 use super::events::{Data, Events, Now, OPEN_EVENTS, Terms, Word};
 use super::path::{LONGEST_PATH, Path};
 use super::refusal::Refusal;
 use super::search::{Answer, Patience};
+use super::sent::Sent;
 use super::slot::{Slot, Slots};
-use super::team::{NotATeam, Place, Robots, Team};
-use super::transition::Past;
+use super::team::{MOST_LEADERS, NotATeam, Place, Robots, Team};
+use super::ties::Said;
+use super::wait::Wait;
+use crate::belief::Belief;
 use crate::convert::GlobalPose;
 use crate::estimator::Estimator;
 use crate::history::Storage;
@@ -26,11 +28,18 @@ use crate::input::TickInputs;
 use crate::kind::{Kind, LeaderPose, Measured, Measurement, Origin, RobotId, Sighting};
 use crate::list::FixedList;
 use crate::output::{Source, TickOutputs, Verdict};
-use crate::settings::Settings;
+use crate::parts::Parts;
+use crate::settings::{Propagation, Settings};
 use crate::stamp::{Span, Stamp};
 
 /// So many data can one tick send, and as many acknowledgements.
 const MOST_TOLD: usize = 64;
+
+/// So many poses can wait to be fused; more are fused at once.
+const MOST_HELD: usize = 64;
+
+/// A leader that was not heard for so many events is not waited for.
+const HEARD_OF_LATE: i64 = 10;
 
 /// So many sightings can wait for their tick.
 const MOST_SEEN: usize = 64;
@@ -46,6 +55,9 @@ pub struct Agreement {
     pub phase: Span,
     /// How long a search goes on \[ms\].
     pub patience: Patience,
+    /// What a child takes is fused once a pose of each leader is there that it has heard of late, or so long after the event \[ms\].
+    /// `None`: at once.
+    pub delay: Option<u32>,
 }
 
 /// A datum as it is on its way, by the numbers of the robots.
@@ -149,6 +161,13 @@ struct Seen {
 #[derive(Copy, Clone, Debug)]
 struct Served(Slot, Robots);
 
+/// What was taken and is not fused yet.
+#[derive(Copy, Clone, Debug)]
+struct Held {
+    pose: LeaderPose,
+    said: Said,
+}
+
 /// All that a robot remembers of its part.
 #[derive(Clone, Debug)]
 pub struct Assistant {
@@ -163,6 +182,13 @@ pub struct Assistant {
     data: FixedList<Told, MOST_TOLD>,
     acks: FixedList<Ack, MOST_TOLD>,
     counts: Counts,
+    /// Of a leader.
+    sent: Sent,
+    /// How often events began to be counted anew.
+    counted: u32,
+    held: FixedList<Held, MOST_HELD>,
+    /// When each leader was heard last.
+    heard: [Option<Slot>; MOST_LEADERS],
 }
 
 /// One tick of a robot that has a part in a team; as pure as [`crate::step`].
@@ -202,6 +228,10 @@ impl Assistant {
             data: FixedList::new(Told::default()),
             acks: FixedList::new(Ack::default()),
             counts: Counts::default(),
+            sent: Sent::default(),
+            counted: 0,
+            held: FixedList::new(Held::nothing()),
+            heard: [None; MOST_LEADERS],
         })
     }
 
@@ -237,6 +267,9 @@ impl Assistant {
             && let Some(slots) = self.slots()
         {
             self.events.forget(Slot(slots.of(now).0.saturating_add(1)));
+            self.sent.forget();
+            self.counted = self.counted.wrapping_add(1);
+            self.heard = [None; MOST_LEADERS];
         }
         self.wake(now);
     }
@@ -388,6 +421,42 @@ impl Assistant {
         for heard in words.data {
             self.hear(estimator, &terms, at, heard);
         }
+        self.fuse_what_is_due(estimator, at);
+    }
+
+    /// Into the history, or to where it waits.
+    fn take<S: Storage>(&mut self, estimator: &mut Estimator<S>, taken: &Held) {
+        if let Some(last) = self.heard.get_mut(taken.said.place) {
+            *last = (*last).max(Some(taken.said.slot));
+        }
+        if self.agreement.delay.is_none() || !self.held.push(*taken) {
+            estimator.add_tied(&taken.pose, &taken.said);
+        }
+    }
+
+    /// Of each event all poses at once.
+    fn fuse_what_is_due<S: Storage>(&mut self, estimator: &mut Estimator<S>, at: Now) {
+        let Some(delay) = self.agreement.delay else {
+            return;
+        };
+        if self.held.as_slice().is_empty() {
+            return;
+        }
+        let oldest = Slot(at.slot.0.saturating_sub(HEARD_OF_LATE));
+        let most = self.heard.iter().flatten().filter(|it| **it > oldest);
+        let most = most.count();
+        let held = self.held;
+        self.held.clear();
+        for it in held.as_slice() {
+            let of_event = held.as_slice().iter();
+            let of_event = of_event.filter(|other| other.said.slot == it.said.slot);
+            let age = at.tick.wrapping_sub(millis(it.pose.stamp));
+            if Wait::of(most, delay).is_due(age, of_event.count()) {
+                estimator.add_tied(&it.pose, &it.said);
+            } else {
+                let _ = self.held.push(*it); // There was room for it before.
+            }
+        }
     }
 
     fn settle(&mut self, terms: &Terms, at: Now, ack: &Ack) -> Result<(), Refusal> {
@@ -415,7 +484,11 @@ impl Assistant {
         match judged {
             Ok(Answer::Accepted) => {
                 self.counts.accepted += 1;
-                estimator.add(&heard.message.as_measurement().into());
+                let pose = heard.message.as_measurement();
+                match self.said(terms, &heard.message) {
+                    Some(said) => self.take(estimator, &Held { pose, said }),
+                    None => estimator.add(&pose.into()),
+                }
             }
             Ok(Answer::Repeated) => {}
             Ok(Answer::Declined | Answer::Closed) => self.counts.declined += 1,
@@ -430,6 +503,19 @@ impl Assistant {
         if self.is_child(sender) && !self.acks.push(heard.message.answer(sender, taken)) {
             estimator.outbox().count_overflow();
         }
+    }
+
+    /// What it says besides, for who keeps it.
+    fn said(&self, terms: &Terms, message: &Message) -> Option<Said> {
+        let leader = terms.team.rank(terms.team.place(message.leader())?)?;
+        let leaders = terms.team.leaders().count();
+        Some(Said {
+            place: leader.index(),
+            leaders: u8::try_from(leaders).unwrap_or(u8::MAX),
+            count: self.counted,
+            slot: message.slot,
+            word: message.word,
+        })
     }
 
     fn judge<S: Storage>(
@@ -482,10 +568,17 @@ impl Assistant {
         let mut overflowed = 0;
         let due = self.due;
         for seen in due.as_slice() {
-            let Some(belief) = estimator.known_at(seen.stamp) else {
+            let slot = terms.slots.of(seen.stamp);
+            let Some(sent) = self.sent.at(estimator, slot, seen.stamp) else {
                 continue;
             };
-            let slot = terms.slots.of(seen.stamp);
+            let way = if seen.stamp == sent.stamp {
+                None
+            } else if let Some(way) = way_of(estimator, sent.stamp, seen.stamp) {
+                Some(way)
+            } else {
+                continue;
+            };
             if !self.is_first(slot, seen.child) {
                 continue;
             }
@@ -494,14 +587,8 @@ impl Assistant {
                 stamp: seen.stamp,
                 path: Path::first(self.own, seen.child),
                 is_final: false,
-                said: first(&belief, &seen.reading, terms.propagation),
-                word: Word {
-                    leader: Leader {
-                        pose: belief.pose,
-                        covariance: belief.total(),
-                    },
-                    past: Past::default(),
-                },
+                said: said_of(&sent.belief, way.as_ref(), &seen.reading, terms.propagation),
+                word: sent.word,
             };
             let told = Told::of(&terms.team, &data);
             overflowed += usize::from(!self.data.push(told));
@@ -528,13 +615,8 @@ impl Assistant {
     fn hand_on<S: Storage>(&mut self, estimator: &Estimator<S>, terms: &Terms, at: Now) -> usize {
         let most = Span::from_nanos(self.agreement.period.as_nanos() / 2);
         let way = |from: Stamp, to: Stamp| {
-            if to - from > most || from - to > most {
-                None
-            } else if from <= to {
-                estimator.way(from, to)
-            } else {
-                estimator.way(to, from).as_ref().map(reversed)
-            }
+            let is_near = to - from <= most && from - to <= most;
+            is_near.then(|| way_of(estimator, from, to)).flatten()
         };
         let (mut overflowed, data) = (0, &mut self.data);
         let late = self.events.work(terms, at, way, |it| {
@@ -625,6 +707,20 @@ impl Told {
     }
 }
 
+impl Held {
+    fn nothing() -> Self {
+        Self {
+            pose: LeaderPose {
+                stamp: Stamp::default(),
+                leader: RobotId(0),
+                slot: Slot::default(),
+                said: GlobalPose::default(),
+            },
+            said: Said::default(),
+        }
+    }
+}
+
 impl Seen {
     fn nobody() -> Self {
         Self {
@@ -651,8 +747,35 @@ impl Agreement {
             period,
             phase: Span::ZERO,
             patience,
+            delay: None,
         })
     }
+}
+
+/// The robot's own way, gone back where it has to be.
+fn way_of<S: Storage>(estimator: &Estimator<S>, from: Stamp, to: Stamp) -> Option<Reading> {
+    if from <= to {
+        estimator.way(from, to)
+    } else {
+        estimator.way(to, from).as_ref().map(reversed)
+    }
+}
+
+/// Where a leader's sighting puts a child: from where it was at the event, by its own wheels to where it saw the child.
+fn said_of(
+    leader: &Belief,
+    way: Option<&Reading>,
+    reading: &Reading,
+    propagation: Propagation,
+) -> GlobalPose {
+    let Some(way) = way else {
+        return first(leader, reading, propagation);
+    };
+    let from = GlobalPose {
+        pose: leader.pose,
+        parts: Parts::dependent(leader.total()),
+    };
+    extend(&carried(&from, way, propagation), reading, propagation)
 }
 
 /// Ticks of a search are milliseconds, counted round.

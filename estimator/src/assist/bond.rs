@@ -14,6 +14,7 @@
 
 use nalgebra::Matrix3;
 
+use super::change::Change;
 use super::cross::{self, Crossed, Leader};
 use super::events::Word;
 use super::slot::Slot;
@@ -52,19 +53,53 @@ struct Bond {
 
 /// With all leaders, by their place.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
-pub struct Bonds([Bond; MOST_LEADERS]);
+pub struct Bonds {
+    each: [Bond; MOST_LEADERS],
+    /// By which count of events: it begins anew when the team's clock is set.
+    count: u32,
+}
+
+/// When a leader was heard of which nobody can say what it has in common with the belief.
+const NOBODY_KNOWS: Slot = Slot(i64::MIN);
 
 impl Bonds {
     /// The child's own step, or a measurement of its own: F of its error.
     pub fn go_on(&mut self, by: &Matrix3<f64>) {
-        for bond in self.0.iter_mut().filter(|it| it.met.is_some()) {
+        for bond in self.each.iter_mut().filter(|it| it.met.is_some()) {
             bond.cross = by * bond.cross;
+        }
+    }
+
+    /// What became of its error, if somebody can say.
+    pub(crate) fn follow(&mut self, change: &Change) {
+        match change.by() {
+            Some(by) => self.go_on(by),
+            None => self.lose_track(),
+        }
+    }
+
+    /// Nobody can say what the belief has in common with whom.
+    pub(crate) fn lose_track(&mut self) {
+        let unknown = Bond {
+            met: Some(NOBODY_KNOWS),
+            ..Bond::default()
+        };
+        self.each = [unknown; MOST_LEADERS];
+    }
+
+    /// What follows counts events so.
+    pub(crate) fn counted(&mut self, count: u32) {
+        if self.count != count {
+            for bond in self.each.iter_mut().filter(|it| it.met.is_some()) {
+                bond.met = Some(NOBODY_KNOWS);
+            }
+            self.count = count;
         }
     }
 
     /// A leader is heard, but of this child it says nothing: a datum that is declined, or one for another child.
     pub fn hear(&mut self, place: usize, news: &News) {
-        if let Some(bond) = self.0.get_mut(place)
+        if let Some(bond) = self.each.get_mut(place)
             && let Some(next) = bond.at_event(news)
         {
             *bond = next;
@@ -77,10 +112,39 @@ impl Bonds {
         &mut self,
         own: &Belief,
         place: usize,
-        (news, said): (&News, &GlobalPose),
+        said: (&News, &GlobalPose),
         gate: f64,
     ) -> FixUpdate {
-        let bond = self.0.get(place).copied().unwrap_or_default();
+        self.fuse_and_leave(own, place, said, gate).update
+    }
+
+    /// Whether nobody can say what the belief has in common with this leader, and the leader's own error has only begun to go its way: it
+    /// may well begin anew with the next datum. To bound what is in common is then of no use later.
+    pub(crate) fn is_lost(&self, place: usize, news: &News) -> bool {
+        let bond = self.each.get(place).copied().unwrap_or_default();
+        news.word.past.known == 0 && bond.at_event(news).is_none()
+    }
+
+    /// A datum of that leader was fused as if it may be correlated with anything; so much is `left` of the error before.
+    pub(crate) fn lose(&mut self, place: usize, left: &Matrix3<f64>) {
+        self.go_on(left);
+        if let Some(bond) = self.each.get_mut(place) {
+            *bond = Bond {
+                met: Some(NOBODY_KNOWS),
+                ..Bond::default()
+            };
+        }
+    }
+
+    /// The same as [`Self::fuse`], and what is left of the error before.
+    pub(crate) fn fuse_and_leave(
+        &mut self,
+        own: &Belief,
+        place: usize,
+        (news, said): (&News, &GlobalPose),
+        gate: f64,
+    ) -> Crossed {
+        let bond = self.each.get(place).copied().unwrap_or_default();
         let (bond, crossed) = match bond.at_event(news) {
             Some(next) => (next, next.update(own, (news, said), gate)),
             None => bond.taken_up(own, (news, said), gate),
@@ -88,11 +152,11 @@ impl Bonds {
         if crossed.update.accepted {
             self.go_on(&crossed.left);
         }
-        if let Some(this) = self.0.get_mut(place) {
+        if let Some(this) = self.each.get_mut(place) {
             *this = bond;
             this.cross = crossed.with_this(&bond.cross);
         }
-        crossed.update
+        crossed
     }
 }
 
@@ -259,7 +323,7 @@ mod tests {
     fn c_goes_the_way_of_both_errors() {
         let (mut leader, mut bonds) = (Transitions::default(), Bonds::default());
         let first = fused(&mut bonds, &own(), &news(1, &leader.at_event()));
-        let before = bonds.0[0].cross;
+        let before = bonds.each[0].cross;
         let [child, by] = [0.2, 0.3].map(|phi| driven(phi, [0.1, 0.02]));
         bonds.go_on(&child);
         let mut past = Past::default();
@@ -271,11 +335,11 @@ mod tests {
         let expected = child * before * (by * by * by * by).transpose();
         let mut heard = bonds;
         heard.hear(0, &news);
-        assert!((heard.0[0].cross - expected).abs().max() < 1e-15);
+        assert!((heard.each[0].cross - expected).abs().max() < 1e-15);
         let (word, said) = (news.word.leader, said(0.01));
-        let crossed = cross::update(&first, &heard.0[0].cross, &word, &said, GATE);
+        let crossed = cross::update(&first, &heard.each[0].cross, &word, &said, GATE);
         assert_eq!(fused(&mut bonds, &first, &news), crossed.update.belief);
-        assert_eq!(bonds.0[0].cross, crossed.with_this(&heard.0[0].cross));
+        assert_eq!(bonds.each[0].cross, crossed.with_this(&heard.each[0].cross));
     }
 
     /// A leader that stands and says the same thirty times: who believes it to be news each time is surer than the leader's error and
@@ -287,7 +351,7 @@ mod tests {
             let news = news(7 * slot, &Past::default());
             naive = fused(&mut Bonds::default(), &naive, &news);
             taken_up = fused(&mut bonds, &taken_up, &news);
-            assert_eq!(bonds.0[0].met, Some(news.slot));
+            assert_eq!(bonds.each[0].met, Some(news.slot));
         }
         let best = [0, 1, 2].map(|i| 1.0 / (1.0 / P[i] + 1.0 / LEADER[i]));
         let [naive, taken_up] = [naive, taken_up].map(|it| it.total().variances());
@@ -304,12 +368,12 @@ mod tests {
         let belief = fused(&mut bonds, &own(), &news(0, &leader.at_event()));
         let far = wider(&belief, &diagonal([1.0, 1.0, 0.1]));
         let past = [(); 20].map(|()| leader.at_event())[19];
-        let [loose, tight] = bonds.0[0].bounds(&far, &news(20, &past));
+        let [loose, tight] = bonds.each[0].bounds(&far, &news(20, &past));
         let (most, larger) = tight.unwrap();
         assert!(belief.total().contains(&most) && (larger - 1.0).abs() < 1e-12);
         assert_eq!(loose, Some((far.total(), 1.0)));
         leader.break_off();
-        let [_, tight] = bonds.0[0].bounds(&far, &news(20, &leader.at_event()));
+        let [_, tight] = bonds.each[0].bounds(&far, &news(20, &leader.at_event()));
         assert_eq!(tight, None);
     }
 

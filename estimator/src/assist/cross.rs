@@ -16,6 +16,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::kalman::innovation;
 use crate::belief::Belief;
+use crate::clip::positive_part;
 use crate::convert::GlobalPose;
 use crate::covariance::Covariance3;
 use crate::factor::Factor;
@@ -24,7 +25,7 @@ use crate::gate::accepts;
 use crate::honest;
 use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::symmetric::Square3;
+use crate::symmetric::{Square3, Symmetric3};
 
 /// What a datum says of its leader.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
@@ -105,6 +106,54 @@ pub fn update(
     }
 }
 
+/// `said` with all that is in it besides the sightings and the leader's error: the ways that robots in between carried it by their own
+/// wheels. Of `leaders` data each can have gone the same way, so each of them counts that many times.
+///
+/// ```text
+/// R_i + L (R_d − J P_l Jᵀ)
+/// ```
+pub(crate) fn with_ways(said: &GlobalPose, leader: &Leader, leaders: u8) -> GlobalPose {
+    let by_leader = by_leader(leader, said);
+    let own = by_leader * leader.covariance.matrix() * by_leader.transpose();
+    let rest = said.parts.dependent.matrix() - own;
+    let Some(rest) = covariance(&rest).or_else(|| clipped(&rest)) else {
+        return *said;
+    };
+    let independent = said.parts.independent;
+    GlobalPose {
+        parts: Parts {
+            independent: independent.plus(&rest.scaled(f64::from(leaders))),
+            ..said.parts
+        },
+        ..*said
+    }
+}
+
+/// What is below zero by rounding, or by what is not linear, is nothing.
+fn clipped(rest: &Matrix3<f64>) -> Option<Covariance3> {
+    let rows = 0.5 * (rest + rest.transpose());
+    let symmetric = Symmetric3 {
+        xx: rows.m11,
+        xy: rows.m12,
+        xp: rows.m13,
+        yy: rows.m22,
+        yp: rows.m23,
+        pp: rows.m33,
+    };
+    let clipped = Covariance3::trusted(&positive_part(&symmetric));
+    clipped
+        .variances()
+        .iter()
+        .all(|it| it.is_finite())
+        .then_some(clipped)
+}
+
+/// `J`
+fn by_leader(leader: &Leader, said: &GlobalPose) -> Matrix3<f64> {
+    let (dx, dy) = (said.pose.x - leader.pose.x, said.pose.y - leader.pose.y);
+    Matrix3::new(1.0, 0.0, -dy, 0.0, 1.0, dx, 0.0, 0.0, 1.0)
+}
+
 struct Terms {
     /// P
     own: Matrix3<f64>,
@@ -118,8 +167,7 @@ struct Terms {
 
 impl Terms {
     fn new(own: &Belief, cross: &Matrix3<f64>, leader: &Leader, said: &GlobalPose) -> Self {
-        let (dx, dy) = (said.pose.x - leader.pose.x, said.pose.y - leader.pose.y);
-        let by_leader = Matrix3::new(1.0, 0.0, -dy, 0.0, 1.0, dx, 0.0, 0.0, 1.0);
+        let by_leader = by_leader(leader, said);
         let said_by = by_leader * leader.covariance.matrix();
         Self {
             own: own.total().matrix(),

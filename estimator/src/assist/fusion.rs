@@ -6,7 +6,7 @@
 //!   common, and children come to be overconfident.
 //! * [`Rule::Split`] takes the leader's error as dependent: split covariance intersection holds whatever it is correlated with.
 //!
-//! [`super::cross`] tracks the correlation instead.
+//! * [`Rule::Cross`] tracks the correlation instead ([`super::cross`]), where a history has room for that; else it is as `Split`.
 
 use super::kalman;
 use crate::belief::Belief;
@@ -32,6 +32,11 @@ pub enum Rule {
         /// After an event with any pose, accepted or not, all is dependent. Needed where children also tell what they believe.
         reset: bool,
     },
+    /// As [`super::bond`] has it.
+    Cross {
+        /// The gate, and how a pose is fused of which no history is kept.
+        otherwise: FusionSettings,
+    },
 }
 
 /// `split`, without damping, and a gate of 99.9 %.
@@ -54,9 +59,24 @@ impl Rule {
         Self::Kalman { gate: CHI2_3_999 }
     }
 
+    /// Whether the correlation with leaders is tracked.
+    #[must_use]
+    pub fn is_tracked(&self) -> bool {
+        matches!(self, Self::Cross { .. })
+    }
+
+    /// Accept if d² is at most this.
+    pub(crate) fn gate(&self) -> f64 {
+        match self {
+            Self::Kalman { gate } => *gate,
+            Self::Split { settings, .. } => settings.gate,
+            Self::Cross { otherwise } => otherwise.gate,
+        }
+    }
+
     /// After an event with a pose nothing is independent.
     pub(crate) fn resets(&self) -> bool {
-        matches!(self, Self::Split { reset: true, .. })
+        matches!(self, Self::Split { reset: true, .. } | Self::Cross { .. })
     }
 
     /// `own` after one pose.
@@ -82,7 +102,10 @@ impl Rule {
                     d2: update.d2,
                 }
             }
-            Self::Split { settings, .. } => {
+            Self::Split { settings, .. }
+            | Self::Cross {
+                otherwise: settings,
+            } => {
                 let left = left.insert(Square3::IDENTITY);
                 fuse_and_leave(own, said, settings, left)
             }

@@ -13,13 +13,19 @@ use crate::symmetric::Symmetric3;
 /// So many events back a leader says what became of its error.
 pub const TRANSITIONS: usize = 4;
 
+/// The same.
+#[allow(clippy::cast_possible_truncation)] // Four.
+pub(super) const SAID: u8 = TRANSITIONS as u8;
+
 /// What became of a leader's error, as it says it at an event.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct Past {
     /// Φ from the last event to this one, from the last but one, and so on.
     pub transitions: [[[f64; 3]; 3]; TRANSITIONS],
-    /// So many events ago, or more if it is 255, the leader's error began to go its way: at a start, or when somebody set the pose. No more transitions than
-    /// that are known; others are nothing.
+    /// So many of them are said; the others are nothing.
+    pub said: u8,
+    /// So many events ago, or more if it is 255, the leader's error began to go its way: at a start, or when somebody set the pose. No
+    /// transition from before that is one.
     pub known: u8,
 }
 
@@ -28,7 +34,7 @@ impl Past {
     pub(super) fn from(&self, events: u8) -> Option<Matrix3<f64>> {
         let place = usize::from(events.checked_sub(1)?);
         let rows = self.transitions.get(place);
-        let rows = rows.filter(|_| events <= self.known)?;
+        let rows = rows.filter(|_| events <= self.known.min(self.said))?;
         Some(Matrix3::from(*rows).transpose()) // An array of rows is read as one of columns.
     }
 
@@ -122,6 +128,7 @@ impl Transitions {
         self.events = known.saturating_add(1);
         Past {
             transitions: self.before.map(|it| it.transpose().into()),
+            said: known.min(SAID),
             known,
         }
     }
@@ -169,6 +176,7 @@ mod tests {
         assert_eq!(leader.at_event().from(1), None);
         let forged = Past {
             known: 200,
+            said: 4,
             ..lasts[0]
         };
         assert_eq!(forged.from(5), None);

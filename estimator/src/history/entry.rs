@@ -63,6 +63,7 @@ impl Entry {
                 state: self.after,
                 bias: None,
                 bond: None,
+                change: None,
             },
             samples: self.samples,
         }

@@ -4,10 +4,13 @@ use super::drive::{Drive, Leg};
 use super::entry::{Checkpoint, Entry};
 use super::storage::{Samples, Slots};
 use super::{History, INSTANT};
+use crate::assist::bond::Bonds;
 use crate::assist::datum::Reading;
+use crate::assist::ties::Tied;
 use crate::belief::Belief;
 use crate::covariance::Covariance3;
 use crate::filter::Filter;
+use crate::found::Gauge;
 use crate::gyro::{Bias, Passage};
 use crate::kind::{Measured, OdometrySample};
 use crate::motion::{Motion, propagate};
@@ -20,12 +23,25 @@ use crate::terms::Terms;
 impl<S: Slots, G: Samples> History<S, G> {
     /// Applies, in their order, the entries up to `until` that are not up to date. What an entry has to tell the world
     /// goes to `outbox` the first time it is applied.
-    pub(crate) fn replay(&mut self, until: Stamp, terms: &Terms<'_>, outbox: &mut Outbox) {
+    pub(crate) fn replay(
+        &mut self,
+        until: Stamp,
+        terms: &Terms<'_>,
+        outbox: &mut Outbox,
+        ties: &mut Tied<'_>,
+    ) {
         let is_due = |entry: &Entry| entry.stamp() <= until;
         if !self.entries.get(self.evaluated).is_some_and(is_due) {
             return;
         }
         let mut at = self.checkpoint_before(self.evaluated);
+        if ties.is_on() {
+            let mut bonds = self.bonds_before(self.evaluated, ties);
+            while self.entries.get(self.evaluated).is_some_and(is_due) {
+                self.apply_next_tied((&mut at, &mut bonds), terms, outbox, ties);
+            }
+            return;
+        }
         while self.entries.get(self.evaluated).is_some_and(is_due) {
             self.apply_next(&mut at, terms, outbox);
         }
@@ -40,17 +56,47 @@ impl<S: Slots, G: Samples> History<S, G> {
         self.predict(at, entry.stamp(), terms.settings);
         let world = (!entry.announced).then_some(&mut *outbox);
         let gauge = entry.measurement.apply(&mut at.filter, terms, world);
-        at.samples += usize::from(entry.measurement.as_odometry().is_some());
+        self.settle_next(at, gauge);
+    }
+
+    fn apply_next_tied(
+        &mut self,
+        (at, bonds): (&mut Checkpoint, &mut Bonds),
+        terms: &Terms<'_>,
+        outbox: &mut Outbox,
+        ties: &mut Tied<'_>,
+    ) {
+        let Some(entry) = self.entries.get(self.evaluated) else {
+            return;
+        };
+        let world = (!entry.announced).then_some(&mut *outbox);
+        let gauge = self.apply_tied(entry, (at, bonds), (terms, world), ties);
+        self.settle_next(at, gauge);
+    }
+
+    #[inline]
+    fn settle_next(&mut self, at: &mut Checkpoint, gauge: Gauge) {
         if let Some(entry) = self.entries.get_mut(self.evaluated) {
+            at.samples += usize::from(entry.measurement.as_odometry().is_some());
             entry.settle(at, gauge);
         }
         self.evaluated += 1;
     }
 
     /// The same to the base, where not even the oldest entry is up to date.
-    pub(super) fn apply_oldest(&mut self, terms: &Terms<'_>, outbox: &mut Outbox) {
+    pub(super) fn apply_oldest(
+        &mut self,
+        terms: &Terms<'_>,
+        outbox: &mut Outbox,
+        ties: &mut Tied<'_>,
+    ) {
         let mut at = self.base;
-        self.apply_next(&mut at, terms, outbox);
+        if ties.is_on() {
+            let mut bonds = self.bonds_before(0, ties);
+            self.apply_next_tied((&mut at, &mut bonds), terms, outbox, ties);
+        } else {
+            self.apply_next(&mut at, terms, outbox);
+        }
     }
 
     /// The belief at `stamp` as the up-to-date entries give it; the base's belief for a stamp before it.
@@ -130,7 +176,7 @@ impl<S: Slots, G: Samples> History<S, G> {
     }
 
     #[inline]
-    fn checkpoint_before(&self, index: usize) -> Checkpoint {
+    pub(super) fn checkpoint_before(&self, index: usize) -> Checkpoint {
         let entry = index
             .checked_sub(1)
             .and_then(|index| self.entries.get(index));

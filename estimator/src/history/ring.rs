@@ -36,6 +36,12 @@ impl<S: AsRef<[Slot]> + AsMut<[Slot]>> Ring<S> {
         self.in_slot(self.entries.get(index)?)
     }
 
+    /// Where it is in the storage.
+    #[inline]
+    pub(crate) fn slot_of(&self, index: usize) -> Option<usize> {
+        self.entries.get(index)
+    }
+
     #[inline]
     pub(crate) fn get_mut(&mut self, index: usize) -> Option<&mut Entry> {
         let slot = self.entries.get(index)?;

@@ -3,6 +3,7 @@
 use super::History;
 use super::entry::Checkpoint;
 use super::storage::{Samples, Slots};
+use crate::assist::ties::Tied;
 use crate::belief::Belief;
 use crate::found::{Found, Looking, Ruling, Word};
 use crate::kind::{HeadingFix, Measured, Measurement, PoseSaid};
@@ -16,6 +17,7 @@ pub(crate) struct Court<'a> {
     pub(crate) found: &'a mut Found,
     pub(crate) settings: &'a Settings,
     pub(crate) outbox: &'a mut Outbox,
+    pub(crate) ties: Tied<'a>,
 }
 
 impl<S: Slots, G: Samples> History<S, G> {
@@ -23,7 +25,7 @@ impl<S: Slots, G: Samples> History<S, G> {
     pub(super) fn settle_oldest(&mut self, court: &mut Court<'_>) {
         if self.evaluated == 0 {
             let terms = Terms::new(court.settings, court.found.suspended(), court.found.is_ok());
-            self.apply_oldest(&terms, court.outbox);
+            self.apply_oldest(&terms, court.outbox, &mut court.ties);
         }
         let Some(entry) = self.entries.get(0) else {
             return;
@@ -39,12 +41,12 @@ impl<S: Slots, G: Samples> History<S, G> {
         let is_judged = court.settings.found.enabled;
         let says_nothing = measurement.as_odometry().is_some() && !court.found.is_driven();
         if !is_judged || says_nothing {
-            self.fold_oldest();
+            self.fold_oldest(&mut court.ties);
             return;
         }
         let word = Word::of(entry.stamp(), measurement, entry.gauge);
         match word.and_then(|word| court.found.hear_plain(&word)) {
-            Some(()) => self.fold_oldest(),
+            Some(()) => self.fold_oldest(&mut court.ties),
             None => self.judge_oldest(court),
         }
     }
@@ -75,10 +77,10 @@ impl<S: Slots, G: Samples> History<S, G> {
     fn judge(&mut self, word: &Word, court: &mut Court<'_>) {
         let mut prior = self.base;
         self.predict(&mut prior, word.stamp, court.settings);
-        self.fold_oldest();
+        self.fold_oldest(&mut court.ties);
         let prior = prior.filter.belief();
         let (ruling, suspicions_changed) = court.found.hear(word, prior, court.settings);
-        self.base.rule(&ruling);
+        self.rule(&ruling, court);
         if suspicions_changed || ruling != Ruling::Stands {
             self.mark_from(0);
         }
@@ -88,12 +90,12 @@ impl<S: Slots, G: Samples> History<S, G> {
     fn turn_or_fold_oldest(&mut self, court: &mut Court<'_>) {
         let heading = self.oldest_heading().copied();
         let Some(fix) = heading.filter(|_| court.found.is_driven()) else {
-            self.fold_oldest();
+            self.fold_oldest(&mut court.ties);
             return;
         };
         let mut prior = self.base;
         self.predict(&mut prior, fix.stamp, court.settings);
-        self.fold_oldest();
+        self.fold_oldest(&mut court.ties);
         let Some(heading) = prior.filter.looking(&fix) else {
             return;
         };
@@ -104,7 +106,7 @@ impl<S: Slots, G: Samples> History<S, G> {
             slow: fix.slow,
         };
         let ruling = court.found.turn(&said, fix.source(), prior.filter.belief());
-        self.base.rule(&ruling);
+        self.rule(&ruling, court);
         if ruling != Ruling::Stands {
             self.mark_from(0);
         }
@@ -121,10 +123,17 @@ impl<S: Slots, G: Samples> History<S, G> {
     fn set_pose(&mut self, said: &PoseSaid, court: &mut Court<'_>) {
         let mut prior = self.base;
         self.predict(&mut prior, said.stamp, court.settings);
-        self.fold_oldest();
+        self.fold_oldest(&mut court.ties);
         let ruling = court.found.set(said, prior.filter.belief());
-        self.base.rule(&ruling);
+        self.rule(&ruling, court);
         self.mark_from(0);
+    }
+
+    fn rule(&mut self, ruling: &Ruling, court: &mut Court<'_>) {
+        self.base.rule(ruling);
+        if *ruling != Ruling::Stands {
+            court.ties.lose_track();
+        }
     }
 
     /// The belief where the history begins.

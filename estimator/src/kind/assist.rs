@@ -2,7 +2,9 @@
 //! the search; here it has its place in the history as everything has.
 
 use super::{Key, Kind, Measured, Origin, RobotId, check_numbers, check_variances};
+use crate::assist::bond::Bonds;
 use crate::assist::slot::Slot;
+use crate::assist::ties::Said;
 use crate::convert::GlobalPose;
 use crate::filter::Filter;
 use crate::found::Gauge;
@@ -23,6 +25,24 @@ pub struct LeaderPose {
     pub slot: Slot,
     /// y*, and R* in its parts: what is dependent is the leader's error.
     pub said: GlobalPose,
+}
+
+impl LeaderPose {
+    /// As [`Measured::apply`], where errors are tracked.
+    pub(crate) fn apply_tied(
+        &self,
+        filter: &mut Filter,
+        (bonds, said): (&mut Bonds, &Said),
+        terms: &Terms<'_>,
+        world: Option<&mut Outbox>,
+    ) -> Gauge {
+        let trusted = terms.trusts(self.source());
+        let (verdict, gauge) = filter.hear_tied(&self.said, (bonds, said), trusted, terms.settings);
+        if let Some(world) = world {
+            world.report(self.source(), self.stamp, verdict);
+        }
+        gauge
+    }
 }
 
 impl Measured for LeaderPose {

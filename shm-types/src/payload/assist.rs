@@ -32,17 +32,20 @@ pub struct Assist {
     pub path: [u16; 16],
     /// How many they are.
     pub robots: u8,
-    /// So many of `transitions` are known; the others are zero.
+    /// So many events ago the leader's error began to go its way, 255 if that was earlier: it started, was told where it is, or learnt
+    /// something of which nobody can say what it did to the error.
     pub known: u8,
     /// [`Self::FINAL`].
     pub flags: u8,
+    /// So many of `transitions` are said, no more than `known`; the others are zero.
+    pub said: u8,
     /// Zero, others are refused.
-    pub reserved: [u8; 5],
+    pub reserved: [u8; 4],
 }
 
 layout!(Assist, 640;
     header: 0, slot: 40, pose: 48, independent: 72, dependent: 144, leader_pose: 216, leader_covariance: 240, transitions: 312,
-    path: 600, robots: 632, known: 633, flags: 634, reserved: 635,
+    path: 600, robots: 632, known: 633, flags: 634, said: 635, reserved: 636,
 );
 
 impl Assist {
@@ -81,11 +84,12 @@ impl Assist {
     }
 
     fn uses_what_is_known(&self) -> bool {
-        let unknown = self.transitions.get(usize::from(self.known)..);
+        let unsaid = self.transitions.get(usize::from(self.said)..);
         let unused = self.path.get(usize::from(self.robots)..);
-        unknown.is_some_and(|it| all_zero(it.as_flattened()))
+        self.said <= self.known
+            && unsaid.is_some_and(|it| all_zero(it.as_flattened()))
             && unused.is_some_and(|it| it.iter().all(|robot| *robot == 0))
             && self.flags <= Self::FINAL
-            && self.reserved == [0; 5]
+            && self.reserved == [0; 4]
     }
 }

@@ -169,9 +169,9 @@ fn assist(bytes: &mut Bytes<'_>, now_ns: i64) -> Assist {
     for place in path.iter_mut().take(usize::from(robots)) {
         *place = robot(bytes.byte());
     }
-    let known = bytes.byte() % 3;
+    let (said, known) = (bytes.byte() % 3, bytes.byte() % 3);
     let mut transitions = [[0.0; 9]; 4];
-    for rows in transitions.iter_mut().take(usize::from(known)) {
+    for rows in transitions.iter_mut().take(usize::from(said)) {
         *rows = bytes.covariance();
     }
     Assist {
@@ -179,6 +179,7 @@ fn assist(bytes: &mut Bytes<'_>, now_ns: i64) -> Assist {
         slot,
         robots,
         path,
+        said,
         known,
         transitions,
         flags: bytes.byte() % 3,

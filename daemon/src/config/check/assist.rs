@@ -18,6 +18,7 @@ pub(super) fn refusal(config: &Config) -> Option<Finding> {
         .or_else(|| unknown(config))
         .or_else(|| own(config))
         .or_else(|| times(config))
+        .or_else(|| delay(config))
 }
 
 fn team(config: &Config) -> Option<Finding> {
@@ -92,6 +93,19 @@ fn times(config: &Config) -> Option<Finding> {
     })
 }
 
+fn delay(config: &Config) -> Option<Finding> {
+    let (assist, rate_hz) = (&config.assist, config.tick.rate_hz);
+    let closes_ms = assist.closes_after_ms(rate_hz);
+    let delay_ms = assist.delay_ms(rate_hz).filter(|it| *it > closes_ms)?;
+    let problem = format!(
+        " (or what comes of the default) is {delay_ms} ms: must be {closes_ms} ms or less, when a child stops to take anything"
+    );
+    Some(Finding {
+        or: &["assist.close_after_ms"],
+        ..Finding::new("assist.max_delay_ms", problem)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -136,6 +150,10 @@ mod tests {
                 "0.4 s or less",
             ),
             ("leaders = [1]\nmode = \"full\"\n", "bounded-instant"),
+            (
+                "leaders = [1]\nmode = \"bounded-delayed\"\nmax_delay_ms = 900\n",
+                "when a child stops",
+            ),
         ];
         for (lines, expected) in cases {
             let refusal = said(lines).unwrap_err();
