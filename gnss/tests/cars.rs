@@ -119,7 +119,7 @@ fn rows<const N: usize>(folder: &str, file: &str) -> Option<Vec<[f64; N]>> {
         return None;
     };
     let mut text = String::new();
-    if file.ends_with(".gz") {
+    if bytes.starts_with(&[0x1f, 0x8b]) {
         GzDecoder::new(&bytes[..])
             .read_to_string(&mut text)
             .unwrap();

@@ -98,17 +98,13 @@ fn run_driver(mut start: Start<'_, Laser>) -> Result<(), EndError> {
     let mount = mount(config, section.source);
     let beliefs = Beliefs::new(own_boot, mount, section.change_m_s, &looks);
     let mut driver = LaserDriver::new(section, beliefs, own_boot, channels);
-    match spec {
-        Some(spec) => {
-            let mut input = Input::new(start.below(spec), SILENCE);
-            run::run(&mut driver, &mut input, start.stop, &mut start.voice)
-        }
-        None => {
-            let scans = start.space.subscriber(name)?;
-            let mut scanner = Scanner { driver, scans };
-            listen(&mut scanner, run::IDLE, start.stop, &mut start.voice)
-        }
+    if let Some(spec) = spec {
+        let mut input = Input::new(start.below(spec), SILENCE);
+        return run::run(&mut driver, &mut input, start.stop, &mut start.voice);
     }
+    let scans = start.space.subscriber(name)?;
+    let mut scanner = Scanner { driver, scans };
+    listen(&mut scanner, run::IDLE, start.stop, &mut start.voice)
 }
 
 fn listened_to(config: &Config, section: &Laser) -> Vec<(u16, RobotName)> {

@@ -10,41 +10,40 @@ const LONGEST_NS: i64 = 60_000_000_000;
 /// What lies further back than that is of another time, and no line that came late (ns).
 const BACK_NS: i64 = 1_000_000_000;
 
-/// When what was recorded is due, on a clock of the present: $t = t_0 + (r - r_0)$. Where the recording jumps, it goes on from the present.
+/// When what was recorded is due, on a clock of the present: `t = t0 + (r − r0)`. Where the recording jumps, it goes on from the present.
 #[derive(Copy, Clone, Debug, Default)]
 pub struct Playback {
-    from: Option<From>,
+    piece: Option<Piece>,
 }
 
-/// What was recorded at one time is due at another (ns).
+/// What was recorded in one go.
 #[derive(Copy, Clone, Debug)]
-struct From {
-    recorded_ns: i64,
-    due_ns: i64,
-    /// The newest that was recorded since.
+struct Piece {
+    /// How far the present is ahead of it (ns).
+    ahead_ns: i64,
+    /// The newest of it (ns).
     newest_ns: i64,
 }
 
-impl From {
+impl Piece {
     fn due_ns(&self, recorded_ns: i64) -> i64 {
-        let since_ns = recorded_ns.saturating_sub(self.recorded_ns);
-        self.due_ns.saturating_add(since_ns)
+        recorded_ns.saturating_add(self.ahead_ns)
     }
 }
 
 impl Playback {
     /// When what was recorded at `recorded_ns` is due, now that it is `now_ns`.
     pub fn due_ns(&mut self, recorded_ns: i64, now_ns: i64) -> i64 {
-        let last = self.from;
-        let step_ns = last.map(|it| recorded_ns.saturating_sub(it.newest_ns));
-        match last.zip(step_ns) {
-            Some((from, step_ns)) if (-BACK_NS..=LONGEST_NS).contains(&step_ns) => {
-                let newest_ns = from.newest_ns.max(recorded_ns);
-                self.from = Some(From { newest_ns, ..from });
-                from.due_ns(recorded_ns)
-            }
-            _ => self.begin(recorded_ns, now_ns),
-        }
+        let goes_on = |piece: &Piece| {
+            let step_ns = recorded_ns.saturating_sub(piece.newest_ns);
+            (-BACK_NS..=LONGEST_NS).contains(&step_ns)
+        };
+        let Some(mut piece) = self.piece.filter(goes_on) else {
+            return self.begin(recorded_ns, now_ns);
+        };
+        piece.newest_ns = piece.newest_ns.max(recorded_ns);
+        self.piece = Some(piece);
+        piece.due_ns(recorded_ns)
     }
 
     /// The stamp of what was recorded at `recorded_ns` and is said now: nothing was measured after that.
@@ -54,12 +53,11 @@ impl Playback {
 
     /// It goes on from here, after all that was due.
     fn begin(&mut self, recorded_ns: i64, now_ns: i64) -> i64 {
-        let last_ns = self.from.map(|it| it.due_ns(it.newest_ns));
+        let last_ns = self.piece.map(|it| it.due_ns(it.newest_ns));
         let after_ns = last_ns.map_or(i64::MIN, |last_ns| last_ns.saturating_add(1));
         let due_ns = now_ns.max(after_ns);
-        self.from = Some(From {
-            recorded_ns,
-            due_ns,
+        self.piece = Some(Piece {
+            ahead_ns: due_ns.saturating_sub(recorded_ns),
             newest_ns: recorded_ns,
         });
         due_ns

@@ -43,6 +43,7 @@ pub trait Program {
     fn load(path: &Path) -> Result<(Config, Self::Settings), EndError>;
 
     /// The number of its sensor, where a robot has several.
+    #[must_use]
     fn source(_: &Self::Settings) -> u16 {
         0
     }

@@ -65,7 +65,9 @@ impl<'a> Voice<'a> {
     /// # Errors
     /// If the shared memory is not there any more.
     pub fn say(&mut self, report: &Report, remarks: Vec<String>) -> Result<(), EndError> {
-        remarks.into_iter().for_each(|it| self.teller.remark(it));
+        for remark in remarks {
+            self.teller.remark(remark);
+        }
         if let Some(health) = self.reporter.report(self.line, report) {
             if self.health.replace(health) != Some(health) {
                 self.teller.remark(format!("{} is {health}", self.heard));
