@@ -257,6 +257,8 @@ fn assistant() -> Option<Box<Assistant>> {
 
 #[cfg(test)]
 mod tests {
+    use coloc_estimator::assist::bond::Bonds;
+
     use super::*;
 
     #[test]
@@ -268,5 +270,12 @@ mod tests {
         let of_one: Vec<u64> = (0..3).map(|i| after[i] - before[i]).collect();
         assert_eq!(of_one, [3, 45, 15]);
         assert_eq!(Child::warm(false).unwrap().counts(), None);
+    }
+
+    /// As docs/leaders.md has it.
+    #[test]
+    fn what_a_child_remembers_of_its_leaders_errors_is_less_than_2_kib() {
+        let size = size_of::<Bonds>();
+        assert!((8 * 3 * 72..=2048).contains(&size), "{size} B");
     }
 }

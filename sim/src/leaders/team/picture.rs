@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
+use coloc_estimator::assist::team::Team;
 use coloc_estimator::assist::tree::{Forest, Graph as Sights};
 use coloc_estimator::{Belief, Pose, RobotId};
-
-use coloc_estimator::assist::team::Team;
 
 use super::super::robot::Method;
 use super::super::run::{Scene as _, first_child};
