@@ -165,6 +165,14 @@ fn understood(config: &Config, bounds: &Bounds, integrity: Integrity) -> String 
     } else {
         "none that can be relied on".into()
     };
+    let means = if bounds.mean_share < 1.0 {
+        format!(
+            "of {} slots within {} of these bounds",
+            bounds.mean_slots, bounds.mean_share
+        )
+    } else {
+        "nothing is promised".into()
+    };
     let mut lines = vec![
         format!("robot        {}", config.robot.name),
         format!(
@@ -182,6 +190,7 @@ fn understood(config: &Config, bounds: &Bounds, integrity: Integrity) -> String 
             bounds.speed_mps, bounds.sideways_mps, bounds.turn_radps
         ),
         format!("compass      {compass}"),
+        format!("means        {means}"),
         format!(
             "alarm        after {} slots outside, over after {} inside",
             integrity.alarm_slots, integrity.clear_slots

@@ -256,13 +256,11 @@ pub fn find(form: &Form) -> Finding {
             ]);
         }
     }
-    let Bars { text, missed } = {
-        let mut all = Bars::default();
-        all.table(&searches.text());
-        all.table(&regions.text());
-        all.append(bars);
-        all
-    };
+    let mut all = Bars::default();
+    all.table(&searches.text());
+    all.table(&regions.text());
+    all.append(bars);
+    let Bars { text, missed } = all;
     Finding {
         title: "The paper's experiments: twelve robots, a frame of their own".into(),
         text,
