@@ -20,13 +20,14 @@ use coloc_shm_types::{
 
 const TICKS: u64 = 10_000;
 
-/// What is seen in part is in the whole's own test of allocations, leaders and children are below.
-const ELSEWHERE: [Input; 5] = [
+/// What is seen in part is in the whole's own test of allocations, rounds are in their own, leaders and children are below.
+const ELSEWHERE: [Input; 6] = [
     Input::Sighting,
     Input::Seen,
     Input::Answer,
     Input::Assist,
     Input::AssistAck,
+    Input::Correction,
 ];
 
 /// What telemetry does with the ring: empties it and gives the ledgers back.

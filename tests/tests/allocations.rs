@@ -132,11 +132,16 @@ fn without_allocation_given(scene: &mut Scene, ticks: u64, send: fn(&mut Surroun
     assert_eq!(calls, Calls::NONE, "over {counted} ticks");
     let status = scene.robot.account().status();
     let has_gyro = scene.config.gyro.settings().is_some();
-    // Leaders and children are in the daemon's own test.
+    // Leaders and children, and rounds, are in the daemon's own tests.
     let elsewhere = |it| {
         matches!(
             it,
-            Input::Sighting | Input::Seen | Input::Answer | Input::Assist | Input::AssistAck
+            Input::Sighting
+                | Input::Seen
+                | Input::Answer
+                | Input::Assist
+                | Input::AssistAck
+                | Input::Correction
         )
     };
     for input in Input::ALL
