@@ -80,7 +80,9 @@ impl Scene {
 
     fn admit(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
         let proven = self.key.public();
-        self.door.admit(bytes, &proven, &self.roster, self.now).map(drop)
+        self.door
+            .admit(bytes, &proven, &self.roster, self.now)
+            .map(drop)
     }
 
     fn say(&mut self, kind: u32, body: &[u8]) -> Result<(), Refusal> {
@@ -373,9 +375,9 @@ proptest! {
         let told = scene.neighbour();
         let mut bytes = scene.sealed(code(Channel::Neighbour), &plain(&told));
         let at = at.index(bytes.len());
-        bytes[at] ^= 1 << bit;
+        bytes[at] ^= 1_u8 << bit;
         prop_assert!(scene.admit(&bytes).is_err());
-        bytes[at] ^= 1 << bit;
+        bytes[at] ^= 1_u8 << bit;
         prop_assert_eq!(scene.admit(&bytes), Ok(()));
     }
 
