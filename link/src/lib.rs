@@ -25,4 +25,5 @@ pub mod roster;
 pub mod section;
 pub mod space;
 pub mod tls;
+pub mod weather;
 pub mod wire;
