@@ -11,6 +11,7 @@ use coloc_shm_types::private::OwnFile;
 
 use crate::keys::{Identity, ROBOT_KEY, load_team};
 use crate::post::{self, FIGURES, Office, Papers, REASONS};
+use crate::rehearsal::{self, RosterArgs, WeatherArgs};
 use crate::roster::{Book, FLEET, Roster};
 use crate::section::Link;
 
@@ -32,6 +33,10 @@ enum Command {
         /// The robot's configuration, with a section [link].
         config: PathBuf,
     },
+    #[command(hide = true)]
+    RehearsalRoster(RosterArgs),
+    #[command(hide = true)]
+    Weather(WeatherArgs),
     /// Print the status of the coloc-link that runs with this configuration, once.
     Status {
         /// The robot's configuration.
@@ -49,6 +54,10 @@ where
     let result = match Args::try_parse_from(args) {
         Ok(Args { command }) => match command {
             Command::Run { config } => run(&config),
+            Command::RehearsalRoster(args) => rehearsal::write_roster(&args),
+            Command::Weather(args) => {
+                rehearsal::end_with_the_demo().and_then(|()| rehearsal::make_weather(&args))
+            }
             Command::Status { config } => status(&config),
         },
         Err(answer) => {
@@ -61,6 +70,7 @@ where
 }
 
 fn run(path: &Path) -> Result<(), EndError> {
+    rehearsal::end_with_the_demo()?;
     let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
     post::run(Office::open(papers(path)?)?, &stop)
 }

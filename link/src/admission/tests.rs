@@ -80,7 +80,9 @@ impl Scene {
 
     fn admit(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
         let proven = self.key.public();
-        self.door.admit(bytes, &proven, &self.roster, self.now).map(drop)
+        self.door
+            .admit(bytes, &proven, &self.roster, self.now)
+            .map(drop)
     }
 
     fn say(&mut self, kind: u32, body: &[u8]) -> Result<(), Refusal> {

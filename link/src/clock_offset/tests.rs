@@ -40,7 +40,9 @@ impl World {
     /// A question at `now_ns`, and its answer 3 ms after it was heard, if neither is lost.
     fn ask(&mut self, now_ns: i64) {
         let lost = [0, 1].map(|_| self.chance.random::<f64>() < self.lost);
-        let [there, back] = self.delays.map(|[least, most]| self.chance.random_range(least..=most));
+        let [there, back] = self
+            .delays
+            .map(|[least, most]| self.chance.random_range(least..=most));
         if lost != [false; 2] {
             return;
         }
@@ -69,7 +71,10 @@ impl World {
     fn assert_true(&self, offset: &Offset, now_ns: i64) {
         let theta_s = (self.theta)(now_ns) as f64 * 1e-9;
         let wrong_s = (theta_s - offset.offset_s).abs();
-        assert!(wrong_s <= offset.within_s + 1e-6, "{wrong_s} {offset:?} at {now_ns}");
+        assert!(
+            wrong_s <= offset.within_s + 1e-6,
+            "{wrong_s} {offset:?} at {now_ns}"
+        );
     }
 }
 
@@ -96,7 +101,9 @@ fn a_second_either_way_is_named_with_the_first_answer() {
         for seed in 0..20 {
             let mut world = World::hostile(seed, theta);
             let named = (0..60).find(|second| {
-                world.run(*second, second + 1).is_some_and(|offset| offset.exceeds(0.25))
+                world
+                    .run(*second, second + 1)
+                    .is_some_and(|offset| offset.exceeds(0.25))
             });
             assert!(named.is_some_and(|second| second < 30), "{seed} {named:?}");
         }
@@ -106,7 +113,10 @@ fn a_second_either_way_is_named_with_the_first_answer() {
 #[test]
 fn drift_is_told_from_the_messages_alone_and_bounded() {
     let offset = World::new(2, |at| at / 5000).run(0, 90).unwrap();
-    assert!((offset.drift - 200e-6).abs() <= offset.drift_within, "{offset:?}");
+    assert!(
+        (offset.drift - 200e-6).abs() <= offset.drift_within,
+        "{offset:?}"
+    );
     assert!(offset.drift_within < 5e-6, "{offset:?}");
 }
 
@@ -161,7 +171,10 @@ fn a_clock_that_is_set_is_measured_anew() {
         assert_eq!(clock.steps(), 0);
         ask(&mut clock, 60 * SECOND, step);
         let offset = clock.at(61 * SECOND).unwrap();
-        assert!((offset.offset_s - step as f64 * 1e-9).abs() <= offset.within_s, "{offset:?}");
+        assert!(
+            (offset.offset_s - step as f64 * 1e-9).abs() <= offset.within_s,
+            "{offset:?}"
+        );
         assert!(offset.exceeds(0.5));
         assert_eq!(clock.steps(), 1);
     }
@@ -216,7 +229,11 @@ fn poses_by_a_corrected_clock_are_as_uncertain_as_they_say() {
         let delta_s = chance.random_range(-within_s..within_s);
         // The sum of twelve uniform numbers is close to normal.
         let mut normal = || (0..12).map(|_| chance.random::<f64>()).sum::<f64>() - 6.0;
-        let rate = [velocity[0] * heading.cos(), velocity[0] * heading.sin(), velocity[2]];
+        let rate = [
+            velocity[0] * heading.cos(),
+            velocity[0] * heading.sin(),
+            velocity[2],
+        ];
         let error = rate.map(|rate| noise.mul_add(normal(), -rate * delta_s));
         // (s I + r rᵀ σ²)⁻¹ by Sherman and Morrison.
         let quadratic = |variance: f64| {
@@ -248,8 +265,14 @@ fn most_peers_tell_whose_clock_it_is() {
         drift_within: 0.0,
     };
     assert_eq!(whose_clock(&[]), Whose::Nobodys);
-    assert_eq!(whose_clock(&[(2, off(0.0)), (3, off(0.005))]), Whose::Nobodys);
-    assert_eq!(whose_clock(&[(2, off(1.0)), (3, off(0.0))]), Whose::Theirs(vec![2]));
+    assert_eq!(
+        whose_clock(&[(2, off(0.0)), (3, off(0.005))]),
+        Whose::Nobodys
+    );
+    assert_eq!(
+        whose_clock(&[(2, off(1.0)), (3, off(0.0))]),
+        Whose::Theirs(vec![2])
+    );
     // Of two nobody can tell.
     assert_eq!(whose_clock(&[(2, off(1.0))]), Whose::Theirs(vec![2]));
     assert_eq!(whose_clock(&[(2, off(1.0)), (3, off(1.001))]), Whose::Mine);

@@ -27,7 +27,13 @@ fn any_envelope() -> impl Strategy<Value = Envelope> {
 }
 
 fn any_hello() -> impl Strategy<Value = Hello> {
-    let numbers = (any::<u8>(), any::<u8>(), any::<u16>(), any::<u64>(), any::<u64>());
+    let numbers = (
+        any::<u8>(),
+        any::<u8>(),
+        any::<u16>(),
+        any::<u64>(),
+        any::<u64>(),
+    );
     (numbers, prop::collection::vec(any::<u32>(), 0..64)).prop_map(|(numbers, kinds)| Hello {
         oldest: numbers.0,
         newest: numbers.1,
@@ -153,7 +159,10 @@ fn a_field_lies_where_the_page_says() {
     let bytes = sealed(&ENVELOPE, b"body");
     assert_eq!(bytes[..8], *b"CL\x01\0\x78\0\0\0");
     let at = |place: usize| bytes[place];
-    assert_eq!([8, 16, 24, 32, 40, 44, 48, 50].map(at), [1, 2, 3, 4, 5, 6, 7, 8]);
+    assert_eq!(
+        [8, 16, 24, 32, 40, 44, 48, 50].map(at),
+        [1, 2, 3, 4, 5, 6, 7, 8]
+    );
     assert_eq!(&bytes[52..56], b"body");
     assert_eq!(bytes.len(), 56 + 64);
 }
@@ -185,7 +194,10 @@ fn what_is_too_large_is_not_sealed() {
 fn another_version_is_named_whatever_follows() {
     let mut bytes = sealed(&ENVELOPE, b"body");
     bytes[2] = NEWEST + 1;
-    assert_eq!(Parsed::of(&bytes).err(), Some(Unreadable::Version(NEWEST + 1)));
+    assert_eq!(
+        Parsed::of(&bytes).err(),
+        Some(Unreadable::Version(NEWEST + 1))
+    );
     bytes[0] = b'X';
     assert_eq!(Parsed::of(&bytes).err(), Some(Unreadable::Magic));
 }
