@@ -11,8 +11,10 @@
 
 pub mod admission;
 pub mod budget;
+pub mod check;
 pub mod clock_offset;
 pub mod engine;
+pub mod fleet;
 pub mod keys;
 pub mod kinds;
 pub mod post;

@@ -9,6 +9,8 @@ use coloc_sensors::page::{self, Names};
 use coloc_sensors::{EndError, Stop, end};
 use coloc_shm_types::private::OwnFile;
 
+use crate::check;
+use crate::fleet::{self, Fleet};
 use crate::keys::{Identity, ROBOT_KEY, load_team};
 use crate::post::{self, FIGURES, Office, Papers, REASONS};
 use crate::rehearsal::{self, RosterArgs, WeatherArgs};
@@ -37,6 +39,17 @@ enum Command {
     RehearsalRoster(RosterArgs),
     #[command(hide = true)]
     Weather(WeatherArgs),
+    /// Begin and change a team.
+    #[command(subcommand)]
+    Fleet(Fleet),
+    /// Say whether keys, roster and clock are as they have to be, and who is reached.
+    Check {
+        /// The robot's configuration.
+        config: PathBuf,
+        /// Fail if something is not as it should be.
+        #[arg(long)]
+        strict: bool,
+    },
     /// Print the status of the coloc-link that runs with this configuration, once.
     Status {
         /// The robot's configuration.
@@ -58,6 +71,8 @@ where
             Command::Weather(args) => {
                 rehearsal::end_with_the_demo().and_then(|()| rehearsal::make_weather(&args))
             }
+            Command::Fleet(command) => fleet::run(command),
+            Command::Check { config, strict } => check::run(&config, strict),
             Command::Status { config } => status(&config),
         },
         Err(answer) => {

@@ -375,9 +375,9 @@ proptest! {
         let told = scene.neighbour();
         let mut bytes = scene.sealed(code(Channel::Neighbour), &plain(&told));
         let at = at.index(bytes.len());
-        bytes[at] ^= 1 << bit;
+        bytes[at] ^= 1_u8 << bit;
         prop_assert!(scene.admit(&bytes).is_err());
-        bytes[at] ^= 1 << bit;
+        bytes[at] ^= 1_u8 << bit;
         prop_assert_eq!(scene.admit(&bytes), Ok(()));
     }
 

@@ -15,6 +15,7 @@ use coloc_shm_types::{Age, Channel, RobotName, Space};
 
 use super::counts::Counts;
 use super::lines::Member;
+use super::motion::Motion;
 use crate::admission::{Admission, Now, Rules, own_hello};
 use crate::engine::{Closing, Door, Line, Vitals};
 use crate::keys::{Identity, PublicKey};
@@ -70,6 +71,7 @@ pub struct Office {
     pub(super) book: Book,
     pub(super) team: Arc<Team>,
     pub(super) admission: Admission,
+    pub(super) motion: Motion,
     pub(super) members: BTreeMap<u16, Member>,
     pub(super) counts: Counts,
     pub(super) teller: Teller,
@@ -142,6 +144,7 @@ impl Office {
         });
         Ok(Self {
             root: config.shm_root()?.path,
+            motion: Motion::open(&space, &name)?,
             reporter: Reporter::open(&space, &name, DRIVER, own)?,
             space,
             own,

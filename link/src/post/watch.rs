@@ -1,4 +1,5 @@
 //! From shared memory to the queues.
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
@@ -156,7 +157,8 @@ impl Office {
             self.counts.too_old_to_send += 1;
             return;
         }
-        let Some(message) = self.seal(kind.code, id, bytes) else {
+        let bytes = self.for_its_clock(kind, id, bytes);
+        let Some(message) = self.seal(kind.code, id, &bytes) else {
             return;
         };
         let waiting = Waiting {
@@ -168,6 +170,26 @@ impl Office {
         if let Some(member) = self.members.get_mut(&id) {
             self.counts.pushed_out += member.queue.push(waiting);
             member.put.notify_waiters();
+        }
+    }
+
+    /// What answers has the stamp of what it answers, which the link has corrected when that came: the receiver knows it by its own
+    /// clock, to the nanosecond. What is not known of the correction is not known of where the own robot was then.
+    fn for_its_clock<'a>(&mut self, kind: &Kind, id: u16, bytes: &'a [u8]) -> Cow<'a, [u8]> {
+        let peer = self
+            .admission
+            .peer(id)
+            .filter(|_| self.section.correct_offset);
+        let Some(peer) = peer.filter(|_| kind.echoes) else {
+            return Cow::Borrowed(bytes);
+        };
+        let correction = peer.correction();
+        let added = self.motion.blur(correction.variance_s2);
+        let mut theirs = bytes.to_vec();
+        let by_ns = correction.by_ns.saturating_neg();
+        match kind.correct(&mut theirs, by_ns, &added) {
+            Some(()) => Cow::Owned(theirs),
+            None => Cow::Borrowed(bytes),
         }
     }
 }

@@ -69,7 +69,7 @@ proptest! {
     fn no_bit_can_be_turned(envelope in any_envelope(), body in prop::collection::vec(any::<u8>(), 0..300), at in any::<prop::sample::Index>(), bit in 0..8) {
         let mut bytes = sealed(&envelope, &body);
         let at = at.index(bytes.len());
-        bytes[at] ^= 1 << bit;
+        bytes[at] ^= 1_u8 << bit;
         let verifier = key().public().verifier().unwrap();
         let believed = Parsed::of(&bytes).is_ok_and(|parsed| parsed.is_signed_by(&verifier));
         prop_assert!(!believed);
