@@ -21,6 +21,7 @@ pub mod post;
 pub mod program;
 pub mod queue;
 pub mod reach;
+pub mod rehearsal;
 pub mod roster;
 pub mod section;
 pub mod space;

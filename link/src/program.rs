@@ -13,6 +13,7 @@ use crate::check;
 use crate::fleet::{self, Fleet};
 use crate::keys::{Identity, ROBOT_KEY, load_team};
 use crate::post::{self, FIGURES, Office, Papers, REASONS};
+use crate::rehearsal::{self, RosterArgs, WeatherArgs};
 use crate::roster::{Book, FLEET, Roster};
 use crate::section::Link;
 
@@ -34,6 +35,10 @@ enum Command {
         /// The robot's configuration, with a section [link].
         config: PathBuf,
     },
+    #[command(hide = true)]
+    RehearsalRoster(RosterArgs),
+    #[command(hide = true)]
+    Weather(WeatherArgs),
     /// Begin and change a team.
     #[command(subcommand)]
     Fleet(Fleet),
@@ -62,6 +67,10 @@ where
     let result = match Args::try_parse_from(args) {
         Ok(Args { command }) => match command {
             Command::Run { config } => run(&config),
+            Command::RehearsalRoster(args) => rehearsal::write_roster(&args),
+            Command::Weather(args) => {
+                rehearsal::end_with_the_demo().and_then(|()| rehearsal::make_weather(&args))
+            }
             Command::Fleet(command) => fleet::run(command),
             Command::Check { config, strict } => check::run(&config, strict),
             Command::Status { config } => status(&config),
@@ -76,6 +85,7 @@ where
 }
 
 fn run(path: &Path) -> Result<(), EndError> {
+    rehearsal::end_with_the_demo()?;
     let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
     post::run(Office::open(papers(path)?)?, &stop)
 }

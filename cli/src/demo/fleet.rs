@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::DemoError;
+use super::links::{self, LINK};
 use crate::daemon::{self, PARENT_VARIABLE};
 
 /// How long a daemon may take to leave shared memory as it found it.
@@ -20,6 +21,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 pub(crate) enum Program {
     Daemon,
     Laser,
+    Link,
 }
 
 impl Program {
@@ -27,7 +29,17 @@ impl Program {
         match self {
             Self::Daemon => daemon::NAME,
             Self::Laser => daemon::LASER,
+            Self::Link => LINK,
         }
+    }
+
+    /// What is to be executed for it, and with what.
+    fn command(self) -> Result<(PathBuf, Vec<String>), DemoError> {
+        if self == Self::Link {
+            return Ok((links::program()?, vec!["run".into()]));
+        }
+        let own = std::env::current_exe().map_err(|error| DemoError::Spawn(error.to_string()))?;
+        Ok((own, vec![self.name().into(), "run".into()]))
     }
 
     /// What follows the robot's name in that of its log.
@@ -35,6 +47,7 @@ impl Program {
         match self {
             Self::Daemon => "log",
             Self::Laser => "laser.log",
+            Self::Link => "link.log",
         }
     }
 }
@@ -67,11 +80,29 @@ impl Fleet {
                     .file_name()
                     .unwrap_or_default(),
             );
-            let daemon = Daemon::start(program, file, &log)
+            let (executed, arguments) = program.command()?;
+            let mut command = Command::new(executed);
+            command.args(arguments).arg(file);
+            let daemon = Daemon::start(command, &log)
                 .map_err(|error| DemoError::Spawn(error.to_string()))?;
             fleet.daemons.push(daemon);
         }
         Ok(fleet)
+    }
+
+    /// One process of another program.
+    pub(crate) fn of_one(
+        program: &Path,
+        arguments: &[String],
+        log: &Path,
+    ) -> Result<Self, DemoError> {
+        let mut command = Command::new(program);
+        command.args(arguments);
+        let daemon =
+            Daemon::start(command, log).map_err(|error| DemoError::Spawn(error.to_string()))?;
+        Ok(Self {
+            daemons: vec![daemon],
+        })
     }
 
     /// The process of each robot, or how it ended.
@@ -81,16 +112,20 @@ impl Fleet {
 
     /// What the robot's daemon said last.
     pub(crate) fn last_words(&self, robot: usize) -> String {
-        let text = self
-            .daemons
-            .get(robot)
-            .and_then(|daemon| std::fs::read_to_string(&daemon.log).ok())
-            .unwrap_or_default();
-        text.lines()
+        self.words(robot)
+            .lines()
             .rfind(|line| !line.trim().is_empty())
             .unwrap_or("it said nothing")
             .trim()
             .to_owned()
+    }
+
+    /// All that it said.
+    pub(crate) fn words(&self, robot: usize) -> String {
+        self.daemons
+            .get(robot)
+            .and_then(|daemon| std::fs::read_to_string(&daemon.log).ok())
+            .unwrap_or_default()
     }
 
     /// Asks all to end, waits for them, and kills who does not. Says which had to be killed.
@@ -121,11 +156,9 @@ impl Drop for Fleet {
 }
 
 impl Daemon {
-    fn start(program: Program, file: &Path, log: &Path) -> io::Result<Self> {
+    fn start(mut command: Command, log: &Path) -> io::Result<Self> {
         let output = File::create(log)?;
-        let child = Command::new(std::env::current_exe()?)
-            .args([program.name(), "run"])
-            .arg(file)
+        let child = command
             .env(PARENT_VARIABLE, std::process::id().to_string())
             // A Ctrl-C is for the demo, which then ends them in order.
             .process_group(0)

@@ -19,6 +19,7 @@ mod feed_thread;
 mod fleet;
 mod glimpses;
 pub(crate) mod interrupt;
+mod links;
 mod out;
 mod process;
 mod record;
@@ -28,6 +29,7 @@ mod robot_file;
 mod run;
 pub(crate) mod scene;
 mod show;
+mod spaces;
 mod summary;
 mod table;
 mod tale;
@@ -68,6 +70,8 @@ pub(crate) enum DemoError {
     Spawn(String),
     #[error("the daemon of {robot} did not come up: {last_words}")]
     NotUp { robot: String, last_words: String },
+    #[error("coloc-link of {robot} has ended: {last_words}")]
+    Link { robot: String, last_words: String },
     #[error("coloc-laser of {robot} has ended: {last_words}")]
     Laser { robot: String, last_words: String },
     #[error("the feed of sensors broke down")]
