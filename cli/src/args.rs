@@ -177,6 +177,18 @@ pub(crate) struct DemoArgs {
     /// So many of the robots lead, and carry the others, of whom one is seen by no leader
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=2), conflicts_with_all = ["scene", "laser", "camera"])]
     pub(crate) leaders: Option<u16>,
+    /// Each robot in a shared memory of its own, as on a computer of its own, and coloc-link between them
+    #[arg(long, conflicts_with = "laser")]
+    pub(crate) fleet: bool,
+    /// With --fleet: this part of all packets is lost, each way
+    #[arg(long, value_name = "P", default_value_t = 0.0, requires = "fleet", value_parser = part)]
+    pub(crate) loss: f64,
+    /// With --fleet: packets are late by up to this, each by another time
+    #[arg(long, value_name = "MS", default_value_t = 0.0, requires = "fleet", value_parser = delay_ms)]
+    pub(crate) delay_ms: f64,
+    /// With --fleet: from one second to the other nobody reaches anybody
+    #[arg(long, value_name = "FROM,UNTIL", requires = "fleet", value_parser = partition)]
+    pub(crate) partition: Option<[f64; 2]>,
     /// Where to write pictures, summary and logs [default: demo-out, or the first demo-out-N that is free]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -199,6 +211,27 @@ impl DemoArgs {
             _ => self.scene,
         }
     }
+}
+
+fn part(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|part| (0.0..1.0).contains(part))
+        .ok_or_else(|| "must be a part, 0 to less than 1".into())
+}
+
+fn delay_ms(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|delay| (0.0..=60_000.0).contains(delay))
+        .ok_or_else(|| "must be a number of milliseconds, 0 to 60000".into())
+}
+
+fn partition(text: &str) -> Result<[f64; 2], String> {
+    let ends = text.split_once(',');
+    let ends = ends.and_then(|(from, until)| Some([from.parse().ok()?, until.parse().ok()?]));
+    ends.filter(|[from, until]: &[f64; 2]| 0.0 <= *from && from < until)
+        .ok_or_else(|| "must be two numbers of seconds, the earlier one first, as in 10,20".into())
 }
 
 pub(crate) fn seconds(text: &str) -> Result<f64, String> {

@@ -127,12 +127,27 @@ impl Home {
     }
 }
 
+impl Home {
+    /// Roots of so many spaces, each as on a computer of its own.
+    pub(crate) fn shm_roots(&self, count: usize) -> Vec<PathBuf> {
+        let root = |place| self.path().join(format!("shm{place}"));
+        (1..=count).map(root).collect()
+    }
+}
+
+/// All that are there in a folder.
+fn roots_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let named = entries.filter(|it| it.file_name().to_string_lossy().starts_with("shm"));
+    named.map(|it| it.path()).collect()
+}
+
 /// Takes along what its processes have left in shared memory that were killed.
 impl Drop for Home {
     fn drop(&mut self) {
-        if self.shm_root().exists() {
+        for root in roots_in(self.path()) {
             // Otherwise it goes with the next command.
-            let _ = self.enter();
+            let _ = Space::open(&root, self.kind.shm_prefix, "coloc-home");
         }
     }
 }
@@ -157,8 +172,7 @@ fn remove(kind: Kind, folder: &Path) -> io::Result<bool> {
     let Some(_lock) = lock(folder)? else {
         return Ok(false);
     };
-    let root = shm_root(folder);
-    if root.exists() {
+    for root in roots_in(folder) {
         if lock(&root)?.is_none() {
             return Ok(false);
         }

@@ -37,7 +37,17 @@ pub(crate) fn write_with<S: Section + Serialize>(
     config: Result<Config, String>,
     section: &S,
 ) -> Result<(), WriteError> {
-    let below = BTreeMap::from([(S::NAME, section)]);
+    write_below(path, config, S::NAME, section)
+}
+
+/// The same, of a section whose type is not known here.
+pub(crate) fn write_below(
+    path: &Path,
+    config: Result<Config, String>,
+    name: &str,
+    section: &impl Serialize,
+) -> Result<(), WriteError> {
+    let below = BTreeMap::from([(name, section)]);
     let text = config.and_then(|config| Ok(text_of(&config)? + "\n" + &text_of(&below)?));
     write_text(path, text)
 }

@@ -1,7 +1,7 @@
 //! The kinds of messages on the wire: the rows of the table of channels, each with a number.
 use std::sync::LazyLock;
 
-use coloc_shm_types::{Channel, Clock, Header, Message, OnPayload, Speaker, Told};
+use coloc_shm_types::{Channel, Header, Message, OnPayload, Speaker, Told};
 
 /// A kind of message.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -12,6 +12,8 @@ pub struct Kind {
     pub type_name: &'static str,
     /// Its row in the table of channels.
     pub told: Told,
+    /// Whether its stamp is that of what it answers, by the clock of the robot that it is for.
+    pub echoes: bool,
 }
 
 /// The number of the link's own words, below all of them.
@@ -68,15 +70,15 @@ impl Kind {
         self.told.channel.with_payload(ReadHeader { payload })
     }
 
-    /// Rewrites the payload in these bytes: its stamps are moved by `by_ns`, and are then of `clock`; `None` if they are not as many
-    /// as the kind has.
+    /// Rewrites the payload in these bytes by a correction of its stamps: they are moved by `by_ns`, and `added` is what the doubt
+    /// that is left adds to the dependent part of a place ([`blur`](crate::clock_offset::blur)). `None` if they are not as many as the
+    /// kind has.
     #[must_use]
-    pub fn restamp(&self, payload: &mut [u8], by_ns: i64, clock: Clock) -> Option<()> {
-        let channel = self.told.channel;
-        channel.with_payload(Restamp {
+    pub fn correct(&self, payload: &mut [u8], by_ns: i64, added: &[f64; 9]) -> Option<()> {
+        self.told.channel.with_payload(Correct {
             payload,
             by_ns,
-            clock,
+            added,
         })
     }
 }
@@ -91,6 +93,7 @@ impl OnPayload for Describe {
             code: code(M::TYPE_NAME),
             type_name: M::TYPE_NAME,
             told: M::CHANNEL.told(),
+            echoes: M::ECHOES,
         }
     }
 }
@@ -107,21 +110,21 @@ impl OnPayload for ReadHeader<'_> {
     }
 }
 
-struct Restamp<'a> {
+struct Correct<'a> {
     payload: &'a mut [u8],
     by_ns: i64,
-    clock: Clock,
+    added: &'a [f64; 9],
 }
 
-impl OnPayload for Restamp<'_> {
+impl OnPayload for Correct<'_> {
     type Out = Option<()>;
 
     fn on<M: Message>(self) -> Option<()> {
         let mut message = M::from_plain(self.payload)?;
         let header = message.header_mut();
         header.stamp_ns = header.stamp_ns.saturating_add(self.by_ns);
-        header.clock = self.clock as u8;
         message.move_stamps(self.by_ns);
+        message.widen(self.added);
         message.put(self.payload).map(drop)
     }
 }
@@ -135,6 +138,8 @@ fn code(name: &str) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use coloc_shm_types::{Neighbour, Plain};
+
     use super::*;
 
     #[test]
@@ -145,6 +150,21 @@ mod tests {
             assert_eq!(Kind::of_name(kind.told.name), Some(*kind));
             assert_eq!(Kind::of(kind.told.channel), *kind);
         }
+    }
+
+    #[test]
+    fn a_correction_moves_stamps_and_widens_the_dependent_part() {
+        let kind = Kind::of(Channel::Neighbour);
+        let mut told = Neighbour::default();
+        told.header.stamp_ns = 50;
+        let mut bytes = [0; Neighbour::BYTES];
+        assert!(told.put(&mut bytes).is_some());
+        let added = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
+        assert_eq!(kind.correct(&mut bytes, -8, &added), Some(()));
+        told.header.stamp_ns = 42;
+        told.dependent = added;
+        assert_eq!(Neighbour::from_plain(&bytes), Some(told));
+        assert_eq!(kind.correct(&mut bytes[1..], -8, &added), None);
     }
 
     #[test]

@@ -11,14 +11,17 @@
 
 pub mod admission;
 pub mod budget;
+pub mod check;
 pub mod clock_offset;
 pub mod engine;
+pub mod fleet;
 pub mod keys;
 pub mod kinds;
 pub mod post;
 pub mod program;
 pub mod queue;
 pub mod reach;
+pub mod rehearsal;
 pub mod roster;
 pub mod section;
 pub mod space;

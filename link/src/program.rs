@@ -9,8 +9,11 @@ use coloc_sensors::page::{self, Names};
 use coloc_sensors::{EndError, Stop, end};
 use coloc_shm_types::private::OwnFile;
 
+use crate::check;
+use crate::fleet::{self, Fleet};
 use crate::keys::{Identity, ROBOT_KEY, load_team};
 use crate::post::{self, FIGURES, Office, Papers, REASONS};
+use crate::rehearsal::{self, RosterArgs, WeatherArgs};
 use crate::roster::{Book, FLEET, Roster};
 use crate::section::Link;
 
@@ -32,6 +35,21 @@ enum Command {
         /// The robot's configuration, with a section [link].
         config: PathBuf,
     },
+    #[command(hide = true)]
+    RehearsalRoster(RosterArgs),
+    #[command(hide = true)]
+    Weather(WeatherArgs),
+    /// Begin and change a team.
+    #[command(subcommand)]
+    Fleet(Fleet),
+    /// Say whether keys, roster and clock are as they have to be, and who is reached.
+    Check {
+        /// The robot's configuration.
+        config: PathBuf,
+        /// Fail if something is not as it should be.
+        #[arg(long)]
+        strict: bool,
+    },
     /// Print the status of the coloc-link that runs with this configuration, once.
     Status {
         /// The robot's configuration.
@@ -49,6 +67,12 @@ where
     let result = match Args::try_parse_from(args) {
         Ok(Args { command }) => match command {
             Command::Run { config } => run(&config),
+            Command::RehearsalRoster(args) => rehearsal::write_roster(&args),
+            Command::Weather(args) => {
+                rehearsal::end_with_the_demo().and_then(|()| rehearsal::make_weather(&args))
+            }
+            Command::Fleet(command) => fleet::run(command),
+            Command::Check { config, strict } => check::run(&config, strict),
             Command::Status { config } => status(&config),
         },
         Err(answer) => {
@@ -61,6 +85,7 @@ where
 }
 
 fn run(path: &Path) -> Result<(), EndError> {
+    rehearsal::end_with_the_demo()?;
     let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
     post::run(Office::open(papers(path)?)?, &stop)
 }

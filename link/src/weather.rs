@@ -65,12 +65,17 @@ const LATE: usize = 65_536;
 const LARGEST: usize = 65_535;
 
 impl Cloud {
-    /// Begins to forward what comes to a port of loopback to `target` and back.
+    /// Begins to forward what comes to `listens` to `target` and back.
     ///
     /// # Errors
-    /// If there is no port or no thread.
-    pub fn open(target: SocketAddr, weather: Weather, seed: u64) -> io::Result<Self> {
-        let front = Socket::bind("127.0.0.1:0")?;
+    /// If the address is taken, or there is no thread.
+    pub fn open(
+        listens: SocketAddr,
+        target: SocketAddr,
+        weather: Weather,
+        seed: u64,
+    ) -> io::Result<Self> {
+        let front = Socket::bind(listens)?;
         front.set_nonblocking(true)?;
         let address = front.local_addr()?;
         let shared = Arc::new(Shared {

@@ -132,7 +132,7 @@ fn a_link_that_was_started_again_and_a_network_that_was_cut_are_found_again() {
     let home = tempfile::tempdir().unwrap();
     let listens = free_address();
     let fair = Weather::default();
-    let cloud = Cloud::open(listens, fair, 1).unwrap();
+    let cloud = Cloud::open(free_address(), listens, fair, 1).unwrap();
     let (mut sites, text) = pair(home.path(), cloud.address(), listens);
     let mut voice = Voice::<Neighbour>::new(&sites[0], 2);
     let ear = sites[1].space.subscriber::<Neighbour>(&name(2)).unwrap();
@@ -169,7 +169,7 @@ fn half_of_all_packets_are_enough() {
         doubled: 0.1,
         cut: false,
     };
-    let cloud = Cloud::open(listens, foul, 2).unwrap();
+    let cloud = Cloud::open(free_address(), listens, foul, 2).unwrap();
     let (sites, _) = pair(home.path(), cloud.address(), listens);
     let mut voice = Voice::<Neighbour>::new(&sites[0], 2);
     let ear = sites[1].space.subscriber::<Neighbour>(&name(2)).unwrap();

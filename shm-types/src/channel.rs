@@ -531,6 +531,37 @@ pub trait Message: ZeroCopySend + Plain + Debug + Copy + 'static {
 
     /// Moves all other stamps that it has and that are set, for the same \[ns\].
     fn move_stamps(&mut self, by_ns: i64);
+
+    /// Whether its stamp is that of the message which it answers, as it came: who answers has no other word for it.
+    const ECHOES: bool;
+
+    /// Adds to what may depend on anything of the place that it tells, which is that of the robot that it speaks to, or that of the robot
+    /// that speaks where it [echoes](Self::ECHOES); `added` is a covariance of `[x, y, φ]`, 3×3, full row-major (m², m·rad, rad²).
+    /// Whether it tells such a place.
+    fn widen(&mut self, added: &[f64; 9]) -> bool;
+}
+
+/// A part of a covariance, of `[x, y, φ]` or of `[x, y]`, full row-major.
+trait Part {
+    /// Adds one of `[x, y, φ]`.
+    fn add(&mut self, added: &[f64; 9]);
+}
+
+impl Part for [f64; 9] {
+    fn add(&mut self, added: &[f64; 9]) {
+        self.iter_mut()
+            .zip(added)
+            .for_each(|(own, more)| *own += more);
+    }
+}
+
+impl Part for [f64; 4] {
+    fn add(&mut self, added: &[f64; 9]) {
+        let [xx, xy, _, yx, yy, ..] = added;
+        self.iter_mut()
+            .zip([xx, xy, yx, yy])
+            .for_each(|(own, more)| *own += more);
+    }
 }
 
 /// What is to be done with the payload of a channel, whichever it is.
@@ -543,7 +574,7 @@ pub trait OnPayload {
 }
 
 macro_rules! travels {
-    ($($payload:ident $version:literal $([$($stamp:ident)*])?,)*) => {
+    ($($payload:ident $version:literal $([$($stamp:ident)*])? $(widens $dependent:ident)? $(echoes $echoes:literal)?,)*) => {
         impl Channel {
             /// Does something with its payload: for who carries channels without knowing one of them.
             pub fn with_payload<W: OnPayload>(self, what: W) -> W::Out {
@@ -572,6 +603,14 @@ macro_rules! travels {
                     }
                 )*)?
             }
+
+            const ECHOES: bool = false $(|| $echoes)?;
+
+            fn widen(&mut self, added: &[f64; 9]) -> bool {
+                let parts: &mut [&mut dyn Part] = &mut [$(&mut self.$dependent)?];
+                parts.iter_mut().for_each(|part| part.add(added));
+                !parts.is_empty()
+            }
         })*
     };
 }
@@ -580,14 +619,14 @@ travels! {
     Odometry "v2" [start_ns],
     RelativePose "v2",
     Position "v2",
-    Neighbour "v2",
+    Neighbour "v2" widens dependent,
     Pose "v1",
     Heading "v1",
     Gyro "v1",
     Sighting "v1",
-    Seen "v1",
-    Answer "v1",
-    Assist "v1",
+    Seen "v1" widens dependent,
+    Answer "v1" widens dependent echoes true,
+    Assist "v1" widens dependent,
     AssistAck "v1",
     Estimate "v5",
     Timing "v2",
@@ -656,6 +695,21 @@ mod tests {
         assert_named::<Round>();
         assert_named::<Call>();
         assert_named::<Correction>();
+    }
+
+    #[test]
+    fn what_is_not_known_of_a_stamp_goes_into_the_dependent_part_alone() {
+        let added = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
+        let mut pose = Neighbour::default();
+        assert!(pose.widen(&added));
+        assert_eq!((pose.dependent, pose.independent), (added, [0.0; 9]));
+        let mut place = Answer::default();
+        assert!(place.widen(&added) && Answer::ECHOES && !Seen::ECHOES);
+        assert_eq!(
+            (place.dependent, place.independent),
+            ([1.0, 2.0, 4.0, 5.0], [0.0; 4])
+        );
+        assert!(!Odometry::default().widen(&added));
     }
 
     #[test]

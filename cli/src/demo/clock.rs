@@ -11,6 +11,12 @@ pub(crate) fn now_ns() -> i64 {
     now.tv_sec * NANOS_PER_SECOND + now.tv_nsec
 }
 
+/// By how much `CLOCK_REALTIME` is ahead of it at this moment \[ns\].
+pub(crate) fn wall_ahead_ns() -> i64 {
+    let wall = clock_gettime(ClockId::Realtime);
+    wall.tv_sec * NANOS_PER_SECOND + wall.tv_nsec - now_ns()
+}
+
 /// Sleeps until `CLOCK_BOOTTIME` shows `deadline_ns`, or a little later; signals do not cut it short.
 pub(crate) fn sleep_until(deadline_ns: i64) {
     let deadline = Timespec {

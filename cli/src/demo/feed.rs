@@ -1,7 +1,7 @@
 //! What the robots' sensors say, as the daemons hear it: encoder frames on each robot's bus, sightings and fixes through
 //! shared memory. Open loop: on absolute deadlines, whoever listens.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, OnceLock};
@@ -20,7 +20,7 @@ use super::lead::COMPASS_SIGMA_RAD;
 use super::robot_file::{METRES_PER_TICK, TRACK_M, name};
 use super::scene::{Camera, Eyes};
 use super::world::{Received, Stage};
-use super::{DemoError, PREFIX};
+use super::{DemoError, spaces};
 
 /// How the demo and its feed tell one another where they are.
 #[derive(Debug, Default)]
@@ -60,11 +60,14 @@ struct Robot {
 
 impl Feed {
     /// Opens every bus and port.
-    fn open(stage: Arc<Stage>, root: &Path, buses: &[BusSpec]) -> Result<Self, DemoError> {
-        let space = Space::open(root, PREFIX, "coloc-demo-feed").map_err(DemoError::shm)?;
-        let open = |(index, bus): (usize, &BusSpec)| Robot::open(&space, index, bus, &stage);
+    fn open(stage: Arc<Stage>, roots: &[PathBuf], buses: &[BusSpec]) -> Result<Self, DemoError> {
+        let spaces = spaces::enter(roots, "coloc-demo-feed")?;
+        let open = |(index, (bus, space)): (usize, (&BusSpec, &Space))| {
+            Robot::open(space, index, bus, &stage)
+        };
         let robots = buses
             .iter()
+            .zip(&spaces)
             .enumerate()
             .map(open)
             .collect::<Result<_, _>>()?;
@@ -78,12 +81,12 @@ impl Feed {
     /// Sends until told to stop. Reports on `opened` as soon as all buses and ports are there.
     pub(crate) fn run(
         stage: Arc<Stage>,
-        root: &Path,
+        roots: &[PathBuf],
         buses: &[BusSpec],
         signals: &Signals,
         opened: &SyncSender<()>,
     ) -> Result<(), DemoError> {
-        let mut feed = Self::open(stage, root, buses)?;
+        let mut feed = Self::open(stage, roots, buses)?;
         // Nobody waits for it only if the demo has failed already.
         let _ = opened.send(());
         let first_ns = feed.stand_still(signals)?;

@@ -1,6 +1,6 @@
 //! The thread on which the feed runs: with it on a thread of its own, drawing a table delays no frame.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 use std::thread::JoinHandle;
@@ -21,14 +21,14 @@ impl FeedThread {
     /// Returns once all its buses and ports are open.
     pub(crate) fn start(
         stage: &Arc<Stage>,
-        root: &Path,
+        roots: &[PathBuf],
         buses: &[BusSpec],
     ) -> Result<Self, DemoError> {
         let (opened, is_open) = mpsc::sync_channel(1);
         let signals = Arc::new(Signals::default());
-        let (stage, root, buses) = (Arc::clone(stage), root.to_owned(), buses.to_vec());
+        let (stage, roots, buses) = (Arc::clone(stage), roots.to_vec(), buses.to_vec());
         let theirs = Arc::clone(&signals);
-        let run = move || Feed::run(stage, &root, &buses, &theirs, &opened);
+        let run = move || Feed::run(stage, &roots, &buses, &theirs, &opened);
         let thread = std::thread::Builder::new()
             .name("coloc-feed".into())
             .spawn(run)

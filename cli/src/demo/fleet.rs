@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::DemoError;
+use super::links::{self, LINK};
 use crate::daemon::{self, PARENT_VARIABLE};
 
 /// How long a daemon may take to leave shared memory as it found it.
@@ -20,6 +21,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 pub(crate) enum Program {
     Daemon,
     Laser,
+    Link,
 }
 
 impl Program {
@@ -27,7 +29,17 @@ impl Program {
         match self {
             Self::Daemon => daemon::NAME,
             Self::Laser => daemon::LASER,
+            Self::Link => LINK,
         }
+    }
+
+    /// What is to be executed for it, and with what.
+    fn command(self) -> Result<(PathBuf, Vec<String>), DemoError> {
+        if self == Self::Link {
+            return Ok((links::program()?, vec!["run".into()]));
+        }
+        let own = std::env::current_exe().map_err(DemoError::spawn)?;
+        Ok((own, vec![self.name().into(), "run".into()]))
     }
 
     /// What follows the robot's name in that of its log.
@@ -35,6 +47,7 @@ impl Program {
         match self {
             Self::Daemon => "log",
             Self::Laser => "laser.log",
+            Self::Link => "link.log",
         }
     }
 }
@@ -46,8 +59,7 @@ pub(crate) struct Fleet {
 
 /// One robot's process.
 pub(crate) struct Daemon {
-    program: Program,
-    file: PathBuf,
+    command: Command,
     child: Child,
     exit: Option<ExitStatus>,
     log: PathBuf,
@@ -69,12 +81,25 @@ impl Fleet {
                     .file_name()
                     .unwrap_or_default(),
             );
-            let daemon = File::create(&log)
-                .and_then(|_| Daemon::start(program, file, &log))
-                .map_err(|error| DemoError::Spawn(error.to_string()))?;
-            fleet.daemons.push(daemon);
+            let (executed, arguments) = program.command()?;
+            let mut command = Command::new(executed);
+            command.args(arguments).arg(file);
+            fleet.daemons.push(Daemon::start(command, &log)?);
         }
         Ok(fleet)
+    }
+
+    /// One process of another program.
+    pub(crate) fn of_one(
+        program: &Path,
+        arguments: &[String],
+        log: &Path,
+    ) -> Result<Self, DemoError> {
+        let mut command = Command::new(program);
+        command.args(arguments);
+        Ok(Self {
+            daemons: vec![Daemon::start(command, log)?],
+        })
     }
 
     /// The process of each robot, or how it ended.
@@ -92,26 +117,28 @@ impl Fleet {
     /// Starts it again, if it has ended.
     pub(crate) fn start_again(&mut self, robot: usize) -> Result<(), DemoError> {
         let ended = self.daemons.get_mut(robot);
-        let Some(daemon) = ended.filter(|daemon| daemon.exit.is_some()) else {
-            return Ok(());
-        };
-        *daemon = Daemon::start(daemon.program, &daemon.file, &daemon.log)
-            .map_err(|error| DemoError::Spawn(error.to_string()))?;
-        Ok(())
+        match ended.filter(|daemon| daemon.exit.is_some()) {
+            Some(daemon) => daemon.start_again().map_err(DemoError::spawn),
+            None => Ok(()),
+        }
     }
 
     /// What the robot's daemon said last.
     pub(crate) fn last_words(&self, robot: usize) -> String {
-        let text = self
-            .daemons
-            .get(robot)
-            .and_then(|daemon| std::fs::read_to_string(&daemon.log).ok())
-            .unwrap_or_default();
-        text.lines()
+        self.words(robot)
+            .lines()
             .rfind(|line| !line.trim().is_empty())
             .unwrap_or("it said nothing")
             .trim()
             .to_owned()
+    }
+
+    /// All that it said.
+    pub(crate) fn words(&self, robot: usize) -> String {
+        self.daemons
+            .get(robot)
+            .and_then(|daemon| std::fs::read_to_string(&daemon.log).ok())
+            .unwrap_or_default()
     }
 
     /// Asks all to end, waits for them, and kills who does not. Says which had to be killed.
@@ -142,25 +169,23 @@ impl Drop for Fleet {
 }
 
 impl Daemon {
-    fn start(program: Program, file: &Path, log: &Path) -> io::Result<Self> {
-        let output = File::options().create(true).append(true).open(log)?;
-        let child = Command::new(std::env::current_exe()?)
-            .args([program.name(), "run"])
-            .arg(file)
-            .env(PARENT_VARIABLE, std::process::id().to_string())
-            // A Ctrl-C is for the demo, which then ends them in order.
-            .process_group(0)
-            .stdin(Stdio::null())
-            .stdout(output.try_clone()?)
-            .stderr(output)
-            .spawn()?;
+    fn start(mut command: Command, log: &Path) -> Result<Self, DemoError> {
+        let output = File::create(log).map_err(DemoError::spawn)?;
+        let child = spawn(&mut command, output).map_err(DemoError::spawn)?;
         Ok(Self {
-            program,
-            file: file.into(),
+            command,
             child,
             exit: None,
             log: log.into(),
         })
+    }
+
+    /// Its log goes on.
+    fn start_again(&mut self) -> io::Result<()> {
+        let output = File::options().append(true).open(&self.log)?;
+        self.child = spawn(&mut self.command, output)?;
+        self.exit = None;
+        Ok(())
     }
 
     fn look(&mut self) -> Result<u32, ExitStatus> {
@@ -180,6 +205,17 @@ impl Daemon {
         }
         alive
     }
+}
+
+fn spawn(command: &mut Command, output: File) -> io::Result<Child> {
+    command
+        .env(PARENT_VARIABLE, std::process::id().to_string())
+        // A Ctrl-C is for the demo, which then ends them in order.
+        .process_group(0)
+        .stdin(Stdio::null())
+        .stdout(output.try_clone()?)
+        .stderr(output)
+        .spawn()
 }
 
 /// Sends `signal` to a process that is known to be one of the demo's daemons.

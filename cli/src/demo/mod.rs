@@ -21,6 +21,7 @@ mod fleet;
 mod glimpses;
 pub(crate) mod interrupt;
 mod lead;
+mod links;
 mod out;
 mod process;
 mod record;
@@ -30,6 +31,7 @@ mod robot_file;
 mod run;
 pub(crate) mod scene;
 mod show;
+mod spaces;
 mod summary;
 mod table;
 mod tale;
@@ -70,6 +72,8 @@ pub(crate) enum DemoError {
     Spawn(String),
     #[error("the daemon of {robot} did not come up: {last_words}")]
     NotUp { robot: String, last_words: String },
+    #[error("coloc-link of {robot} has ended: {last_words}")]
+    Link { robot: String, last_words: String },
     #[error("coloc-laser of {robot} has ended: {last_words}")]
     Laser { robot: String, last_words: String },
     #[error("the feed of sensors broke down")]
@@ -84,6 +88,11 @@ impl DemoError {
     #[allow(clippy::needless_pass_by_value)] // For `map_err`.
     fn shm(reason: impl Display) -> Self {
         Self::Shm(reason.to_string())
+    }
+
+    #[allow(clippy::needless_pass_by_value)] // The same.
+    fn spawn(reason: impl Display) -> Self {
+        Self::Spawn(reason.to_string())
     }
 }
 

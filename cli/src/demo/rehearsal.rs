@@ -106,6 +106,10 @@ const SEEDS: u64 = 15;
 
 fn meet(robots: u16, seconds: f64, seed: u64) -> Vec<RobotSummary> {
     let args = DemoArgs {
+        fleet: false,
+        loss: 0.0,
+        delay_ms: 0.0,
+        partition: None,
         robots: Some(robots),
         seconds: Some(seconds),
         seed,
@@ -170,6 +174,10 @@ fn help_is_worth_much_to_whoever_gets_it_and_there_is_none_for_the_untold() {
 #[test]
 fn everybody_is_seen_early_and_often() {
     let args = DemoArgs {
+        fleet: false,
+        loss: 0.0,
+        delay_ms: 0.0,
+        partition: None,
         robots: None,
         seconds: Some(30.0),
         seed: 1,

@@ -14,11 +14,12 @@ use coloc_sim::laser::hall::Hall;
 
 use super::PREFIX;
 use super::lead::Lead;
+use super::links::{LinkSection, Plan};
 use super::scene::{Eyes, MOUNT};
 use super::tale::Tale;
 use super::world::Stage;
 use crate::result_file::WriteError;
-use crate::robot_file::{robot, team, write, write_with};
+use crate::robot_file::{robot, team, write, write_below, write_with};
 
 /// Distance of the wheels of the recorded robots \[m\].
 pub(crate) const TRACK_M: f64 = 0.258;
@@ -40,20 +41,34 @@ pub(super) fn recording(directory: &Path, index: usize) -> PathBuf {
 /// Writes a file for each robot into `directory`, in the order of the robots.
 pub(crate) fn write_all(
     directory: &Path,
-    root: &Path,
+    roots: &[PathBuf],
     stage: &Stage,
     buses: &[BusSpec],
+    plan: Option<&Plan>,
 ) -> Result<Vec<PathBuf>, WriteError> {
-    let write = |(index, bus): (usize, &BusSpec)| {
+    let write = |(index, (bus, root)): (usize, (&BusSpec, &PathBuf))| {
         let path = directory.join(format!("{}.toml", name(index + 1)));
-        let config = describe(index, directory, root, stage, bus);
+        let mut config = describe(index, directory, root, stage, bus);
+        if let Some(plan) = plan {
+            if let Ok(config) = &mut config {
+                config.clock.source = ClockSource::Realtime;
+            }
+            let section = plan.section(index, &link_directory(directory, index));
+            write_below(&path, config, LinkSection::NAME, &section)?;
+            return Ok(path);
+        }
         match stage.eyes() {
             Eyes::Scans(hall) => write_with(&path, config, &laser(hall))?,
             Eyes::Poses | Eyes::Camera(_) => write(&path, config)?,
         }
         Ok(path)
     };
-    buses.iter().enumerate().map(write).collect()
+    buses.iter().zip(roots).enumerate().map(write).collect()
+}
+
+/// The own directory of a robot's link, with its roster.
+pub(crate) fn link_directory(directory: &Path, index: usize) -> PathBuf {
+    directory.join(format!("{}-link", name(index + 1)))
 }
 
 fn describe(

@@ -8,6 +8,7 @@ use super::bus::Buses;
 use super::bystanders::stalled_ns;
 use super::console::Console;
 use super::interrupt::Interrupt;
+use super::links::Plan;
 use super::out::Out;
 use super::record::Record;
 use super::scene::Part;
@@ -22,8 +23,9 @@ use crate::status::Status;
 
 /// Runs the demo to its end.
 pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<Status, DemoError> {
-    let interrupt = Interrupt::catch().map_err(|error| DemoError::Spawn(error.to_string()))?;
+    let interrupt = Interrupt::catch().map_err(DemoError::spawn)?;
     let stage = Arc::new(Stage::new(args)?);
+    let plan = Plan::of(args, stage.robots())?;
     let out = Out::prepare(args.out.as_deref())?;
     let home = home(console)?;
     let buses = Buses::choose(stage.robots(), &home.path().join("buses"));
@@ -36,10 +38,23 @@ pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<Status, Demo
         buses.reason
     ));
     console.say(&stage.story_in_lines());
-    let mut show = Show::set_up(&stage, args.length_s(), &home, &buses, &out.logs())?;
+    if let Some(plan) = &plan {
+        console.say(&plan.words());
+    }
+    let mut show = Show::set_up(
+        &stage,
+        args.length_s(),
+        &home,
+        &buses,
+        &out.logs(),
+        plan.as_ref(),
+    )?;
     show.wait_for_everybody(console, &interrupt)?;
     let broke_down = show.drive(console, &interrupt).err();
     let ended = show.end(console);
+    if !ended.links.is_empty() {
+        console.say(&ended.links.join("\n"));
+    }
     let (facts, records) = facts(&stage, buses, ended, broke_down);
     let summary = Summary::of(facts, interrupt.is_there());
     Ok(report(

@@ -17,9 +17,10 @@ use super::feed_thread::FeedThread;
 use super::fleet::{Fleet, Program, signal};
 use super::interrupt::Interrupt;
 use super::lead::Lead;
+use super::links::{Links, Plan};
 use super::process::running;
 use super::record::Record;
-use super::robot_file::{name, write_all};
+use super::robot_file::{link_directory, name, write_all};
 use super::scene::Eyes;
 use super::table::{Progress, Shown, State, line, lines};
 use super::watch::Watch;
@@ -45,13 +46,15 @@ pub(crate) struct Show {
     fleet: Fleet,
     /// Each robot's coloc-laser, where robots have scanners.
     lasers: Option<Fleet>,
+    /// What carries between the robots, where each is in a space of its own.
+    links: Option<Links>,
     watch: Watch,
     /// The robots' configurations.
     files: Vec<PathBuf>,
     /// What a person types to start a daemon, up to its configuration.
     command: String,
     shown: Shown,
-    root: PathBuf,
+    roots: Vec<PathBuf>,
     lead: Option<Lead>,
 }
 
@@ -71,6 +74,8 @@ pub(crate) struct Ended {
     pub(crate) left: Vec<PathBuf>,
     /// What went wrong at the end.
     pub(crate) trouble: Option<DemoError>,
+    /// What the links say of one another.
+    pub(crate) links: Vec<String>,
 }
 
 impl Show {
@@ -82,11 +87,19 @@ impl Show {
         home: &Home,
         buses: &Buses,
         logs: &Path,
+        plan: Option<&Plan>,
     ) -> Result<Self, DemoError> {
-        let root = home.shm_root();
-        let files = write_all(home.path(), &root, stage, &buses.specs)?;
-        let watch = Watch::open(Arc::clone(stage), &root, seconds)?;
-        let feed = FeedThread::start(stage, &root, &buses.specs)?;
+        let roots = match plan {
+            Some(_) => home.shm_roots(stage.robots()),
+            None => vec![home.shm_root(); stage.robots()],
+        };
+        let files = write_all(home.path(), &roots, stage, &buses.specs, plan)?;
+        let watch = Watch::open(Arc::clone(stage), &roots, seconds)?;
+        let feed = FeedThread::start(stage, &roots, &buses.specs)?;
+        let own = |index| link_directory(home.path(), index);
+        let own: Vec<_> = (0..stage.robots()).map(own).collect();
+        let links = plan.map(|plan| Links::start(plan, &files, &own, logs));
+        let links = links.transpose()?;
         let fleet = Fleet::start(Program::Daemon, &files, logs)?;
         let has_scanners = matches!(stage.eyes(), Eyes::Scans(_));
         let lasers = has_scanners.then(|| Fleet::start(Program::Laser, &files, logs));
@@ -99,11 +112,12 @@ impl Show {
             feed,
             fleet,
             lasers: lasers.transpose()?,
+            links,
             watch,
             files,
             command,
             shown: stage.shown(),
-            root,
+            roots,
             lead: stage.lead().cloned(),
         })
     }
@@ -149,6 +163,12 @@ impl Show {
 
     /// None of them ends by itself.
     fn complain_of_lasers(&mut self) -> Result<(), DemoError> {
+        if let Some((robot, last_words)) = self.links.as_mut().and_then(Links::ended) {
+            return Err(DemoError::Link {
+                robot: name(robot + 1),
+                last_words,
+            });
+        }
         let Some(lasers) = &mut self.lasers else {
             return Ok(());
         };
@@ -194,6 +214,9 @@ impl Show {
         }
         let progress = self.progress();
         self.befall(progress.time_s)?;
+        if let Some(links) = &mut self.links {
+            links.follow(progress.time_s);
+        }
         Ok(if progress.time_s < self.seconds {
             ControlFlow::Continue(())
         } else {
@@ -259,6 +282,7 @@ impl Show {
                 name(robot + 1)
             ));
         }
+        let links = self.links.as_mut().map(Links::stop).unwrap_or_default();
         for robot in self.fleet.stop() {
             console.say(&format!(
                 "{} did not end when asked and was killed",
@@ -268,7 +292,7 @@ impl Show {
         self.end_strangers();
         let stalls = self.stalls(console);
         let heard = self.watch.listen(start_ns);
-        let prefix = self.watch.full_prefix();
+        let prefixes = self.watch.full_prefixes();
         let records = self.watch.close();
         let up = states
             .iter()
@@ -280,7 +304,8 @@ impl Show {
             records,
             up,
             stalls,
-            left: left_for_good(&self.root, &prefix),
+            links,
+            left: left_in_all(&self.roots, prefixes),
             trouble: stopped.and(heard).err(),
         }
     }
@@ -315,6 +340,15 @@ fn run_command(private_network: bool) -> String {
     let inside = format!("nsenter --net=/proc/{}/ns/net ", std::process::id());
     let enter = if private_network { inside.as_str() } else { "" };
     format!("{enter}{} colocd run", program.display())
+}
+
+/// Of each space once.
+fn left_in_all(roots: &[PathBuf], mut prefixes: Vec<String>) -> Vec<PathBuf> {
+    prefixes.dedup();
+    let spaces = roots.iter().zip(&prefixes);
+    spaces
+        .flat_map(|(root, prefix)| left_for_good(root, prefix))
+        .collect()
 }
 
 /// Files of the space that are still there although everybody has left it. Somebody who listens from elsewhere takes a moment

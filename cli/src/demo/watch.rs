@@ -1,26 +1,29 @@
 //! Listening to what every daemon publishes, and comparing it with the truth at the moment it speaks of.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use coloc_estimator::Pose;
 use coloc_shm_types::{
-    Estimate, RelativePose, RobotName, Sighting, Space, Status, Subscriber, Timing,
+    Clock, Estimate, Message, RelativePose, RobotName, Sighting, Space, Status, Subscriber, Timing,
 };
 
-use super::clock::world_time_s;
+use super::clock::{wall_ahead_ns, world_time_s};
 use super::record::Record;
 use super::robot_file::name;
 use super::scene::Eyes;
 use super::wheels::WheelsAlone;
 use super::world::Stage;
-use super::{DemoError, PREFIX};
+use super::{DemoError, spaces};
 use crate::comparison::{Comparison, Moment, nees};
 
 /// Everybody's estimates and counters.
 pub(crate) struct Watch {
     stage: Arc<Stage>,
-    space: Space,
+    /// Each robot's.
+    spaces: Vec<Space>,
+    /// By how much stamps of the shared clock are ahead of the demo's \[ns\].
+    wall_ahead_ns: i64,
     ears: Vec<Ears>,
     records: Vec<Record>,
     /// The world runs from 0 to this \[s\].
@@ -38,16 +41,23 @@ struct Ears {
 
 impl Watch {
     /// Listens to every robot of the stage.
-    pub(crate) fn open(stage: Arc<Stage>, root: &Path, seconds: f64) -> Result<Self, DemoError> {
-        let space = Space::open(root, PREFIX, "coloc-demo-watch").map_err(DemoError::shm)?;
-        let ears = (0..stage.robots())
-            .map(|robot| Ears::open(&space, robot, stage.eyes()))
+    pub(crate) fn open(
+        stage: Arc<Stage>,
+        roots: &[PathBuf],
+        seconds: f64,
+    ) -> Result<Self, DemoError> {
+        let spaces = spaces::enter(roots, "coloc-demo-watch")?;
+        let ears = spaces
+            .iter()
+            .enumerate()
+            .map(|(robot, space)| Ears::open(space, robot, stage.eyes()))
             .collect::<Result<Vec<_>, _>>()?;
         let records = ears.iter().map(|_| Record::new()).collect();
         Ok(Self {
             stage,
-            space,
+            spaces,
             ears,
+            wall_ahead_ns: wall_ahead_ns(),
             records,
             seconds,
         })
@@ -57,7 +67,9 @@ impl Watch {
     pub(crate) fn listen(&mut self, start_ns: Option<i64>) -> Result<(), DemoError> {
         let period_ns = self.stage.step_ns().unsigned_abs();
         for (robot, (ears, record)) in self.ears.iter_mut().zip(&mut self.records).enumerate() {
-            while let Some(estimate) = ears.estimates.receive().map_err(DemoError::shm)? {
+            let wall_ahead_ns = self.wall_ahead_ns;
+            while let Some(mut estimate) = ears.estimates.receive().map_err(DemoError::shm)? {
+                by_own_clock(&mut estimate, wall_ahead_ns);
                 let comparison = start_ns.and_then(|start_ns| {
                     compare(&self.stage, self.seconds, robot, &estimate, start_ns)
                 });
@@ -70,10 +82,12 @@ impl Watch {
                 });
                 record.hear_estimate(&estimate, moment);
             }
-            while let Some(timing) = ears.timings.receive().map_err(DemoError::shm)? {
+            while let Some(mut timing) = ears.timings.receive().map_err(DemoError::shm)? {
+                by_own_clock(&mut timing, wall_ahead_ns);
                 record.hear_timing(&timing, period_ns);
             }
-            while let Some(status) = ears.statuses.receive().map_err(DemoError::shm)? {
+            while let Some(mut status) = ears.statuses.receive().map_err(DemoError::shm)? {
+                by_own_clock(&mut status, wall_ahead_ns);
                 if let Some(start_ns) = start_ns {
                     let time_s = world_time_s(status.header.stamp_ns, start_ns);
                     let rows = status.sources().filter(|(_, row)| row.is_against());
@@ -98,9 +112,13 @@ impl Watch {
         self.records.iter().all(|record| record.latest.is_some())
     }
 
-    /// How every file of this space in `/dev/shm` begins.
-    pub(crate) fn full_prefix(&self) -> String {
-        self.space.full_prefix().to_owned()
+    /// How every file of each robot's space in `/dev/shm` begins.
+    pub(crate) fn full_prefixes(&self) -> Vec<String> {
+        let prefixes = self
+            .spaces
+            .iter()
+            .map(|space| space.full_prefix().to_owned());
+        prefixes.collect()
     }
 
     /// Stops listening; what was heard remains.
@@ -146,6 +164,15 @@ fn hear_found(
         note(it.header.stamp_ns, it.observed);
     }
     Ok(())
+}
+
+/// The stamp by the demo's clock, where it is of the shared one.
+fn by_own_clock<M: Message>(message: &mut M, wall_ahead_ns: i64) {
+    let header = message.header_mut();
+    if header.clock() == Ok(Clock::Realtime) {
+        header.stamp_ns = header.stamp_ns.saturating_sub(wall_ahead_ns);
+        header.clock = Clock::Boottime as u8;
+    }
 }
 
 /// `None` before the world starts, after it ends, and where nobody knows the truth.

@@ -332,6 +332,10 @@ mod tests {
 
     fn args() -> DemoArgs {
         DemoArgs {
+            fleet: false,
+            loss: 0.0,
+            delay_ms: 0.0,
+            partition: None,
             robots: Some(2),
             seconds: Some(5.0),
             seed: 3,

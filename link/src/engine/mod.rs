@@ -160,6 +160,15 @@ pub struct Vitals {
     pub heard_bytes: u64,
 }
 
+impl Vitals {
+    /// How many of the packets were lost (%).
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "counts, for people")]
+    pub fn lost_percent(&self) -> f64 {
+        100.0 * self.lost as f64 / self.sent.max(1) as f64
+    }
+}
+
 impl Line {
     fn of(connection: Connection) -> Result<Self, CallError> {
         let shown = connection.peer_identity();

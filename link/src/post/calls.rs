@@ -10,7 +10,6 @@ use tokio::task::spawn_local;
 use super::lines;
 use super::office::Office;
 use crate::engine::{Closing, Engine};
-use crate::keys::PublicKey;
 use crate::roster::{Member, Roster};
 
 /// From one look at who is missing to the next.
@@ -36,10 +35,10 @@ pub(super) async fn call_all(office: Rc<RefCell<Office>>, engine: Engine) {
     let calls = Rc::new(RefCell::new(Calls::default()));
     loop {
         let due = due(&office.borrow(), &mut calls.borrow_mut());
-        for (id, key, address) in due {
+        for (id, address) in due {
             let (office, engine, calls) = (Rc::clone(&office), engine.clone(), Rc::clone(&calls));
             spawn_local(async move {
-                call(office, engine, id, key, &address).await;
+                call(office, engine, id, &address).await;
                 if let Some(open) = calls.borrow_mut().open.get_mut(&id) {
                     *open = open.saturating_sub(1);
                 }
@@ -49,7 +48,7 @@ pub(super) async fn call_all(office: Rc<RefCell<Office>>, engine: Engine) {
     }
 }
 
-fn due(office: &Office, calls: &mut Calls) -> Vec<(u16, PublicKey, String)> {
+fn due(office: &Office, calls: &mut Calls) -> Vec<(u16, String)> {
     let roster = office.roster();
     let missing = roster.member.iter().filter(|member| {
         is_called(&roster, office.own, member) && !office.members.contains_key(&member.id)
@@ -66,7 +65,7 @@ fn due(office: &Office, calls: &mut Calls) -> Vec<(u16, PublicKey, String)> {
         let address = member.addresses.get(*made % member.addresses.len().max(1));
         if let Some(address) = address.filter(|_| *open < AT_ONCE) {
             (*pause, *open, *made) = (AGAIN, *open + 1, made.wrapping_add(1));
-            due.push((member.id, member.key, address.clone()));
+            due.push((member.id, address.clone()));
         }
     }
     due
@@ -81,7 +80,7 @@ fn is_called(roster: &Roster, own: u16, member: &Member) -> bool {
     member.id != own && !member.addresses.is_empty() && calls
 }
 
-async fn call(office: Rc<RefCell<Office>>, engine: Engine, id: u16, key: PublicKey, address: &str) {
+async fn call(office: Rc<RefCell<Office>>, engine: Engine, id: u16, address: &str) {
     let Some(to) = resolved(address).await else {
         let text = format!("{address} is no address that is known");
         office.borrow_mut().teller.remark(text);
@@ -91,24 +90,24 @@ async fn call(office: Rc<RefCell<Office>>, engine: Engine, id: u16, key: PublicK
     let Ok(line) = engine.call(to).await else {
         return;
     };
-    let is_wanted = {
+    let (is_it, is_missing) = {
         let office = office.borrow();
         let roster = office.roster();
         let is_it = roster.owner(line.key()).is_some_and(|owner| owner.id == id);
-        is_it && !office.members.contains_key(&id)
+        (is_it, !office.members.contains_key(&id))
     };
-    if is_wanted {
-        // Kept beyond the call.
-        spawn_local(lines::keep(office, line));
-        return;
+    match (is_it, is_missing) {
+        (true, true) => {
+            spawn_local(lines::keep(office, line));
+        }
+        // An earlier call has got through meanwhile.
+        (true, false) => line.close(Closing::Replaced),
+        (false, _) => {
+            let text = format!("somebody else than was called answers at {address}");
+            office.borrow_mut().teller.remark(text);
+            line.close(Closing::Mistaken);
+        }
     }
-    if *line.key() != key {
-        let text = format!("somebody else than was called answers at {address}");
-        office.borrow_mut().teller.remark(text);
-        line.close(Closing::Mistaken);
-        return;
-    }
-    line.close(Closing::Replaced);
 }
 
 /// Names may take a while.

@@ -15,12 +15,13 @@ use crate::queue::Queue;
 #[derive(Debug)]
 pub(super) struct Member {
     pub(super) name: RobotName,
+    /// What is sent goes here.
     pub(super) line: Line,
+    /// Earlier connections that may still be up. Who called decides which of several stays; here all are listened to until then.
+    pub(super) spare: Vec<Line>,
     pub(super) queue: Queue,
     /// Something was put into the queue.
     pub(super) put: Rc<Notify>,
-    /// When something for stations was sent last, by kind (ns of `CLOCK_BOOTTIME`).
-    pub(super) watched: Vec<(u32, i64)>,
 }
 
 /// Lets in who calls.
@@ -65,9 +66,9 @@ fn begin(office: &Rc<RefCell<Office>>, line: &Line) -> Option<u16> {
     let member = Member {
         name: owner.name.clone(),
         line: line.clone(),
+        spare: Vec::new(),
         queue: Queue::default(),
         put: Rc::new(Notify::new()),
-        watched: Vec::new(),
     };
     office.welcome(owner.id, member);
     if let Some(hello) = office.hello(owner.id) {

@@ -10,6 +10,7 @@
 mod calls;
 mod counts;
 mod lines;
+mod motion;
 mod office;
 mod send;
 mod take;

@@ -15,6 +15,7 @@ use coloc_shm_types::{Age, Channel, RobotName, Space};
 
 use super::counts::Counts;
 use super::lines::Member;
+use super::motion::Motion;
 use crate::admission::{Admission, Now, Rules, own_hello};
 use crate::engine::{Closing, Door, Line, Vitals};
 use crate::keys::{Identity, PublicKey};
@@ -70,6 +71,7 @@ pub struct Office {
     pub(super) book: Book,
     pub(super) team: Arc<Team>,
     pub(super) admission: Admission,
+    pub(super) motion: Motion,
     pub(super) members: BTreeMap<u16, Member>,
     pub(super) counts: Counts,
     pub(super) teller: Teller,
@@ -88,6 +90,8 @@ pub struct Office {
     opened: u64,
     /// Of connections that are over.
     past: Vitals,
+    /// The last that was known of each member, by name.
+    last: BTreeMap<String, String>,
 }
 
 /// What an office is opened with.
@@ -140,6 +144,7 @@ impl Office {
         });
         Ok(Self {
             root: config.shm_root()?.path,
+            motion: Motion::open(&space, &name)?,
             reporter: Reporter::open(&space, &name, DRIVER, own)?,
             space,
             own,
@@ -163,6 +168,7 @@ impl Office {
             door: Door::default(),
             opened: 0,
             past: Vitals::default(),
+            last: BTreeMap::new(),
             section,
         })
     }
@@ -191,8 +197,35 @@ impl Office {
         self.teller.remark(text);
     }
 
+    /// The last words: a line for each member, for whoever reads the log.
     pub(super) fn finish(&mut self) {
+        for (name, words) in &self.last {
+            self.teller.remark(format!("{name}: {words}"));
+            self.teller.finish();
+        }
         self.teller.finish();
+    }
+
+    /// What is known of each member that is connected.
+    fn note_members(&mut self) {
+        for (id, member) in &self.members {
+            let vitals = member.line.vitals();
+            let offset = self
+                .admission
+                .peer(*id)
+                .and_then(crate::admission::Peer::offset);
+            let offset = offset.map_or_else(
+                || "unknown".into(),
+                |it| format!("{:+.3} ± {:.3} ms", 1e3 * it.offset_s, 1e3 * it.within_s),
+            );
+            let words = format!(
+                "round trip {:.1} ms, lost {:.1} % of {}, clock {offset}",
+                1e3 * vitals.round_trip_s,
+                vitals.lost_percent(),
+                vitals.sent
+            );
+            self.last.insert(member.name.to_string(), words);
+        }
     }
 
     pub(super) fn roster(&self) -> Arc<Roster> {
@@ -323,7 +356,8 @@ impl Office {
         self.members.retain(|_, member| {
             let stays = team.admits(member.line.key());
             if !stays {
-                member.line.close(Closing::Revoked);
+                let lines = member.spare.iter().chain([&member.line]);
+                lines.for_each(|line| line.close(Closing::Revoked));
                 teller.remark(format!("{} is no member any more", member.name));
             }
             stays
@@ -344,6 +378,7 @@ impl Office {
     pub(super) fn second(&mut self) -> Result<(), EndError> {
         self.look_at_the_file();
         self.dismiss();
+        self.note_members();
         let running = Space::running(&self.root).unwrap_or_default();
         self.local = running.into_iter().map(|it| it.robot.to_string()).collect();
         self.space.tidy();
@@ -391,32 +426,46 @@ impl Office {
         ]
     }
 
-    /// A member is connected.
+    /// A member is connected, by another connection perhaps.
     pub(super) fn welcome(&mut self, id: u16, member: Member) {
         self.opened += 1;
-        let text = format!("{} is connected ({})", member.name, member.line.address());
-        self.teller.remark(text);
-        if let Some(before) = self.members.insert(id, member) {
-            add(&mut self.past, &before.line.vitals());
-            before.line.close(Closing::Replaced);
+        let Some(known) = self.members.get_mut(&id) else {
+            let text = format!("{} is connected ({})", member.name, member.line.address());
+            self.teller.remark(text);
+            self.members.insert(id, member);
+            return;
+        };
+        let before = std::mem::replace(&mut known.line, member.line);
+        known.spare.push(before);
+        if known.spare.len() > SPARE {
+            known.spare.remove(0).close(Closing::Replaced);
         }
+        known.put.notify_waiters();
     }
 
-    /// A connection is over, if it still is the member's.
+    /// A connection is over.
     pub(super) fn lose(&mut self, id: u16, line: &Line, why: &str) {
-        if self
-            .members
-            .get(&id)
-            .is_some_and(|member| member.line.is(line))
-        {
-            add(&mut self.past, &line.vitals());
-            if let Some(member) = self.members.remove(&id) {
-                self.teller
-                    .remark(format!("{} is gone: {why}", member.name));
-            }
+        add(&mut self.past, &line.vitals());
+        let Some(member) = self.members.get_mut(&id) else {
+            return;
+        };
+        member.spare.retain(|spare| !spare.is(line));
+        if !member.line.is(line) {
+            return;
         }
+        if let Some(spare) = member.spare.pop() {
+            member.line = spare;
+            member.put.notify_waiters();
+            return;
+        }
+        let text = format!("{} is gone: {why}", member.name);
+        self.teller.remark(text);
+        self.members.remove(&id);
     }
 }
+
+/// So many earlier connections of a member are kept.
+const SPARE: usize = 4;
 
 fn add(all: &mut Vitals, more: &Vitals) {
     all.round_trip_s = all.round_trip_s.max(more.round_trip_s);

@@ -37,10 +37,10 @@ pub(super) async fn empty_queue(office: Rc<RefCell<Office>>, id: u16, line: Line
     loop {
         let next = {
             let mut office = office.borrow_mut();
-            let popped = office
-                .members
-                .get_mut(&id)
-                .map(|it| it.queue.pop(now().boot_ns));
+            let member = office.members.get_mut(&id);
+            // Of several connections one sends.
+            let own = member.filter(|it| it.line.is(&line));
+            let popped = own.map(|it| it.queue.pop(now().boot_ns));
             let (next, too_old) = popped.unwrap_or_default();
             office.counts.too_old_to_send += too_old;
             next

@@ -2,12 +2,12 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use coloc_shm_types::Clock;
 use tokio::task::spawn_local;
 
 use super::office::{Office, now};
 use super::send;
 use crate::admission::{Payload, Word};
+use crate::clock_offset::Correction;
 use crate::engine::Line;
 use crate::wire::word;
 
@@ -55,17 +55,14 @@ impl Office {
 
     fn deliver(&mut self, payload: &Payload<'_>) {
         let speaker = payload.envelope.speaker;
-        let by_ns = payload.correction.by_ns;
-        if by_ns == 0 {
+        let Correction { by_ns, variance_s2 } = payload.correction;
+        if payload.correction == Correction::default() {
             self.say(speaker, &payload.kind, payload.bytes);
             return;
         }
+        let added = self.motion.blur(variance_s2);
         let mut bytes = payload.bytes.to_vec();
-        if payload
-            .kind
-            .restamp(&mut bytes, by_ns, Clock::Realtime)
-            .is_some()
-        {
+        if payload.kind.correct(&mut bytes, by_ns, &added).is_some() {
             self.say(speaker, &payload.kind, &bytes);
         }
     }

@@ -1,6 +1,8 @@
 //! From shared memory to the queues.
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::time::Duration;
 
 use coloc_sensors::EndError;
 use coloc_shm_types::{Channel, Clock, Header, RobotName};
@@ -18,9 +20,15 @@ pub(super) fn listen(office: &Rc<RefCell<Office>>) -> Result<(), EndError> {
     let wanted = office.borrow().unheard();
     for (robot, kind, receiver) in wanted {
         let channel = kind.told.channel;
-        let ear = Ear::open(&office.borrow().space, &robot, channel)?;
-        office.borrow_mut().heard.push((robot, channel));
-        spawn_local(hear(Rc::clone(office), ear, kind, receiver));
+        let space = office.borrow().space.clone();
+        office.borrow_mut().heard.push((robot.clone(), channel));
+        if Reach::of(&kind) == Reach::Stations {
+            let ear = Ear::open(&space, &robot, channel)?;
+            spawn_local(look(Rc::clone(office), ear, kind));
+        } else {
+            let ear = Ear::open_to_wait(&space, &robot, channel)?;
+            spawn_local(hear(Rc::clone(office), ear, kind, receiver));
+        }
     }
     Ok(())
 }
@@ -32,6 +40,28 @@ async fn hear(office: Rc<RefCell<Office>>, mut ear: Ear, kind: Kind, receiver: O
             ear.hear(&mut |header, bytes| office.carry(&kind, receiver, header, bytes));
         }
         ear.wait().await;
+    }
+}
+
+/// Takes the newest now and then: stations need no more, and who speaks need not wake anybody.
+async fn look(office: Rc<RefCell<Office>>, mut ear: Ear, kind: Kind) {
+    let period = Duration::from_secs_f64(1.0 / office.borrow().section.watch_hz);
+    loop {
+        let mut newest = None;
+        ear.hear(&mut |header, bytes| newest = Some((*header, bytes.to_vec())));
+        if let Some((header, bytes)) = newest {
+            office.borrow_mut().carry(&kind, None, &header, &bytes);
+        }
+        tokio::time::sleep(period).await;
+    }
+}
+
+/// Who listens to what is for nobody by name.
+fn listeners(reach: Reach) -> Role {
+    if reach == Reach::Stations {
+        Role::Station
+    } else {
+        Role::Robot
     }
 }
 
@@ -55,7 +85,12 @@ impl Office {
                     let robots = others().filter(|it| it.role == Role::Robot);
                     wanted.extend(robots.map(|it| (it.name.clone(), *kind, Some(it.id))));
                 }
-                Reach::Team | Reach::Stations => wanted.push((self.name.clone(), *kind, None)),
+                Reach::Team | Reach::Stations => {
+                    let role = listeners(Reach::of(kind));
+                    if others().any(|it| it.role == role) {
+                        wanted.push((self.name.clone(), *kind, None));
+                    }
+                }
             }
         }
         let is_heard = |robot: &RobotName, channel: Channel| {
@@ -70,18 +105,14 @@ impl Office {
     /// Puts what the own robot has said into the queues of those for whom it is.
     fn carry(&mut self, kind: &Kind, receiver: Option<u16>, header: &Header, bytes: &[u8]) {
         // What others say here came over the network, or is their own link's to carry.
-        if header.source != self.own && Reach::of(kind) != Reach::Stations {
+        if header.source != self.own {
             return;
         }
         let roster = self.roster();
         let to: Vec<u16> = match receiver {
             Some(id) => vec![id],
             None => {
-                let role = if Reach::of(kind) == Reach::Team {
-                    Role::Robot
-                } else {
-                    Role::Station
-                };
+                let role = listeners(Reach::of(kind));
                 let members = roster
                     .member
                     .iter()
@@ -126,10 +157,8 @@ impl Office {
             self.counts.too_old_to_send += 1;
             return;
         }
-        if Reach::of(kind) == Reach::Stations && !self.is_due(id, kind.code, present.boot_ns) {
-            return;
-        }
-        let Some(message) = self.seal(kind.code, id, bytes) else {
+        let bytes = self.for_its_clock(kind, id, bytes);
+        let Some(message) = self.seal(kind.code, id, &bytes) else {
             return;
         };
         let waiting = Waiting {
@@ -140,28 +169,27 @@ impl Office {
         };
         if let Some(member) = self.members.get_mut(&id) {
             self.counts.pushed_out += member.queue.push(waiting);
-            member.put.notify_one();
+            member.put.notify_waiters();
         }
     }
 
-    /// Whether stations get this one.
-    fn is_due(&mut self, id: u16, kind: u32, now_ns: i64) -> bool {
-        #[expect(clippy::cast_possible_truncation, reason = "to whole nanoseconds")]
-        let period_ns = (1e9 / self.section.watch_hz) as i64;
-        let Some(member) = self.members.get_mut(&id) else {
-            return false;
+    /// What answers has the stamp of what it answers, which the link has corrected when that came: the receiver knows it by its own
+    /// clock, to the nanosecond. What is not known of the correction is not known of where the own robot was then.
+    fn for_its_clock<'a>(&mut self, kind: &Kind, id: u16, bytes: &'a [u8]) -> Cow<'a, [u8]> {
+        let peer = self
+            .admission
+            .peer(id)
+            .filter(|_| self.section.correct_offset);
+        let Some(peer) = peer.filter(|_| kind.echoes) else {
+            return Cow::Borrowed(bytes);
         };
-        let last = member.watched.iter_mut().find(|it| it.0 == kind);
-        match last {
-            Some((_, at_ns)) if now_ns.saturating_sub(*at_ns) < period_ns => false,
-            Some((_, at_ns)) => {
-                *at_ns = now_ns;
-                true
-            }
-            None => {
-                member.watched.push((kind, now_ns));
-                true
-            }
+        let correction = peer.correction();
+        let added = self.motion.blur(correction.variance_s2);
+        let mut theirs = bytes.to_vec();
+        let by_ns = correction.by_ns.saturating_neg();
+        match kind.correct(&mut theirs, by_ns, &added) {
+            Some(()) => Cow::Owned(theirs),
+            None => Cow::Borrowed(bytes),
         }
     }
 }

@@ -69,6 +69,22 @@ pub enum Standing {
 const AHEAD_S: i64 = 600;
 
 impl Roster {
+    /// One of nobody yet.
+    #[must_use]
+    pub fn begin(team: PublicKey, now: Moment) -> Self {
+        Self {
+            format: FORMAT,
+            version: 1,
+            name: String::new(),
+            team,
+            issued: now,
+            datum: String::new(),
+            periods: BTreeMap::new(),
+            leaders: Vec::new(),
+            member: Vec::new(),
+        }
+    }
+
     /// The member with that number.
     #[must_use]
     pub fn member(&self, id: u16) -> Option<&Member> {

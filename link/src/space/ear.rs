@@ -13,36 +13,56 @@ use tokio::net::UnixDatagram;
 /// Listens to a channel of a robot.
 pub struct Ear {
     port: Box<dyn Port>,
-    bell: UnixDatagram,
+    bell: Option<UnixDatagram>,
     bytes: Vec<u8>,
 }
 
 impl Ear {
-    /// Listens to that robot's channel, which is made if nobody has it yet: who speaks finds somebody who listens.
+    /// Listens to that robot's channel, which is made if nobody has it yet: who speaks finds somebody who listens. It costs who speaks
+    /// nothing.
+    ///
+    /// # Errors
+    /// If the channel cannot be opened.
+    pub fn open(space: &Space, robot: &RobotName, channel: Channel) -> Result<Self, PortError> {
+        Ok(Self {
+            port: channel.with_payload(Open { space, robot })?,
+            bell: None,
+            bytes: vec![0; channel.told().size],
+        })
+    }
+
+    /// The same, to be woken by what is said: [`Self::wait`] returns then.
     ///
     /// # Errors
     /// If the channel cannot be opened, or there is nothing to be woken by.
     ///
     /// # Panics
     /// Outside of a runtime.
-    pub fn open(space: &Space, robot: &RobotName, channel: Channel) -> Result<Self, PortError> {
-        let port = channel.with_payload(Open { space, robot })?;
-        let bell = bell(port.bell()?).map_err(|source| PortError::Refused {
+    pub fn open_to_wait(
+        space: &Space,
+        robot: &RobotName,
+        channel: Channel,
+    ) -> Result<Self, PortError> {
+        let mut ear = Self::open(space, robot, channel)?;
+        let bell = bell(ear.port.bell()?).map_err(|source| PortError::Refused {
             service: format!("coloc/{robot}/{}", channel.name()),
             source,
-            advice: "",
+            advice: "see what limits descriptors (ulimit -n)",
         })?;
-        let bytes = vec![0; channel.told().size];
-        Ok(Self { port, bell, bytes })
+        ear.bell = Some(bell);
+        Ok(ear)
     }
 
-    /// Waits until there may be something to hear, after [`Self::hear`] has found nothing more.
+    /// Waits until there may be something to hear, after [`Self::hear`] has found nothing more; for ever if nothing wakes it.
     pub async fn wait(&self) {
-        let rung = self.bell.readable().await;
+        let Some(bell) = &self.bell else {
+            return std::future::pending().await;
+        };
+        let rung = bell.readable().await;
         // The byte is the port's to read; here it only counts that it came.
         let forget = || Err::<(), _>(io::ErrorKind::WouldBlock.into());
         if rung.is_ok() {
-            let _ = self.bell.try_io(Interest::READABLE, forget);
+            let _ = bell.try_io(Interest::READABLE, forget);
         }
     }
 

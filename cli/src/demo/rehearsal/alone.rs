@@ -110,6 +110,10 @@ fn moment(
 
 fn stage(seed: u64) -> Stage {
     let args = DemoArgs {
+        fleet: false,
+        loss: 0.0,
+        delay_ms: 0.0,
+        partition: None,
         robots: None,
         seconds: None,
         seed,

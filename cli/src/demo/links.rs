@@ -1,0 +1,231 @@
+//! `--fleet`: each robot in a space of its own, as on a computer of its own, and `coloc-link` between them.
+
+use std::net::UdpSocket;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use rustix::process::Signal;
+use serde::Serialize;
+
+use super::DemoError;
+use super::fleet::{Fleet, Program, signal};
+use super::robot_file::name;
+use crate::args::DemoArgs;
+
+/// The program.
+pub(crate) const LINK: &str = "coloc-link";
+
+/// What is between the robots.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    program: PathBuf,
+    /// Where each link listens, and where others call it, which is another place where the network is bad.
+    addresses: Vec<[String; 2]>,
+    loss: f64,
+    delay_ms: f64,
+    /// From when to when nobody reaches anybody \[s\].
+    partition: Option<[f64; 2]>,
+    seed: u64,
+}
+
+/// `[link]` of the demo's robots.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct LinkSection {
+    listen: String,
+    directory: PathBuf,
+    insecure: bool,
+}
+
+impl LinkSection {
+    pub(crate) const NAME: &'static str = "link";
+}
+
+impl Plan {
+    /// What was asked for, if links were.
+    pub(crate) fn of(args: &DemoArgs, robots: usize) -> Result<Option<Self>, DemoError> {
+        if !args.fleet {
+            return Ok(None);
+        }
+        let (loss, delay_ms) = (args.loss, args.delay_ms);
+        let bad = loss > 0.0 || delay_ms > 0.0 || args.partition.is_some();
+        let listens = free_addresses(2 * robots)?;
+        let (listens, called) = listens.split_at(robots);
+        let called = if bad { called } else { listens };
+        let addresses = listens.iter().zip(called);
+        Ok(Some(Self {
+            program: program()?,
+            addresses: addresses
+                .map(|(it, called)| [it.clone(), called.clone()])
+                .collect(),
+            loss,
+            delay_ms,
+            partition: args.partition,
+            seed: args.seed,
+        }))
+    }
+
+    /// The section of a robot whose own directory that is.
+    pub(crate) fn section(&self, robot: usize, directory: &Path) -> LinkSection {
+        let listen = self
+            .addresses
+            .get(robot)
+            .map(|[listens, _]| listens.clone());
+        LinkSection {
+            listen: listen.unwrap_or_default(),
+            directory: directory.into(),
+            insecure: true,
+        }
+    }
+
+    fn is_bad(&self) -> bool {
+        self.addresses
+            .iter()
+            .any(|[listens, called]| listens != called)
+    }
+
+    /// In words.
+    pub(crate) fn words(&self) -> String {
+        let mut words = "each robot in a space of its own, coloc-link between them".to_owned();
+        if self.is_bad() {
+            words += &format!(
+                ", over a network that loses {:.0} % and delays up to {:.0} ms each way",
+                100.0 * self.loss,
+                self.delay_ms
+            );
+        }
+        if let Some([from, until]) = self.partition {
+            words += &format!(", cut from {from} s to {until} s");
+        }
+        words
+    }
+}
+
+/// The links, and the network between them.
+pub(crate) struct Links {
+    plan: Plan,
+    links: Fleet,
+    weather: Option<Fleet>,
+    cut: bool,
+}
+
+impl Links {
+    /// Starts a link for each configuration; `directories` are the robots' own.
+    pub(crate) fn start(
+        plan: &Plan,
+        files: &[PathBuf],
+        directories: &[PathBuf],
+        logs: &Path,
+    ) -> Result<Self, DemoError> {
+        for directory in directories {
+            write_roster(plan, directory)?;
+        }
+        let weather = plan.is_bad().then(|| weather(plan, logs)).transpose()?;
+        let links = Fleet::start(Program::Link, files, logs)?;
+        Ok(Self {
+            plan: plan.clone(),
+            links,
+            weather,
+            cut: false,
+        })
+    }
+
+    /// Cuts and mends the network when it is time.
+    pub(crate) fn follow(&mut self, time_s: f64) {
+        let cut = self.plan.partition;
+        let cut = cut.is_some_and(|[from, until]| (from..until).contains(&time_s));
+        if cut != self.cut {
+            self.cut = cut;
+            let told = if cut { Signal::USR1 } else { Signal::USR2 };
+            let weather = self.weather.as_mut().map(Fleet::look).unwrap_or_default();
+            weather
+                .into_iter()
+                .flatten()
+                .for_each(|pid| signal(pid, told));
+        }
+    }
+
+    /// A link that has ended, and what it said last.
+    pub(crate) fn ended(&mut self) -> Option<(usize, String)> {
+        let ended = self.links.look().iter().position(Result::is_err)?;
+        Some((ended, self.links.last_words(ended)))
+    }
+
+    /// Ends them. Says what each knew of each other at the end.
+    pub(crate) fn stop(&mut self) -> Vec<String> {
+        self.links.stop();
+        if let Some(weather) = &mut self.weather {
+            weather.stop();
+        }
+        let robots = 0..self.plan.addresses.len();
+        robots.flat_map(|robot| self.words_of(robot)).collect()
+    }
+
+    fn words_of(&self, robot: usize) -> Vec<String> {
+        let words = self.links.words(robot);
+        let lines = words
+            .lines()
+            .filter_map(|line| line.strip_prefix("coloc-link: "));
+        let mut last: Vec<_> = lines
+            .filter(|line| line.contains(": round trip "))
+            .collect();
+        last.sort_unstable();
+        last.dedup_by_key(|line| line.split(':').next().unwrap_or_default().to_owned());
+        last.iter()
+            .map(|line| format!("{} ◄─► {line}", name(robot + 1)))
+            .collect()
+    }
+}
+
+fn write_roster(plan: &Plan, directory: &Path) -> Result<(), DemoError> {
+    let spawn = |error: String| DemoError::Spawn(format!("{LINK}: {error}"));
+    std::fs::create_dir_all(directory).map_err(|error| spawn(error.to_string()))?;
+    let members = plan.addresses.iter().zip(1..);
+    let members = members.map(|([_, called], id)| format!("{}={id}@{called}", name(id)));
+    let made = Command::new(&plan.program)
+        .arg("rehearsal-roster")
+        .arg(directory.join("fleet.toml"))
+        .args(members)
+        .output();
+    let made = made.map_err(|error| spawn(error.to_string()))?;
+    if made.status.success() {
+        return Ok(());
+    }
+    Err(spawn(String::from_utf8_lossy(&made.stderr).trim().into()))
+}
+
+fn weather(plan: &Plan, logs: &Path) -> Result<Fleet, DemoError> {
+    let mut arguments: Vec<String> = vec![
+        "weather".into(),
+        format!("--loss={}", plan.loss),
+        format!("--delay-ms={}", plan.delay_ms),
+        format!("--seed={}", plan.seed),
+    ];
+    let ways = plan.addresses.iter();
+    arguments.extend(ways.map(|[listens, called]| format!("{called}={listens}")));
+    Fleet::of_one(&plan.program, &arguments, &logs.join("weather.log"))
+}
+
+/// Beside this program, where `cargo` puts it.
+pub(crate) fn program() -> Result<PathBuf, DemoError> {
+    let own = std::env::current_exe().map_err(DemoError::spawn)?;
+    let link = own.with_file_name(LINK);
+    if link.is_file() {
+        return Ok(link);
+    }
+    Err(DemoError::Spawn(format!(
+        "--fleet needs {}, which is not there: cargo build --release -p {LINK}",
+        link.display()
+    )))
+}
+
+/// Ports of loopback that nobody has at this moment.
+fn free_addresses(count: usize) -> Result<Vec<String>, DemoError> {
+    let sockets = (0..count).map(|_| UdpSocket::bind("127.0.0.1:0"));
+    let sockets: Result<Vec<_>, _> = sockets.collect();
+    let sockets = sockets.map_err(DemoError::spawn)?;
+    let addresses = sockets
+        .iter()
+        .map(|it| it.local_addr().map(|it| it.to_string()));
+    let addresses: Result<_, _> = addresses.collect();
+    addresses.map_err(DemoError::spawn)
+}

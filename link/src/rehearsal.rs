@@ -1,0 +1,169 @@
+//! What `coloc demo --fleet` needs beside the links themselves: the roster of a team on one computer whose keys everybody can make, and the
+//! bad network between its members.
+use std::io::{self, Write};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use clap::Args;
+use coloc_sensors::stop::Woken;
+use coloc_sensors::{EndError, Moment as Present, Stop};
+use coloc_shm_types::RobotName;
+use coloc_shm_types::private::OwnFile;
+use rustix::process::{Signal, getppid, set_parent_process_death_signal};
+use signal_hook::consts::{SIGUSR1, SIGUSR2};
+
+use crate::keys::Identity;
+use crate::roster::{FORMAT, Member, Moment, Role, Roster};
+use crate::weather::{Cloud, Weather};
+
+/// A team on one computer.
+#[derive(Debug, Args)]
+pub struct RosterArgs {
+    /// Where to write its roster.
+    file: PathBuf,
+    /// Its members, each `name=number@address`.
+    members: Vec<String>,
+}
+
+/// A network between members on one computer. SIGUSR1 cuts it, SIGUSR2 mends it.
+#[derive(Debug, Args)]
+pub struct WeatherArgs {
+    /// This part of all packets is lost.
+    #[arg(long, default_value_t = 0.0)]
+    loss: f64,
+    /// The most that a packet is late (ms).
+    #[arg(long, default_value_t = 0.0)]
+    delay_ms: f64,
+    /// Of all that is random.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// What comes to one address goes to another, each `address=address`.
+    ways: Vec<String>,
+}
+
+/// The demo's process number, if it started this one.
+const DEMO: &str = "COLOC_DEMO_PID";
+/// So long is such a team one (s).
+const DAY: i64 = 86_400;
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Writes the roster of a team whose keys everybody can make.
+///
+/// # Errors
+/// If a member cannot be understood, or the file not be written.
+pub fn write_roster(args: &RosterArgs) -> Result<(), EndError> {
+    let now = Moment::of_ns(Present::now().realtime_ns);
+    let members = args.members.iter().map(|text| member(text, now));
+    let member = members.collect::<Option<Vec<_>>>();
+    let misunderstood = || EndError::Input("members are name=number@address".into());
+    let team = Identity::insecure(0);
+    let roster = Roster {
+        format: FORMAT,
+        version: 1,
+        name: "rehearsal".into(),
+        team: team.public(),
+        issued: now,
+        datum: "rehearsal".into(),
+        periods: std::collections::BTreeMap::new(),
+        leaders: Vec::new(),
+        member: member.ok_or_else(misunderstood)?,
+    };
+    let text = roster.sign(&team);
+    let text = text.map_err(|error| EndError::Input(error.to_string()))?;
+    write(&args.file, &text)
+}
+
+fn write(path: &Path, text: &str) -> Result<(), EndError> {
+    Ok(OwnFile::named(path)?.replace(text.as_bytes())?)
+}
+
+fn member(text: &str, now: Moment) -> Option<Member> {
+    let (name, rest) = text.split_once('=')?;
+    let (id, address) = rest.split_once('@')?;
+    let id = id.parse().ok()?;
+    Some(Member {
+        name: RobotName::new(name).ok()?,
+        id,
+        role: Role::Robot,
+        key: Identity::insecure(id).public(),
+        next_key: None,
+        expires: now.later(DAY),
+        addresses: vec![address.into()],
+        says: None,
+    })
+}
+
+/// Makes the weather until it is asked to end.
+///
+/// # Errors
+/// If an address cannot be understood or had.
+pub fn make_weather(args: &WeatherArgs) -> Result<(), EndError> {
+    let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
+    let [cut, mend] = [SIGUSR1, SIGUSR2].map(|signal| {
+        let told = Arc::new(AtomicBool::new(false));
+        signal_hook::flag::register(signal, Arc::clone(&told)).map(|_| told)
+    });
+    let cut = cut.map_err(EndError::of("signals cannot be handled"))?;
+    let mend = mend.map_err(EndError::of("signals cannot be handled"))?;
+    let fair = Weather {
+        loss: args.loss,
+        delay_s: [0.0, args.delay_ms / 1e3],
+        ..Weather::default()
+    };
+    let mut clouds = Vec::new();
+    for (way, seed) in args.ways.iter().zip(args.seed..) {
+        let ends = way.split_once('=');
+        let ends = ends.and_then(|(from, to)| Some((address(from)?, address(to)?)));
+        let misunderstood = || EndError::Input(format!("{way:?} is not address=address"));
+        let (listens, target) = ends.ok_or_else(misunderstood)?;
+        let cloud = Cloud::open(listens, target, fair, seed);
+        clouds.push(cloud.map_err(EndError::of("the network cannot be made"))?);
+    }
+    say("ready")?;
+    loop {
+        let woken = stop.wait(None, LOOK);
+        if woken.map_err(EndError::of("it cannot be waited"))? == Woken::Stop {
+            return Ok(());
+        }
+        for (told, is_cut) in [(&cut, true), (&mend, false)] {
+            if told.swap(false, Ordering::Relaxed) {
+                let weather = Weather {
+                    cut: is_cut,
+                    ..fair
+                };
+                clouds.iter().for_each(|cloud| cloud.set(weather));
+            }
+        }
+    }
+}
+
+/// Has the kernel end this process with the demo that started it, even if that is killed.
+///
+/// # Errors
+/// If the kernel does not, or the demo has ended already.
+pub fn end_with_the_demo() -> Result<(), EndError> {
+    let Some(demo) = std::env::var_os(DEMO) else {
+        return Ok(());
+    };
+    let followed = set_parent_process_death_signal(Some(Signal::TERM));
+    followed.map_err(|error| EndError::of("the demo cannot be followed")(error.into()))?;
+    // It may have ended before the line above; then nobody will send the signal.
+    let parent = getppid().map(|pid| pid.as_raw_nonzero().to_string());
+    if parent.is_some_and(|parent| demo == *parent) {
+        return Ok(());
+    }
+    Err(EndError::Input("the demo that started it has ended".into()))
+}
+
+fn address(text: &str) -> Option<SocketAddr> {
+    text.parse().ok()
+}
+
+fn say(text: &str) -> Result<(), EndError> {
+    let mut out = io::stdout();
+    let said = writeln!(out, "{text}").and_then(|()| out.flush());
+    said.map_err(EndError::of("standard output cannot be written"))
+}
