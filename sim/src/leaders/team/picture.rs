@@ -101,10 +101,8 @@ impl Run {
     #[must_use]
     pub fn graph(&self, time_s: f64) -> Option<Graph> {
         let sensors = Sensors::new(&self.world, self.seed, 0, &CASES[0]);
-        let later = (1..=self.world.steps()).filter(|step| self.world.time_s(*step) >= time_s);
-        let (step, readings) = later
-            .filter_map(|step| Some((step, sensors.event(step)?.1)))
-            .next()?;
+        let mut later = (1..=self.world.steps()).filter(|it| self.world.time_s(*it) >= time_s);
+        let (step, readings) = later.find_map(|step| Some((step, sensors.event(step)?.1)))?;
         let team = Team::new(&LEADERS, &CHILDREN).ok()?;
         let mut sights = Sights::default();
         for [from, to] in readings.keys() {
