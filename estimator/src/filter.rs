@@ -19,7 +19,7 @@ use crate::fusion::fuse_and_leave;
 use crate::gyro::{Bias, GyroSettings, GyroState, Passage};
 use crate::heading::{self, HeadingNoise};
 use crate::honest::{Moved, ThereAndBack, step};
-use crate::kind::{HeadingFix, Measured, PositionFix, SlowError};
+use crate::kind::{HeadingFix, Measured, PositionFix};
 use crate::motion::{Motion, drive, propagate};
 use crate::output::Verdict;
 use crate::pace::Pace;
@@ -309,7 +309,7 @@ impl Filter {
             Gauge::default()
         };
         let (place, news) = (said.place, said.news());
-        if bonds.is_lost(place, &news) {
+        if self.bias.is_some() || bonds.is_lost(place, &news) {
             return (
                 self.hear_lost(pose, (bonds, place), trusted, settings),
                 gauge,
@@ -367,12 +367,10 @@ impl Filter {
     }
 
     /// A measurement with white noise leaves `after`.
-    fn record(&mut self, after: &Belief, slow: &SlowError) {
+    fn record(&mut self, after: &Belief) {
         let before = self.state.belief.total();
-        match &mut self.change {
-            Some(change) if slow.is_there() => change.break_off(),
-            Some(change) => change.learn(&before, &after.total()),
-            None => {}
+        if let Some(change) = &mut self.change {
+            change.learn(&before, &after.total());
         }
     }
 
@@ -466,7 +464,11 @@ impl Filter {
 
     fn take(&mut self, fix: &PositionFix, update: &FixUpdate, learnt: &Learnt) {
         self.learn(&update.belief, learnt);
-        self.record(&update.belief, &fix.slow);
+        if fix.slow.is_there() {
+            self.break_off(); // The next one has the same error.
+        } else {
+            self.record(&update.belief);
+        }
         self.state.belief = update.belief;
         if fix.slow.is_there() {
             self.state.slow_heard = fix.stamp;
@@ -610,7 +612,8 @@ impl Filter {
             if let Some(bond) = &mut self.bond {
                 bond.learnt(&heading::complement(&self.state.belief, noise.weight));
             }
-            self.record(&update.belief, &fix.slow);
+            // The white noise that stands for a slow error bounds it in all sums, so in what errors have in common too.
+            self.record(&update.belief);
             self.state.belief = update.belief;
             if fix.slow.is_there() {
                 self.state.slow_heading_heard = Some(fix.stamp);

@@ -211,7 +211,7 @@ fn what_is_in_common_is_counted_once() {
             ties: vec![Tie::default(); TIES * tracked],
             changes: vec![Change::default(); 512 * tracked],
         };
-        child.estimator = Box::new(Estimator::new(settings, at(0), belief, places));
+        *child.estimator = Estimator::new(settings, at(0), belief, places);
         for tick in 1..=100 {
             let now = said.iter().zip(1..).filter(|((told, _), _)| *told == tick);
             let data: Vec<_> = now.map(|((_, it), number)| heard(number, it)).collect();
@@ -352,7 +352,7 @@ fn what_waits_is_fused_in_the_end_and_not_before() {
         let period = Span::from_millis(TICK_MS * EVENT);
         let agreement = Agreement::new(&[LEADER, SECOND], &[CHILD], period, patience).unwrap();
         let agreement = Agreement { delay, ..agreement };
-        child.assistant = Box::new(Assistant::new(agreement, CHILD).unwrap());
+        *child.assistant = Assistant::new(agreement, CHILD).unwrap();
         let each = (1..=60).map(|tick| {
             child.tick(tick, &[odometry(tick)], &of_two(&said, tick));
             child.belief(tick)

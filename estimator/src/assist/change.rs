@@ -6,8 +6,8 @@
 //! F = [[1, 0, −Δy], [0, 1, Δx], [0, 0, 1]]     I − K H = P⁺ (P⁻)⁻¹
 //! ```
 //!
-//! Of what others say nobody can say it: their error may be the same. Nor of a sensor's slow error, nor of a gyro's bias: the next one has
-//! it again.
+//! Of what others say nobody can say it: their error may be the same. Nor of a fix's slow error, nor of a gyro's bias: the next one has
+//! it again. For a heading's slow error stands white noise that is no less in any sum of headings.
 
 use nalgebra::Matrix3;
 

@@ -48,7 +48,7 @@ impl Said {
 /// The storage, and how much of it is used. The first tie is of what has left the history.
 #[derive(Clone, Debug)]
 pub(crate) struct Ties<T, C> {
-    ties: T,
+    each: T,
     changes: C,
     book: Book,
 }
@@ -73,14 +73,14 @@ pub(crate) struct Tied<'a> {
 
 impl<T: AsMut<[Tie]>, C: AsRef<[Change]> + AsMut<[Change]>> Ties<T, C> {
     /// Nothing is in the history; `is_own`: in the belief before it is no error of others.
-    pub(crate) fn new(ties: T, changes: C, is_own: bool) -> Self {
+    pub(crate) fn new(each: T, changes: C, is_own: bool) -> Self {
         let book = Book {
             ties: 0,
             rulings: 0,
             broken: Stamp::from_nanos(i64::MIN),
         };
         let mut ties = Self {
-            ties,
+            each,
             changes,
             book,
         };
@@ -93,7 +93,7 @@ impl<T: AsMut<[Tie]>, C: AsRef<[Change]> + AsMut<[Change]>> Ties<T, C> {
     #[inline]
     pub(crate) fn tied(&mut self) -> Tied<'_> {
         Tied {
-            ties: self.ties.as_mut(),
+            ties: self.each.as_mut(),
             changes: self.changes.as_mut(),
             book: &mut self.book,
         }

@@ -7,10 +7,11 @@ use super::entry::{Checkpoint, Entry};
 use super::storage::{Samples, Slots};
 use crate::assist::bond::Bonds;
 use crate::assist::change::{Change, moved};
-use crate::assist::ties::{Tied, Ties};
+use crate::assist::ties::{Tie, Tied, Ties};
 use crate::found::Gauge;
 use crate::kind::{Key, Measured, Measurement};
 use crate::outbox::Outbox;
+use crate::pose::Pose;
 use crate::settings::Settings;
 use crate::stamp::Stamp;
 use crate::terms::Terms;
@@ -29,7 +30,7 @@ impl<S: Slots, G: Samples> History<S, G> {
 
     /// The entry behind that with this key.
     fn behind(&self, key: &Key) -> usize {
-        self.entries.place_of(key).map_or_else(|it| it + 1, |it| it)
+        self.entries.place_of(key).unwrap_or_else(|it| it + 1)
     }
 
     /// Applies an entry where errors are tracked.
@@ -72,7 +73,7 @@ impl<S: Slots, G: Samples> History<S, G> {
         ties: &Ties<T, C>,
     ) -> Option<Matrix3<f64>>
     where
-        T: AsMut<[crate::assist::ties::Tie]>,
+        T: AsMut<[Tie]>,
         C: AsRef<[Change]> + AsMut<[Change]>,
     {
         let pose = |stamp| self.filter_at(stamp, settings).belief().pose;
@@ -88,14 +89,14 @@ impl<S: Slots, G: Samples> History<S, G> {
         Some(moved(&self.pose_before(until), &pose(to)) * by)
     }
 
-    fn pose_before(&self, index: usize) -> crate::pose::Pose {
+    fn pose_before(&self, index: usize) -> Pose {
         self.checkpoint_before(index).filter.belief().pose
     }
 
     /// Whether somebody can say what became of the error between two stamps.
     pub(crate) fn is_unbroken<T, C>(&self, [from, to]: [Stamp; 2], ties: &Ties<T, C>) -> bool
     where
-        T: AsMut<[crate::assist::ties::Tie]>,
+        T: AsMut<[Tie]>,
         C: AsRef<[Change]> + AsMut<[Change]>,
     {
         let [first, until] = [from, to].map(|it| self.entries.first_after(it).min(self.evaluated));
