@@ -194,6 +194,7 @@ fn received(tick: &RecordedTick, robot: usize, mail: &Mail) -> Option<Vec<Measur
             | Measurement::Fix(_)
             | Measurement::Pose(_)
             | Measurement::Landmark(_)
+            | Measurement::Round(_)
             | Measurement::Gyro(_) => *measurement,
         })
     };
