@@ -7,7 +7,7 @@ use std::time::Instant;
 use coloc_sensors::EndError;
 
 use super::Findings;
-use crate::engine::{CallError, Engine, Line, PATIENCE};
+use crate::engine::{CallError, Engine, Line};
 use crate::keys::{Identity, PublicKey};
 use crate::roster::{Member, Roster};
 use crate::tls::Members;
@@ -100,8 +100,7 @@ fn is_silence(error: &quinn::ConnectionError) -> bool {
 
 fn silence(name: &str, address: &str, found: SocketAddr) -> String {
     format!(
-        "{name}: nothing comes back from {address} within {} s: is coloc-link running there, and does a firewall let UDP through to port {}?",
-        PATIENCE.as_secs(),
+        "{name}: nothing comes back from {address}: is coloc-link running there, and does a firewall let UDP through to port {}?",
         found.port()
     )
 }

@@ -37,9 +37,6 @@ const SLOT_NS: i64 = 1_000_000_000;
 /// Slots of a side that are kept.
 const SLOTS: usize = 96;
 
-/// The largest offset that is measured: a clock that is further off is not one of these years' (s).
-const LARGEST_OFFSET_S: f64 = 4e9;
-
 /// What is known of a peer's clock.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Offset {
@@ -129,8 +126,13 @@ impl ClockOffset {
 
     /// What is known at `now_ns`; `None` until a message has gone each way. What contradicts the newest messages is forgotten.
     pub fn at(&mut self, now_ns: i64) -> Option<Offset> {
-        let reference_ns = self.sides[1].back()?.theta_ns;
-        let mut polygon = Polygon::between(LARGEST_OFFSET_S, LARGEST_DRIFT);
+        let newest = [self.sides[0].back()?, self.sides[1].back()?];
+        let reference_ns = newest[1].theta_ns;
+        // Not larger than it has to be, for the sake of rounding: both of the newest bounds hold, or nothing is known.
+        let apart_s = seconds(newest[0].theta_ns.saturating_sub(reference_ns)).abs();
+        let ages_s = newest.map(|bound| seconds(now_ns.saturating_sub(bound.at_ns)).abs());
+        let largest_s = LARGEST_DRIFT.mul_add(ages_s[0] + ages_s[1], apart_s + 1.0);
+        let mut polygon = Polygon::between(largest_s, LARGEST_DRIFT);
         let mut used = [false; 2];
         for (side, bound) in self.newest_first() {
             let age_s = seconds(now_ns.saturating_sub(bound.at_ns));

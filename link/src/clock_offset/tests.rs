@@ -69,7 +69,7 @@ impl World {
 
     /// A clock that was set a moment ago is known to have been once a message has gone each way.
     fn assert_true(&self, offset: &Offset, now_ns: i64) {
-        let theta_s = (self.theta)(now_ns) as f64 * 1e-9;
+        let theta_s = seconds((self.theta)(now_ns));
         let wrong_s = (theta_s - offset.offset_s).abs();
         assert!(
             wrong_s <= offset.within_s + 1e-6,
@@ -172,7 +172,7 @@ fn a_clock_that_is_set_is_measured_anew() {
         ask(&mut clock, 60 * SECOND, step);
         let offset = clock.at(61 * SECOND).unwrap();
         assert!(
-            (offset.offset_s - step as f64 * 1e-9).abs() <= offset.within_s,
+            (offset.offset_s - seconds(step)).abs() <= offset.within_s,
             "{offset:?}"
         );
         assert!(offset.exceeds(0.5));

@@ -115,7 +115,7 @@ fn period(text: &str) -> Result<(String, f64), String> {
 }
 
 impl Until {
-    fn from(self, now: Moment) -> Moment {
+    fn after(self, now: Moment) -> Moment {
         now.later(i64::from(self.days) * 86_400)
     }
 }
@@ -177,7 +177,7 @@ pub fn told(command: Fleet, now: Moment) -> Result<String, FleetError> {
                 addresses,
                 says: (!says.is_empty()).then_some(says),
                 leads,
-                expires: until.from(now),
+                expires: until.after(now),
             };
             desk.add(newcomer, key, now)?;
             let own = directory.join(name.as_str());
@@ -200,7 +200,7 @@ pub fn told(command: Fleet, now: Moment) -> Result<String, FleetError> {
             until,
         } => {
             let mut desk = Desk::open(&directory)?;
-            desk.renew(name.as_ref(), new_key, until.from(now), now)?;
+            desk.renew(name.as_ref(), new_key, until.after(now), now)?;
             Ok(handed_on(&desk))
         }
         Fleet::Show { directory } => shown(&directory, now),

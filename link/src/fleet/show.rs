@@ -40,9 +40,10 @@ fn line(roster: &Roster, member: &Member, now: Moment) -> String {
         Role::Station => "station, listens",
     };
     let mut parts = vec![format!("{:12} {} ({role})", member.name, member.id)];
-    parts.push(match member.addresses.is_empty() {
-        true => "only calls".into(),
-        false => format!("at {}", member.addresses.join(", ")),
+    parts.push(if member.addresses.is_empty() {
+        "only calls".into()
+    } else {
+        format!("at {}", member.addresses.join(", "))
     });
     if let Some(says) = &member.says {
         parts.push(format!("says {}", says.join(", ")));
