@@ -268,7 +268,9 @@ pub fn load_team(directory: &Path) -> Result<PublicKey, KeyError> {
 /// As hexadecimal digits.
 #[must_use]
 pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    let nibbles = bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]);
+    let digits = nibbles.filter_map(|nibble| char::from_digit(nibble.into(), 16));
+    digits.collect()
 }
 
 /// Exactly `N` bytes of hexadecimal digits.

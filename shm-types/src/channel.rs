@@ -608,7 +608,9 @@ macro_rules! travels {
 
             fn widen(&mut self, added: &[f64; 9]) -> bool {
                 let parts: &mut [&mut dyn Part] = &mut [$(&mut self.$dependent)?];
-                parts.iter_mut().for_each(|part| part.add(added));
+                for part in parts.iter_mut() {
+                    part.add(added);
+                }
                 !parts.is_empty()
             }
         })*

@@ -161,7 +161,8 @@ fn a_member_that_was_met_is_heard() {
 
 #[test]
 fn each_lie_has_its_name() {
-    let expected: [(fn(&mut Scene), Refusal); 10] = [
+    type Lie = fn(&mut Scene);
+    let expected: [(Lie, Refusal); 10] = [
         (|it| it.envelope.team ^= 1, Refusal::OtherTeam),
         (|it| it.envelope.speaker = 7, Refusal::NotInRoster),
         (|it| it.key = robot_key(9), Refusal::NotSpeaker),

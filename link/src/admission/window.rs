@@ -40,10 +40,6 @@ impl Window {
     }
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "it is below the number of words"
-)]
 const fn word(number: u64) -> usize {
     (number % Window::WIDTH / 64) as usize
 }

@@ -50,7 +50,7 @@ impl Correction {
 /// `[v_x, v_y, ω]` of that robot in its body frame (m/s, m/s, rad/s), `heading_rad` where it looks, `variance_s2` that of the stamp.
 ///
 /// A pose y was measured at t, and is said to be of t + δ. The robot was at y(t + δ) = y(t) + ẏ δ then, so the message errs by −ẏ δ:
-/// speed times σ_t along the direction of motion, and ω σ_t in the heading. Its covariance is σ_t² ẏ ẏᵀ, of rank one, with
+/// speed times `σ_t` along the direction of motion, and `ω σ_t` in the heading. Its covariance is `σ_t² ẏ ẏᵀ`, of rank one, with
 /// ẏ = [R(φ) v, ω].
 ///
 /// δ is what the measurement of the offset has wrong, the same for every message of the peer until the correction changes, and so as

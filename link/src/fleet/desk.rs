@@ -127,13 +127,12 @@ impl Desk {
         if self.roster.named(new.name.as_str()).is_some() {
             return Err(FleetError::There(new.name));
         }
-        let (made, key) = match key {
-            Some(key) => (None, key),
-            None => {
-                let made = Identity::generate().map_err(KeyError::System)?;
-                let public = made.public();
-                (Some(made), public)
-            }
+        let (made, key) = if let Some(key) = key {
+            (None, key)
+        } else {
+            let made = Identity::generate().map_err(KeyError::System)?;
+            let public = made.public();
+            (Some(made), public)
         };
         let own = self.directory.join(new.name.as_str());
         let mut roster = self.next(now);

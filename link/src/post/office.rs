@@ -199,11 +199,11 @@ impl Office {
 
     /// The last words: a line for each member, for whoever reads the log.
     pub(super) fn finish(&mut self) {
+        self.teller.finish();
         for (name, words) in &self.last {
             self.teller.remark(format!("{name}: {words}"));
             self.teller.finish();
         }
-        self.teller.finish();
     }
 
     /// What is known of each member that is connected.

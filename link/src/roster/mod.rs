@@ -142,10 +142,10 @@ impl Roster {
     /// [`fingerprint`] of the periods.
     #[must_use]
     pub fn periods_fingerprint(&self) -> u64 {
-        let all = self.periods.iter();
-        let text: String = all
-            .map(|(name, period)| format!("{name}={period};"))
-            .collect();
+        let mut text = String::new();
+        for (name, period) in &self.periods {
+            text.extend([name, "=", &period.to_string(), ";"]);
+        }
         fingerprint(&text)
     }
 }
