@@ -224,11 +224,11 @@ fn a_value_of_the_wrong_kind_is_refused_in_a_persons_words() {
 fn a_setting_in_the_wrong_section_is_told_its_own() {
     assert_eq!(
         refusal_of("[clock]\nrate_hz = 50"),
-        "robot.toml:5: rate_hz belongs in [tick] or [gyro]"
+        "robot.toml:5: rate_hz belongs in [tick], [gyro] or [rounds]"
     );
     assert_eq!(
         refusal_of("rate_hz = 50"),
-        "robot.toml:4: rate_hz belongs in [tick] or [gyro]"
+        "robot.toml:4: rate_hz belongs in [tick], [gyro] or [rounds]"
     );
     assert_eq!(
         refusal_of("[wheels]\ntrack_m = 0.3"),

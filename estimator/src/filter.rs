@@ -19,7 +19,7 @@ use crate::fusion::fuse_and_leave;
 use crate::gyro::{Bias, GyroSettings, GyroState, Passage};
 use crate::heading::{self, HeadingNoise};
 use crate::honest::{Moved, ThereAndBack, step};
-use crate::kind::{HeadingFix, Measured, PositionFix};
+use crate::kind::{HeadingFix, Measured, PositionFix, SlowError};
 use crate::motion::{Motion, drive, propagate};
 use crate::output::Verdict;
 use crate::pace::Pace;
