@@ -22,7 +22,7 @@ use crate::terms::Terms;
 /// One robot's estimator. `S` is the history's storage: an array, a `Vec` or a borrowed slice of [`Slot`](crate::Slot)s, with a gyro
 /// a [`WithGyro`](crate::WithGyro); it is filled once at start and never grows. It should hold what is measured within [`Settings::history`]: a second at
 /// 50 Hz of odometry, 10 Hz of fixes and 10 Hz of exchange with four robots is 140; 512 leave room for bursts.
-/// A slot takes about 400 bytes.
+/// A slot takes about 700 bytes.
 #[derive(Clone, Debug)]
 pub struct Estimator<S: Storage> {
     settings: Settings,

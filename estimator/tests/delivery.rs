@@ -413,6 +413,7 @@ fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
         Measurement::Heading(heading) => heading.origin.sequence = sequence,
         Measurement::Fix(fix) => fix.origin.sequence = sequence,
         Measurement::Pose(said) => said.origin.sequence = sequence,
+        Measurement::Round(word) => word.origin.sequence = sequence,
         Measurement::Partial(sighting) => sighting.origin.sequence = sequence,
         Measurement::Landmark(sighting) => sighting.origin.sequence = sequence,
         Measurement::Seen(seen) => seen.sighting.sequence = sequence,

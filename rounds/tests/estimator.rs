@@ -1,4 +1,5 @@
 //! The estimator that flies as a member of a team: what it does in rounds.
+#![allow(clippy::unwrap_used)] // What fails here fails the test.
 
 use coloc_estimator::rounds::{Correction, Refusal, RoundSettings, Shared, Standing, gate};
 use coloc_estimator::{
@@ -35,8 +36,8 @@ fn initial() -> Belief {
 
 type Robot = Estimator<Vec<Slot>>;
 
-fn robot(settings: Settings) -> Robot {
-    Estimator::new(settings, at(0), initial(), vec![Slot::default(); 512])
+fn robot(settings: &Settings) -> Robot {
+    Estimator::new(*settings, at(0), initial(), vec![Slot::default(); 512])
 }
 
 /// Straight on, and turning on the spot: there the arc is the step. The noise is the same in all directions.
@@ -145,7 +146,7 @@ fn wide_gates() -> Settings {
     settings
 }
 
-fn joined(settings: Settings) -> Robot {
+fn joined(settings: &Settings) -> Robot {
     let mut robot = robot(settings);
     assert_eq!(
         tick(&mut robot, 1, &[word(1, 1, Deed::Join)]),
@@ -178,7 +179,7 @@ fn run(robot: &mut Robot, ticks: core::ops::Range<i64>, late: i64) -> Vec<Shared
 /// The other one is [`Member`], which knows nothing of arcs, bends and parts.
 #[test]
 fn in_rounds_it_is_the_member_that_the_team_is_tried_with() {
-    let mut robot = joined(wide_gates());
+    let mut robot = joined(&wide_gates());
     let member = MemberSettings {
         robots: 5,
         fix_gate: f64::INFINITY,
@@ -235,7 +236,7 @@ fn in_rounds_it_is_the_member_that_the_team_is_tried_with() {
 #[test]
 fn a_late_correction_gives_the_bits_of_a_prompt_one() {
     let beliefs = [1, 3, 9].map(|late| {
-        let mut robot = joined(wide_gates());
+        let mut robot = joined(&wide_gates());
         let shares = run(&mut robot, 2..310, late);
         (shares, believed(&robot, 309))
     });
@@ -248,7 +249,7 @@ fn a_late_correction_gives_the_bits_of_a_prompt_one() {
 #[test]
 fn who_may_take_part_and_does_not_has_the_bits_of_who_may_not() {
     let beliefs = [settings(), Settings::default()].map(|settings| {
-        let mut robot = robot(settings);
+        let mut robot = robot(&settings);
         let mut beliefs = Vec::new();
         for now in 1..200 {
             assert!(tick(&mut robot, now, &[]).is_empty());
@@ -262,7 +263,7 @@ fn who_may_take_part_and_does_not_has_the_bits_of_who_may_not() {
 
 #[test]
 fn who_may_not_refuses_every_word_of_rounds() {
-    let mut robot = robot(Settings::default());
+    let mut robot = robot(&Settings::default());
     for deed in [Deed::Join, Deed::Leave, Deed::Undo(None)] {
         let refused = Verdict::NotFollowed(Refusal::TookNoPart);
         assert_eq!(tick(&mut robot, 1, &[word(1, 1, deed)]), [refused]);
@@ -272,7 +273,7 @@ fn who_may_not_refuses_every_word_of_rounds() {
 /// Whatever a leader says: moved by 0.1 to 100 m, too certain, more uncertain, for another slot.
 #[test]
 fn a_correction_that_no_round_can_make_moves_nothing_and_is_named() {
-    let mut honest = joined(wide_gates());
+    let mut honest = joined(&wide_gates());
     run(&mut honest, 2..50, 2);
     tick(&mut honest, 50, &[]);
     let shared = honest.share(5, at(50)).unwrap();
@@ -326,7 +327,7 @@ fn a_correction_that_no_round_can_make_moves_nothing_and_is_named() {
 /// The second is for the same slot, and honest: the belief that it was made of is not there any more.
 #[test]
 fn a_slot_is_corrected_once() {
-    let mut robot = joined(wide_gates());
+    let mut robot = joined(&wide_gates());
     run(&mut robot, 2..50, 2);
     tick(&mut robot, 50, &[]);
     let told = corrected(&robot.share(5, at(50)).unwrap());
@@ -355,7 +356,7 @@ fn a_slot_is_corrected_once() {
 
 #[test]
 fn what_the_team_went_on_without_is_taken_back_to_the_bit() {
-    let mut robot = joined(wide_gates());
+    let mut robot = joined(&wide_gates());
     run(&mut robot, 2..60, 2);
     let mut other = robot.clone();
     for now in 60..63 {
@@ -382,7 +383,7 @@ fn who_is_set_joins_anew_and_old_corrections_act_on_nothing() {
         covariance: Covariance3::diagonal([0.01, 0.01, 0.01]).unwrap(),
         set: true,
     };
-    let mut robot = joined(settings);
+    let mut robot = joined(&settings);
     let mut shares = run(&mut robot, 2..100, 2);
     tick(&mut robot, 100, &[Measurement::Pose(said)]);
     shares.extend(run(&mut robot, 101..150, 2));
@@ -404,7 +405,7 @@ fn who_is_set_joins_anew_and_old_corrections_act_on_nothing() {
 
 #[test]
 fn who_leaves_owes_all_of_its_belief() {
-    let mut robot = joined(wide_gates());
+    let mut robot = joined(&wide_gates());
     run(&mut robot, 2..60, 2);
     let before = believed(&robot, 59);
     assert_eq!(before.parts.independent, Covariance3::ZERO);
@@ -431,12 +432,12 @@ fn what_neighbours_say_is_not_fused_in_rounds() {
             parts: Parts::independent(Covariance3::diagonal([1e-4; 3]).unwrap()),
         })
     };
-    let mut robot = joined(wide_gates());
+    let mut robot = joined(&wide_gates());
     let mut other = robot.clone();
     tick(&mut robot, 2, &[said(2)]);
     tick(&mut other, 2, &[]);
     assert_eq!(believed(&robot, 2), believed(&other, 2));
-    let mut apart = self::robot(wide_gates());
+    let mut apart = self::robot(&wide_gates());
     tick(&mut apart, 1, &[]);
     tick(&mut apart, 2, &[said(2)]);
     assert_ne!(believed(&robot, 2), believed(&apart, 2));
@@ -444,7 +445,7 @@ fn what_neighbours_say_is_not_fused_in_rounds() {
 
 #[test]
 fn a_slow_error_counts_as_white_noise_that_is_as_strong() {
-    let mut robot = joined(wide_gates());
+    let mut robot = joined(&wide_gates());
     let slow = SlowError {
         variance: 0.04,
         memory: Span::from_seconds(60.0),

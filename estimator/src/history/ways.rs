@@ -182,6 +182,7 @@ mod tests {
 
     type Short = History<[Slot; 24], [GyroSample; 0]>;
 
+    #[allow(clippy::large_stack_arrays)] // Of a test's thread.
     fn history() -> Short {
         let begins = at(-30);
         let filter = Filter::beginning(begins, Belief::default());
