@@ -67,7 +67,7 @@ mod tests {
     fn who_was_silent_may_send_a_burst_of_a_quarter_of_a_second() {
         let mut budget = Budget::new(100_000.0, 0);
         for _ in 0..25 {
-            assert_eq!(budget.take(1000, 3_600_000_000_000), 0.0);
+            assert!(budget.take(1000, 3_600_000_000_000) <= 0.0);
         }
         assert!(budget.take(1000, 3_600_000_000_000) > 0.0);
     }

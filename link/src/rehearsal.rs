@@ -134,7 +134,9 @@ pub fn make_weather(args: &WeatherArgs) -> Result<(), EndError> {
                     cut: is_cut,
                     ..fair
                 };
-                clouds.iter().for_each(|cloud| cloud.set(weather));
+                for cloud in &clouds {
+                    cloud.set(weather);
+                }
             }
         }
     }

@@ -84,10 +84,20 @@ fn whole() -> Vec<Duration> {
     let mut sender = Sender::start(1, Clock::Realtime).unwrap();
     let mut say = || {
         let header = sender.header(wall_ns());
-        port.send(Neighbour { header, ..Neighbour::default() }).unwrap();
+        port.send(Neighbour {
+            header,
+            ..Neighbour::default()
+        })
+        .unwrap();
         header.sequence
     };
-    until("they are connected", || { say(); }, || all(&ear).pop());
+    until(
+        "they are connected",
+        || {
+            say();
+        },
+        || all(&ear).pop(),
+    );
     std::thread::sleep(PERIOD * 10);
     let mut took = Vec::new();
     while took.len() < MESSAGES {
@@ -104,7 +114,11 @@ fn whole() -> Vec<Duration> {
 #[test]
 #[ignore = "measures, and by hand"]
 fn the_way_from_robot_to_robot_beside_the_bare_engine() {
-    for (what, mut took) in [("bare", bare()), ("robot to robot", whole()), ("bare", bare())] {
+    for (what, mut took) in [
+        ("bare", bare()),
+        ("robot to robot", whole()),
+        ("bare", bare()),
+    ] {
         took.sort_unstable();
         let at = |part: usize| took[MESSAGES * part / 100];
         println!("{what}: p50 {:?}, p99 {:?}", at(50), at(99));

@@ -109,16 +109,13 @@ impl Office {
             return;
         }
         let roster = self.roster();
-        let to: Vec<u16> = match receiver {
-            Some(id) => vec![id],
-            None => {
-                let role = listeners(Reach::of(kind));
-                let members = roster
-                    .member
-                    .iter()
-                    .filter(|it| it.role == role && it.id != self.own);
-                members.map(|it| it.id).collect()
-            }
+        let to: Vec<u16> = if let Some(id) = receiver {
+            vec![id]
+        } else {
+            let role = listeners(Reach::of(kind));
+            let members = roster.member.iter();
+            let listeners = members.filter(|it| it.role == role && it.id != self.own);
+            listeners.map(|it| it.id).collect()
         };
         let is_local = |id: u16| {
             let name = roster.member(id).map(|it| it.name.as_str());
