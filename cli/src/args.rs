@@ -152,6 +152,10 @@ and of recorded robots:
 
 Exit status: 0 every bar was met, 1 one was missed, or the demo could not run or not write something, 2 the arguments were \
 not understood, 130 it was interrupted (128 + the signal's number), 141 the reader of standard output went away.")]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is an option of its own"
+)]
 pub(crate) struct DemoArgs {
     /// How many robots [default: 5, or all that were recorded]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=32))]

@@ -78,7 +78,9 @@ fn whole() -> Vec<Duration> {
     let members = members.map(|(id, address)| member(id, Role::Robot, Some(address)));
     let text = roster(1, members.collect());
     let mut sites = [1, 2].map(|id| Site::new(home.path(), id, addresses[usize::from(id) - 1]));
-    sites.iter_mut().for_each(|site| site.start(&text));
+    for site in &mut sites {
+        site.start(&text);
+    }
     let port = sites[0].space.publisher::<Neighbour>(&name(2)).unwrap();
     let ear = sites[1].space.subscriber::<Neighbour>(&name(2)).unwrap();
     let mut sender = Sender::start(1, Clock::Realtime).unwrap();

@@ -1,4 +1,6 @@
 //! The commands of `docs/fleet.md`, run as they stand there: one directory stands for each computer, loopback for the network.
+#![allow(clippy::unwrap_used)] // A test may panic.
+
 use std::fs;
 use std::net::UdpSocket;
 use std::path::Path;

@@ -158,7 +158,9 @@ impl Scene {
             Site::new(home, 1, address),
             Site::new(home, HONEST, listens),
         ];
-        sites.iter_mut().for_each(|site| site.start(&text));
+        for site in &mut sites {
+            site.start(&text);
+        }
         Self {
             voice: sites[1].space.publisher(&name(1)).unwrap(),
             sender: Sender::start(HONEST, Clock::Realtime).unwrap(),

@@ -85,25 +85,26 @@ impl Plan {
 
     /// In words.
     pub(crate) fn words(&self) -> String {
-        let mut words = "each robot in a space of its own, coloc-link between them".to_owned();
+        let mut words =
+            vec!["each robot in a space of its own, coloc-link between them".to_owned()];
         if self.is_bad() {
-            words += &format!(
-                ", over a network that loses {:.0} % and delays up to {:.0} ms each way",
+            words.push(format!(
+                "over a network that loses {:.0} % and delays up to {:.0} ms each way",
                 100.0 * self.loss,
                 self.delay_ms
-            );
+            ));
         }
         if let Some([from, until]) = self.partition {
-            words += &format!(", cut from {from} s to {until} s");
+            words.push(format!("cut from {from} s to {until} s"));
         }
-        words
+        words.join(", ")
     }
 }
 
 /// The links, and the network between them.
 pub(crate) struct Links {
     plan: Plan,
-    links: Fleet,
+    carriers: Fleet,
     weather: Option<Fleet>,
     cut: bool,
 }
@@ -120,10 +121,10 @@ impl Links {
             write_roster(plan, directory)?;
         }
         let weather = plan.is_bad().then(|| weather(plan, logs)).transpose()?;
-        let links = Fleet::start(Program::Link, files, logs)?;
+        let carriers = Fleet::start(Program::Link, files, logs)?;
         Ok(Self {
             plan: plan.clone(),
-            links,
+            carriers,
             weather,
             cut: false,
         })
@@ -146,13 +147,13 @@ impl Links {
 
     /// A link that has ended, and what it said last.
     pub(crate) fn ended(&mut self) -> Option<(usize, String)> {
-        let ended = self.links.look().iter().position(Result::is_err)?;
-        Some((ended, self.links.last_words(ended)))
+        let ended = self.carriers.look().iter().position(Result::is_err)?;
+        Some((ended, self.carriers.last_words(ended)))
     }
 
     /// Ends them. Says what each knew of each other at the end.
     pub(crate) fn stop(&mut self) -> Vec<String> {
-        self.links.stop();
+        self.carriers.stop();
         if let Some(weather) = &mut self.weather {
             weather.stop();
         }
@@ -161,7 +162,7 @@ impl Links {
     }
 
     fn words_of(&self, robot: usize) -> Vec<String> {
-        let words = self.links.words(robot);
+        let words = self.carriers.words(robot);
         let lines = words
             .lines()
             .filter_map(|line| line.strip_prefix("coloc-link: "));

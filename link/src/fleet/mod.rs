@@ -32,7 +32,7 @@ pub enum Fleet {
         /// The frame that all poses are in: a word that all agree on, or the receivers' datum.
         #[arg(long, default_value = "common")]
         datum: String,
-        /// A period that all share, as `assist=0.5` [s].
+        /// A period that all share, in seconds, as `assist=0.5`.
         #[arg(long = "period", value_parser = period)]
         periods: Vec<(String, f64)>,
     },
