@@ -267,7 +267,7 @@ const SLOT_NS: i64 = 200_000_000;
 
 fn among_many() -> Config {
     let others = LEADERS.iter().chain(&CHILDREN);
-    let member = |id| format!("[[team]]\nname = \"r{id}\"\nid = {id}\n");
+    let member = |id: &u16| format!("[[team]]\nname = \"r{id}\"\nid = {id}\n");
     let team = others.map(member).collect::<Vec<_>>().concat();
     let text = format!(
         "{team}[robot]\nname = \"a\"\nid = {CHILD}\n[assist]\nleaders = {LEADERS:?}\nchildren = {:?}\n[initial]\npose = [0.0, 0.0, 0.0]\n",
