@@ -117,7 +117,7 @@ fn of_case((case, tracks): (&usize, &Vec<Track>)) -> Panel<'static> {
 
 fn means(moments: &[Moment]) -> Vec<(f64, Option<f64>)> {
     let window = |moment: &Moment| (moment.time_s / WINDOW_S).floor();
-    let pieces = moments.chunk_by(|a, b| window(a) == window(b));
+    let pieces = moments.chunk_by(|a, b| window(a).total_cmp(&window(b)).is_eq());
     #[allow(clippy::cast_precision_loss)] // Some steps.
     let mean = |piece: &[Moment]| {
         let sum: f64 = piece.iter().map(|it| it.nees).sum();

@@ -268,9 +268,8 @@ const SLOT_NS: i64 = 200_000_000;
 
 fn among_many() -> Config {
     let others = LEADERS.iter().chain(&CHILDREN);
-    let team: String = others
-        .map(|id| format!("[[team]]\nname = \"r{id}\"\nid = {id}\n"))
-        .collect();
+    let member = |id: &u16| format!("[[team]]\nname = \"r{id}\"\nid = {id}\n");
+    let team = others.map(member).collect::<Vec<_>>().concat();
     let text = format!(
         "{team}[robot]\nname = \"a\"\nid = {CHILD}\n[assist]\nleaders = {LEADERS:?}\nchildren = {:?}\n[initial]\npose = [0.0, 0.0, 0.0]\n",
         [&[CHILD][..], &CHILDREN].concat()
