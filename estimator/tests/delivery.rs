@@ -419,7 +419,6 @@ fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
         Measurement::Seen(seen) => seen.sighting.sequence = sequence,
         Measurement::Ask(ask) => ask.sighting.sequence = sequence,
         Measurement::Answer(answer) => answer.sighting.sequence = sequence,
-        Measurement::Round(word) => word.origin.sequence = sequence,
     }
     input
 }

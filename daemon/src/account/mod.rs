@@ -395,7 +395,6 @@ mod tests {
             outgoing: &[],
             seen: &[],
             answers: &[],
-            shared: None,
             reports: &[too_old],
             overflowed: 0,
             folded_early: 0,

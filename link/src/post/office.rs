@@ -11,7 +11,7 @@ use coloc_sensors::status::{Line as InputLine, Reporter};
 use coloc_sensors::teller::Teller;
 use coloc_sensors::{EndError, Moment as Present};
 use coloc_shm_types::private::OwnFile;
-use coloc_shm_types::{Age, Channel, RobotName, Space};
+use coloc_shm_types::{Age, Channel, Claim, RobotName, Space};
 
 use super::counts::Counts;
 use super::lines::Member;
@@ -84,6 +84,8 @@ pub struct Office {
     sequences: BTreeMap<u32, u64>,
     mouths: BTreeMap<(u16, u32), Mouth>,
     reporter: Reporter,
+    /// Two links of one robot would carry everything twice.
+    _claim: Claim,
     fleet: PathBuf,
     fleet_text: String,
     door: Door,
@@ -144,6 +146,7 @@ impl Office {
         });
         Ok(Self {
             root: config.shm_root()?.path,
+            _claim: space.claim_driver(&name, DRIVER, own)?,
             motion: Motion::open(&space, &name)?,
             reporter: Reporter::open(&space, &name, DRIVER, own)?,
             space,

@@ -23,7 +23,7 @@ use feed::Feed;
 use judge::Overheard;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use stage::Stage;
+use stage::{Stage, until};
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args_os();
@@ -62,7 +62,7 @@ fn campaign(kills: u64, seed: u64) -> Result<String, Box<dyn std::error::Error>>
     let mut overheard = Overheard::new(&stage)?;
     let feed = Feed::start(&stage, seed);
     stage.start_all()?;
-    stage.until("all are with their team", || {
+    until("all are with their team", || {
         overheard.listen();
         overheard.all_are_with_their_team()
     })?;
@@ -73,7 +73,7 @@ fn campaign(kills: u64, seed: u64) -> Result<String, Box<dyn std::error::Error>>
         stage.kill(random.random_range(0..stage::PROGRAMS))?;
     }
     overheard.forget();
-    stage.until("all are with their team again", || {
+    until("all are with their team again", || {
         overheard.listen();
         overheard.all_are_with_their_team()
     })?;

@@ -57,9 +57,8 @@ impl Stage {
     }
 
     fn configuration(&self, robot: usize) -> String {
-        let team: String = (0..ROBOTS)
-            .map(|it| format!("[[team]]\nname = \"robot{0}\"\nid = {0}\n", it + 1))
-            .collect();
+        let member = |it| format!("[[team]]\nname = \"robot{0}\"\nid = {0}\n", it + 1);
+        let team = (0..ROBOTS).map(member).collect::<Vec<_>>().concat();
         let [x, y, phi] = POSES[robot];
         let number = robot + 1;
         let root = self.home.path().join("shm");
@@ -155,17 +154,18 @@ impl Stage {
         }
         Ok(())
     }
+}
 
-    pub(crate) fn until(&self, what: &str, mut holds: impl FnMut() -> bool) -> Result<(), Problem> {
-        let deadline = Instant::now() + PATIENCE;
-        while !holds() {
-            if Instant::now() > deadline {
-                return Err(format!("in vain: {what}").into());
-            }
-            std::thread::sleep(Duration::from_millis(5));
+/// Waits until it holds, not forever.
+pub(crate) fn until(what: &str, mut holds: impl FnMut() -> bool) -> Result<(), Problem> {
+    let deadline = Instant::now() + PATIENCE;
+    while !holds() {
+        if Instant::now() > deadline {
+            return Err(format!("in vain: {what}").into());
         }
-        Ok(())
+        std::thread::sleep(Duration::from_millis(5));
     }
+    Ok(())
 }
 
 impl Drop for Stage {
