@@ -313,10 +313,11 @@ fn ticks_of_a_child_among_fifteen_allocate_nothing() {
         })
         .collect();
     let laser = world.publisher::<RelativePose>("a");
-    let (data, acks) = (
-        world.publisher::<Assist>("a"),
-        world.publisher::<AssistAck>("a"),
-    );
+    // Each robot speaks by a publisher of its own.
+    let senders = LEADERS.iter().chain(&CHILDREN);
+    let data: Vec<_> = senders.map(|_| world.publisher::<Assist>("a")).collect();
+    let acks = CHILDREN.map(|_| world.publisher::<AssistAck>("a"));
+    let (leaders, children) = data.split_at(LEADERS.len());
     let done = Arc::new(AtomicBool::new(false));
     let (link, ended) = (Arc::clone(&child.link), Arc::clone(&done));
     let telemetry = std::thread::spawn(move || drain(&link, &ended));
@@ -333,10 +334,10 @@ fn ticks_of_a_child_among_fifteen_allocate_nothing() {
             };
             laser.send(seen).unwrap();
         }
-        for leader in LEADERS {
-            data.send(datum(header, &[leader, CHILD])).unwrap();
-            for robot in CHILDREN {
-                data.send(datum(header, &[leader, robot, CHILD])).unwrap();
+        for (port, leader) in leaders.iter().zip(LEADERS) {
+            port.send(datum(header, &[leader, CHILD])).unwrap();
+            for (port, robot) in children.iter().zip(CHILDREN) {
+                port.send(datum(header, &[leader, robot, CHILD])).unwrap();
             }
         }
         for tick in 0..TICKS_OF_ONE {
@@ -354,7 +355,7 @@ fn ticks_of_a_child_among_fifteen_allocate_nothing() {
             if tick > 0 {
                 continue;
             }
-            for (port, source) in told.iter().zip(CHILDREN) {
+            for ((port, acks), source) in told.iter().zip(&acks).zip(CHILDREN) {
                 while let Some(message) = port.receive().unwrap() {
                     handed_on += 1;
                     let ack = AssistAck {

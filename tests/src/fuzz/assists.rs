@@ -231,7 +231,7 @@ fn samples() -> Vec<Vec<u8>> {
         [
             vec![0, 0, 1, last, 2, u8::try_from(path.len()).unwrap()],
             path.to_vec(),
-            vec![0, 0],
+            vec![0, 0, 0], // Nothing is said of its error, and no flag.
             numbers(&[1100, 2000, 500]),
             unit(),
             unit(),
