@@ -198,7 +198,7 @@ fn ticks_allocate_nothing() {
 fn ticks_of_leaders_and_children_allocate_nothing() {
     const ROUNDS: u64 = 2000;
     let world = World::new();
-    let part = "[assist]\nleaders = [1]\nchildren = [2]\nperiod_s = 0.04\n[initial]\npose = ";
+    let part = "[assist]\nfusion = \"cross\"\nleaders = [1]\nchildren = [2]\nperiod_s = 0.04\n[initial]\npose = ";
     let mut robots = [("a", 1, "[0.0, 0.0, 0.0]\n"), ("b", 2, "[2.0, 0.0, 0.0]\n")]
         .map(|(name, id, pose)| world.robot(name, id, &format!("{part}{pose}")));
     let laser = world.publisher::<RelativePose>("a");
@@ -271,7 +271,7 @@ fn among_many() -> Config {
     let member = |id: &u16| format!("[[team]]\nname = \"r{id}\"\nid = {id}\n");
     let team = others.map(member).collect::<Vec<_>>().concat();
     let text = format!(
-        "{team}[robot]\nname = \"a\"\nid = {CHILD}\n[assist]\nleaders = {LEADERS:?}\nchildren = {:?}\n[initial]\npose = [0.0, 0.0, 0.0]\n",
+        "{team}[robot]\nname = \"a\"\nid = {CHILD}\n[assist]\nfusion = \"cross\"\nleaders = {LEADERS:?}\nchildren = {:?}\n[initial]\npose = [0.0, 0.0, 0.0]\n",
         [&[CHILD][..], &CHILDREN].concat()
     );
     Config::parse(&text, Path::new("a.toml")).unwrap()

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use coloc_daemon::config::{Assist, Initial, InitialPose};
+use coloc_daemon::config::{Assist, AssistFusion, Initial, InitialPose};
 use coloc_daemon::estimate::{Estimate, settings};
 use coloc_daemon::record::{Recording, Step};
 use coloc_estimator::Pose;
@@ -186,6 +186,7 @@ fn leaders_carry_children_that_none_of_them_sees_and_all_of_it_comes_out_the_sam
         leaders: vec![1, 2],
         children: vec![3, 4, 5],
         period_s: 0.1,
+        fusion: AssistFusion::Cross,
         ..Assist::default()
     };
     let mut team = Team::led(assist, |robot| {
