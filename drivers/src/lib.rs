@@ -5,6 +5,7 @@
 //! * After start-up nothing allocates or blocks, also not when a bus is lost and found again.
 //! * A bus that is gone is not an error but a state: say so in its health, keep trying, never spin.
 
+mod broken;
 pub mod can;
 pub mod canopen;
 mod config_error;
@@ -14,4 +15,5 @@ mod dbc_text;
 pub mod encoder;
 pub mod signal;
 
+pub use broken::is_broken;
 pub use database::{COLOC_DBC, Database, DbcMessage};

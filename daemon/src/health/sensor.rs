@@ -1,5 +1,6 @@
 //! What came of one source, or of all of one kind, and how it is doing by that.
 
+use coloc_drivers::is_broken;
 use coloc_estimator::Stamp;
 use coloc_shm_types::{Health, Rhythm};
 
@@ -68,7 +69,7 @@ impl Sensor {
         };
         match () {
             () if comes && self.refused >= REFUSALS => Health::Refused,
-            () if comes || cfg!(coloc_break = "stale") => Health::Ok,
+            () if is_broken("stale") || comes => Health::Ok,
             () if garbled() => Health::Faulty,
             () if self.newest.is_some() => Health::Stale,
             () => Health::NeverSeen,

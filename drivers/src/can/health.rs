@@ -1,5 +1,7 @@
 //! How a bus is doing: its state and what has been counted.
 
+use crate::is_broken;
+
 use super::error_frame::{ControllerState, ErrorClass, ErrorCounters, ErrorFrame};
 
 /// Whether frames can be expected from a bus.
@@ -120,10 +122,7 @@ impl BusHealth {
         for class in error.classes() {
             self.counters.by_class[class as usize] += 1;
         }
-        if let Some(state) = error
-            .announced_state()
-            .filter(|_| !cfg!(coloc_break = "bus_off"))
-        {
+        if let Some(state) = error.announced_state().filter(|_| !is_broken("bus_off")) {
             self.state = state.into();
         }
         self.controller = error.counters().unwrap_or(self.controller);

@@ -6,6 +6,8 @@ use rustix::event::epoll;
 use rustix::io::Errno;
 use rustix::net::sockopt;
 
+use crate::is_broken;
+
 use super::backoff::Backoff;
 use super::error_frame::ErrorCounters;
 use super::filter::Filter;
@@ -199,7 +201,7 @@ impl<E: Endpoint> SocketBus<E> {
         match &self.open {
             Some(open) if !heard && !open.is_ours() => self.lose(BusState::Closed, health),
             Some(_) => self.look(now_ns, health),
-            None if cfg!(coloc_break = "reopen") => {}
+            None if is_broken("reopen") => {}
             None if self.backoff.is_due(now_ns) => self.reopen(now_ns, health),
             None => {}
         }

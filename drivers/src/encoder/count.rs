@@ -1,5 +1,6 @@
 //! A count of a tick counter, and how far it is from one to another.
 
+use crate::is_broken;
 use crate::signal::sign_extend;
 
 /// A count and its stamp.
@@ -61,7 +62,7 @@ impl Counts {
     )]
     pub(super) fn between(self, from: u64, to: u64) -> f64 {
         let Some(modulus) = self.modulus else {
-            let bits = if cfg!(coloc_break = "wrap") {
+            let bits = if is_broken("wrap") {
                 u64::BITS
             } else {
                 self.bits

@@ -2,6 +2,7 @@
 
 use crate::can::{Id, raw_id};
 use crate::crc::crc8_j1850;
+use crate::is_broken;
 use crate::signal::SignalDecoder;
 
 use super::reject::FrameReject;
@@ -62,7 +63,7 @@ fn check_crc(id: Id, data: &[u8], byte: usize) -> Result<(), FrameReject> {
         .get(..byte)
         .zip(data.get(byte))
         .ok_or(FrameReject::Short)?;
-    if checksum(id, covered) == *found || cfg!(coloc_break = "checksum") {
+    if is_broken("checksum") || checksum(id, covered) == *found {
         Ok(())
     } else {
         Err(FrameReject::Checksum)
