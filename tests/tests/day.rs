@@ -6,7 +6,7 @@ use coloc_gnss::driver::Outlet;
 use coloc_sensors::{Driver, Moment};
 use coloc_shm_types::{Heading, Position};
 
-#[path = "../examples/day/bursts.rs"]
+#[path = "../src/bin/day/bursts.rs"]
 mod bursts;
 
 /// Counts what is said.
