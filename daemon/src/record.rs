@@ -20,7 +20,7 @@ mod write;
 use coloc_estimator::assist::assistant::Words;
 use coloc_estimator::{
     Estimate, GyroSample, GyroSettings, HeadingFix, HeadingOf, Measurement, Motion, NeighbourPose,
-    OdometrySample, PoseSaid, PositionFix, Sighting, SlowError, Start, TickInputs,
+    OdometrySample, PoseSaid, PositionFix, Sighting, SlowError, Start, TickInputs, TrackPose,
 };
 use serde::{Deserialize, Serialize};
 
@@ -105,6 +105,9 @@ pub enum Record {
         pose: [f64; 3],
         /// R
         covariance: [f64; 9],
+        /// Whether it is a track's, of which nothing is independent.
+        #[serde(default, skip_serializing_if = "is_not")]
+        track: bool,
     },
     /// Pose from a neighbour.
     Neighbour {
@@ -501,7 +504,8 @@ impl From<&Measurement> for Record {
     fn from(measurement: &Measurement) -> Self {
         match measurement {
             Measurement::Odometry(sample) => sample.into(),
-            Measurement::Sighting(sighting) => sighting.into(),
+            Measurement::Sighting(sighting) => sighted(sighting, false),
+            Measurement::Track(TrackPose(sighting)) => sighted(sighting, true),
             Measurement::Neighbour(neighbour) => neighbour.into(),
             Measurement::Heading(heading) => heading.into(),
             Measurement::Fix(fix) => fix.into(),
@@ -538,17 +542,21 @@ impl From<&OdometrySample> for Record {
     }
 }
 
-impl From<&Sighting> for Record {
-    fn from(sighting: &Sighting) -> Self {
-        Self::Sighting {
-            stamp_ns: sighting.stamp.as_nanos(),
-            source: sighting.origin.source,
-            session: sighting.origin.session,
-            sequence: sighting.origin.sequence,
-            observed: sighting.observed.0,
-            pose: sighting.relative.to_vector().into(),
-            covariance: sighting.covariance.to_row_major(),
-        }
+#[allow(clippy::trivially_copy_pass_by_ref)] // As serde asks.
+fn is_not(it: &bool) -> bool {
+    !it
+}
+
+fn sighted(sighting: &Sighting, track: bool) -> Record {
+    Record::Sighting {
+        stamp_ns: sighting.stamp.as_nanos(),
+        source: sighting.origin.source,
+        session: sighting.origin.session,
+        sequence: sighting.origin.sequence,
+        observed: sighting.observed.0,
+        pose: sighting.relative.to_vector().into(),
+        covariance: sighting.covariance.to_row_major(),
+        track,
     }
 }
 

@@ -17,6 +17,7 @@ mod pose;
 mod round;
 mod seen;
 mod sighting;
+mod track;
 
 pub use answer::Answer;
 pub use ask::Ask;
@@ -32,6 +33,7 @@ pub use pose::PoseSaid;
 pub use round::{Deed, RoundWord};
 pub use seen::SeenPart;
 pub use sighting::Sighting;
+pub use track::TrackPose;
 
 use crate::filter::Filter;
 use crate::found::Gauge;
@@ -165,6 +167,8 @@ kinds! {
     Odometry(OdometrySample),
     /// Own sighting of another robot.
     Sighting(Sighting),
+    /// Own track of another robot, wholly dependent.
+    Track(TrackPose),
     /// Own sighting of another robot that says a part only.
     Partial(PartialSighting),
     /// Another robot that has seen this one in part asks where it believes to be. It comes before all that changes the belief.
@@ -230,6 +234,12 @@ impl Key {
             session: origin.session,
             sequence: origin.sequence,
         }
+    }
+
+    /// The same place among those of another kind.
+    #[inline]
+    fn as_kind(self, kind: Kind) -> Self {
+        Self { kind, ..self }
     }
 }
 

@@ -77,7 +77,7 @@ pub use input::TickInputs;
 pub use kind::{
     Answer, Ask, Deed, GyroSample, HeadingFix, HeadingOf, Kind, LandmarkSighting, LeaderPose,
     Measurement, NeighbourPose, OdometrySample, Origin, PartialSighting, PoseSaid, PositionFix,
-    RobotId, RoundWord, SeenPart, Sighting, SightingId, SlowError,
+    RobotId, RoundWord, SeenPart, Sighting, SightingId, SlowError, TrackPose,
 };
 pub use motion::{Motion, propagate};
 pub use noise::OdometryNoise;

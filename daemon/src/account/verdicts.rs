@@ -10,7 +10,7 @@ use crate::health::Fact;
 pub(super) fn input(kind: Kind) -> Input {
     match kind {
         Kind::Odometry => Input::Odometry,
-        Kind::Sighting => Input::RelativePose,
+        Kind::Sighting | Kind::Track => Input::RelativePose,
         Kind::Neighbour => Input::Neighbour,
         Kind::Fix => Input::Position,
         Kind::Pose => Input::Pose,

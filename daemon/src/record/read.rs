@@ -7,7 +7,7 @@ use coloc_estimator::assist::assistant::{Ack, Heard, Words};
 use coloc_estimator::{
     Belief, Bend, Covariance2, Covariance3, GyroSample, HeadingFix, HeadingOf, Measurement, Motion,
     NeighbourPose, NotACovariance, OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix,
-    RobotId, Sighting, SlowError, Span, Stamp, Start, TickInputs,
+    RobotId, Sighting, SlowError, Span, Stamp, Start, TickInputs, TrackPose,
 };
 
 use super::{Known, Record, Step};
@@ -138,13 +138,21 @@ impl RecordedTick {
                 observed,
                 pose: relative,
                 covariance,
-            } => Measurement::Sighting(Sighting {
-                stamp: Stamp::from_nanos(stamp_ns),
-                origin: origin(source, session, sequence),
-                observed: RobotId(observed),
-                relative: pose(relative),
-                covariance: Covariance3::from_row_major(covariance)?,
-            }),
+                track,
+            } => {
+                let sighting = Sighting {
+                    stamp: Stamp::from_nanos(stamp_ns),
+                    origin: origin(source, session, sequence),
+                    observed: RobotId(observed),
+                    relative: pose(relative),
+                    covariance: Covariance3::from_row_major(covariance)?,
+                };
+                if track {
+                    Measurement::Track(TrackPose(sighting))
+                } else {
+                    Measurement::Sighting(sighting)
+                }
+            }
             Record::Neighbour {
                 stamp_ns,
                 sender,

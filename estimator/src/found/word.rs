@@ -107,6 +107,7 @@ impl Word {
             Measurement::Gyro(_)
             | Measurement::Odometry(_)
             | Measurement::Sighting(_)
+            | Measurement::Track(_)
             | Measurement::Partial(_)
             | Measurement::Ask(_)
             | Measurement::Heading(_)

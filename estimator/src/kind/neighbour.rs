@@ -2,12 +2,14 @@
 
 use super::{Key, Kind, Measured, Origin, RobotId, check_numbers, check_variances};
 use crate::convert::GlobalPose;
+use crate::covariance::Covariance3;
 use crate::filter::Filter;
 use crate::found::Gauge;
 use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
 use crate::parts::Parts;
 use crate::pose::Pose;
+use crate::rounds::Bond;
 use crate::settings::Floors;
 use crate::stamp::Stamp;
 use crate::terms::Terms;
@@ -30,6 +32,19 @@ impl NeighbourPose {
     #[must_use]
     pub fn sender(&self) -> RobotId {
         RobotId(self.origin.source)
+    }
+
+    /// Whether nothing of it is independent, as of a [`TrackPose`](super::TrackPose): it may have this robot's own wheels in it.
+    fn is_of_anything(&self) -> bool {
+        self.parts.independent == Covariance3::ZERO
+    }
+}
+
+/// `P_d := P`, `P_i := 0`: nothing of the belief is independent of what is heard next. In rounds nothing is anyway.
+fn give_up(filter: &mut Filter) {
+    if filter.bond.as_ref().is_none_or(Bond::is_apart) {
+        filter.shared();
+        filter.leave();
     }
 }
 
@@ -57,6 +72,9 @@ impl Measured for NeighbourPose {
     }
 
     fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) -> Gauge {
+        if self.is_of_anything() {
+            give_up(filter);
+        }
         let received = GlobalPose {
             pose: self.pose,
             parts: self.parts,

@@ -145,6 +145,7 @@ fn tell(robot: usize, report: &Report, log: &mut dyn FnMut(Innovation)) {
         Kind::Fix => Sensor::Fix,
         Kind::Odometry
         | Kind::Sighting
+        | Kind::Track
         | Kind::Partial
         | Kind::Ask
         | Kind::Landmark

@@ -1,6 +1,7 @@
 //! Five robots that tell one another what their cameras saw: who is seen, where it must be, and who sees, where the other believes to be.
 
 pub mod evaluate;
+mod feed;
 pub mod ideas;
 mod method;
 mod team;

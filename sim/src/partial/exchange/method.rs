@@ -60,6 +60,8 @@ pub(super) struct Method {
     pub(super) lost: bool,
     pub(super) camera: Camera,
     pub(super) numbers: Numbers,
+    /// Poses of tracks take the place of sightings, where there are any.
+    pub(super) tracks: bool,
     pub(super) idea: Idea,
     /// Of each recording, of R1 to R5, x and y \[cm\]; those with a receiver have none.
     pub(super) reference: Reference,
@@ -114,12 +116,13 @@ pub(super) const BOTH_WAYS: Method = Method {
     lost: false,
     camera: SPLIT,
     numbers: Numbers::Both,
+    tracks: false,
     idea: AS_IT_IS,
     reference: FREE,
 };
 
 /// The rows.
-pub(super) const METHODS: [Method; 10] = [
+pub(super) const METHODS: [Method; 11] = [
     Method {
         name: "alone",
         ways: Ways::None,
@@ -132,6 +135,12 @@ pub(super) const METHODS: [Method; 10] = [
     },
     Method {
         name: "both ways",
+        reference: TWO_RECEIVERS,
+        ..BOTH_WAYS
+    },
+    Method {
+        name: "both ways, fed by coloc-track",
+        tracks: true,
         reference: TWO_RECEIVERS,
         ..BOTH_WAYS
     },

@@ -5,12 +5,14 @@ use coloc_estimator::partial::{Alone, BodySighting, Reading, ReadingNoise};
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, FindingState, FoundSettings, LandmarkSighting, Measurement,
     Motion, OdometrySample, Origin, PartialSighting, Pose, PositionFix, SeenPart, Settings,
-    Sighting as FullSighting, SlowError, Span, Stamp, Start, TickInputs,
+    Sighting as FullSighting, SlowError, Span, Stamp, Start, TickInputs, TrackPose,
 };
+use coloc_track::State;
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
 use super::super::recorded::{Recorded, Sighting, Subject};
 use super::super::{CHI2_3_95, FORWARD, TURNING};
+use super::feed::Feeds;
 use super::method::{Camera, Method, Numbers, Ways};
 use crate::fleet::{Fleet, Letter, Note, id};
 use crate::random::{Noise, Purpose};
@@ -84,6 +86,8 @@ struct Team<'a> {
     /// What was told and answered in the step before.
     mail: Vec<Vec<Measurement>>,
     found: Vec<Option<Found>>,
+    /// What feeds the exchange in the place of sightings, if anything.
+    feeds: Option<Feeds>,
 }
 
 /// History slots of a robot: a second of everything.
@@ -114,6 +118,7 @@ impl<'a> Team<'a> {
             method,
             mail: vec![Vec::new(); starts.len()],
             found: vec![None; starts.len()],
+            feeds: method.tracks.then(|| Feeds::new(starts.len(), method)),
             fleet: Fleet::starting(settings(), &starts, SLOTS),
         }
     }
@@ -124,8 +129,7 @@ impl<'a> Team<'a> {
         let delivered = std::mem::replace(&mut self.mail, vec![Vec::new(); robots]);
         for (robot, mut measurements) in delivered.into_iter().enumerate() {
             measurements.push(self.odometry(step, robot));
-            let own = image.iter().filter(|it| it.sighting.observer == robot);
-            measurements.extend(own.filter_map(|it| self.method.measured(it)));
+            measurements.extend(self.seen(step, robot, image));
             measurements.extend(self.fix(step, robot, noise));
             let inputs = TickInputs {
                 stamp: stamp(self.recorded, step),
@@ -142,6 +146,21 @@ impl<'a> Team<'a> {
                 self.mail[to].push(Measurement::Neighbour(pose));
             }
         }
+    }
+
+    /// What its own sensors say: sightings, or poses of tracks in their place.
+    fn seen(&mut self, step: usize, robot: usize, image: &[Look]) -> Vec<Measurement> {
+        let method = self.method;
+        let own = image.iter().filter(|it| it.sighting.observer == robot);
+        let Some(feeds) = &mut self.feeds else {
+            return own.filter_map(|it| method.measured(it)).collect();
+        };
+        let poses = feeds.step(self.recorded, (step, robot), (method, image));
+        let fed = own.zip(poses).filter_map(|(look, pose)| match pose {
+            Some(state) => tracked(look, &state),
+            None => method.measured(look),
+        });
+        fed.collect()
     }
 
     /// What drove it in the step before.
@@ -223,7 +242,7 @@ fn of_recording(known: &[[f64; 5]; 2], recorded: &Recorded, robot: usize) -> Opt
     known[recording].get(robot).copied()
 }
 
-fn stamp(recorded: &Recorded, step: usize) -> Stamp {
+pub(super) fn stamp(recorded: &Recorded, step: usize) -> Stamp {
     let world = &recorded.world;
     Stamp::default() + Span::from_seconds(world.time_s(step) - world.start_s())
 }
@@ -234,6 +253,26 @@ fn found(recorded: &Recorded, step: usize, belief: &Belief, truth: &Pose) -> Fou
         time_s: (stamp(recorded, step) - Stamp::default()).as_seconds(),
         off: wrap(belief.pose.phi - truth.phi).abs() / sigma,
     }
+}
+
+/// When a sighting is of.
+pub(super) fn stamp_of(look: &Look) -> Stamp {
+    Stamp::default() + Span::from_seconds(look.sighting.time_s)
+}
+
+/// Where who was seen is by its track.
+fn tracked(look: &Look, state: &State) -> Option<Measurement> {
+    let Subject::Robot(seen) = look.sighting.subject else {
+        return None;
+    };
+    let ([x, y, phi], covariance) = state.relative_pose();
+    Some(Measurement::Track(TrackPose(FullSighting {
+        stamp: stamp_of(look),
+        origin: Origin::counted(look.number),
+        observed: id(seen),
+        relative: Pose::new(x, y, phi),
+        covariance: Covariance3::new(covariance).ok()?,
+    })))
 }
 
 /// As far off as a heading can be, and more.
@@ -257,7 +296,7 @@ impl Method {
     /// As the estimator takes it.
     fn measured(&self, look: &Look) -> Option<Measurement> {
         let sighting = &look.sighting;
-        let stamp = Stamp::default() + Span::from_seconds(sighting.time_s);
+        let stamp = stamp_of(look);
         let (origin, reading) = (Origin::counted(look.number), self.reading(look));
         match sighting.subject {
             Subject::Robot(seen) if self.ways == Ways::Poses => {
@@ -311,7 +350,7 @@ impl Method {
     }
 
     /// Variances of range and bearing, white and slow.
-    fn variances(&self, range_m: f64) -> [[f64; 2]; 2] {
+    pub(super) fn variances(&self, range_m: f64) -> [[f64; 2]; 2] {
         let Camera {
             relative,
             beside_m,
@@ -398,11 +437,11 @@ impl Method {
 
 /// A sighting as it is used.
 #[derive(Copy, Clone, Debug)]
-struct Look {
-    number: u64,
+pub(super) struct Look {
+    pub(super) number: u64,
     /// Of the slow errors, what was in the camera's image before.
     kept: f64,
-    sighting: Sighting,
+    pub(super) sighting: Sighting,
 }
 
 /// Steps after which somebody is told.
