@@ -20,9 +20,12 @@
 //! | [`ties`] | what a history keeps for that |
 //! | `sent` | what a leader says of its error |
 //! | [`tree`] | which pose goes where, if leaders know all readings |
+//! | [`readings`], [`trail`], [`gathered`] | what leaders are told for that, and whom they reach |
+//! | `full`, `digest` | a robot's part in it, and what reveals that leaders were told different things |
 //! | [`search`], [`path`] | the same without a centre, at one child and one event |
 //! | [`events`], [`slot`], [`refusal`] | all events that are open at a child, and what it does not listen to |
 //! | [`assistant`] | a robot's part in all that, beside its estimator |
+//! | `way` | a robot's own way between two moments |
 //! | [`wait`] | when the thesis's child fuses what has come |
 //! | [`team`] | robots as bits |
 
@@ -31,16 +34,22 @@ pub mod bond;
 pub mod change;
 pub mod cross;
 pub mod datum;
+mod digest;
 pub mod events;
+mod full;
 pub mod fusion;
+pub mod gathered;
 pub mod kalman;
 pub mod path;
+pub mod readings;
 pub mod refusal;
 pub mod search;
 mod sent;
 pub mod slot;
 pub mod team;
 pub mod ties;
+pub mod trail;
 pub mod transition;
 pub mod tree;
 pub mod wait;
+mod way;

@@ -118,6 +118,7 @@ impl Robot {
             ahead: Span::ZERO,
             data: &data,
             acks: &acks,
+            ..Words::default()
         };
         let (outputs, carried) = step(&mut self.estimator, &mut self.assistant, &inputs, &words);
         assert_eq!((outputs.overflowed, outputs.outgoing.len()), (0, 0));

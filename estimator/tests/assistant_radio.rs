@@ -435,6 +435,7 @@ impl Robot {
             ahead: Span::ZERO,
             data: &data,
             acks: &acks,
+            ..Words::default()
         };
         let (outputs, carried) = step(&mut self.estimator, &mut self.assistant, &inputs, &words);
         assert_eq!(outputs.overflowed, 0);

@@ -10,9 +10,11 @@
 //! leader: what it sees of children, from the belief after all of that stamp    child: time-outs, then what can be handed on
 //! ```
 
-use super::datum::{Reading, carried, extend, first, reversed};
+use super::datum::Reading;
 use super::events::{Data, Events, Now, OPEN_EVENTS, Terms, Word};
+use super::full::Full;
 use super::path::{LONGEST_PATH, Path};
+use super::readings::{HeardReadings, Readings};
 use super::refusal::Refusal;
 use super::search::{Answer, Patience};
 use super::sent::Sent;
@@ -20,7 +22,7 @@ use super::slot::{Slot, Slots};
 use super::team::{MOST_LEADERS, NotATeam, Place, Robots, Team};
 use super::ties::Said;
 use super::wait::Wait;
-use crate::belief::Belief;
+use super::way::{said_of, way_of};
 use crate::convert::GlobalPose;
 use crate::estimator::Estimator;
 use crate::history::Storage;
@@ -28,8 +30,7 @@ use crate::input::TickInputs;
 use crate::kind::{Kind, LeaderPose, Measured, Measurement, Origin, RobotId, Sighting};
 use crate::list::FixedList;
 use crate::output::{Source, TickOutputs, Verdict};
-use crate::parts::Parts;
-use crate::settings::{Propagation, Settings};
+use crate::settings::Settings;
 use crate::stamp::{Span, Stamp};
 
 /// So many data can one tick send, and as many acknowledgements.
@@ -58,6 +59,9 @@ pub struct Agreement {
     /// What a child takes is fused once a pose of each leader is there that it has heard of late, or so long after the event \[ms\].
     /// `None`: at once.
     pub delay: Option<u32>,
+    /// All robots tell leaders what they see; a leader works out whom it reaches so long after the event. `None`: what is taken is
+    /// handed on from child to child.
+    pub readings_deadline: Option<Span>,
 }
 
 /// A datum as it is on its way, by the numbers of the robots.
@@ -73,6 +77,8 @@ pub struct Message {
     pub robots: u8,
     /// It is not to be handed on.
     pub is_final: bool,
+    /// What its leader knew of the event, where leaders know all readings; else 0.
+    pub digest: u32,
     /// y*, and R* in its parts.
     pub said: GlobalPose,
     /// Of the leader.
@@ -121,6 +127,8 @@ pub struct Words<'a> {
     pub data: &'a [Heard],
     /// What became of what it handed on.
     pub acks: &'a [Ack],
+    /// What they saw of children, for a leader.
+    pub readings: &'a [HeardReadings],
 }
 
 /// What is to be told.
@@ -130,6 +138,8 @@ pub struct Carried<'a> {
     pub data: &'a [Told],
     /// To children whose data came.
     pub acks: &'a [Ack],
+    /// To all leaders: what this robot saw of children.
+    pub readings: &'a [Readings],
 }
 
 /// What became of data, since the start.
@@ -147,6 +157,8 @@ pub struct Counts {
     pub freed_late: u64,
     /// Events that were closed before their time.
     pub closed_early: u64,
+    /// Data of a leader that knew something else of the event than one whose datum was taken.
+    pub disagreed: u64,
 }
 
 /// A child that is seen.
@@ -189,6 +201,8 @@ pub struct Assistant {
     held: FixedList<Held, MOST_HELD>,
     /// When each leader was heard last.
     heard: [Option<Slot>; MOST_LEADERS],
+    /// Where leaders know all readings.
+    full: Option<Full>,
 }
 
 /// One tick of a robot that has a part in a team; as pure as [`crate::step`].
@@ -232,6 +246,7 @@ impl Assistant {
             counted: 0,
             held: FixedList::new(Held::nothing()),
             heard: [None; MOST_LEADERS],
+            full: agreement.readings_deadline.map(Full::new),
         })
     }
 
@@ -247,6 +262,7 @@ impl Assistant {
         Counts {
             freed_late: self.events.freed_late(),
             closed_early: self.events.closed_early(),
+            disagreed: self.events.disagreed(),
             ..self.counts
         }
     }
@@ -255,6 +271,7 @@ impl Assistant {
         Carried {
             data: self.data.as_slice(),
             acks: self.acks.as_slice(),
+            readings: self.full.as_ref().map_or(&[], Full::said),
         }
     }
 
@@ -263,6 +280,9 @@ impl Assistant {
         self.data.clear();
         self.acks.clear();
         self.due.clear();
+        if let Some(full) = &mut self.full {
+            full.begin();
+        }
         if self.ahead.replace(ahead) != Some(ahead)
             && let Some(slots) = self.slots()
         {
@@ -270,6 +290,9 @@ impl Assistant {
             self.sent.forget();
             self.counted = self.counted.wrapping_add(1);
             self.heard = [None; MOST_LEADERS];
+            if let Some(full) = &mut self.full {
+                full.forget();
+            }
         }
         self.wake(now);
     }
@@ -309,7 +332,7 @@ impl Assistant {
             team: self.agreement.team,
             slots,
             patience: self.agreement.patience,
-            is_full: false,
+            is_full: self.full.is_some(),
             propagation: settings.propagation,
         };
         let now = Now {
@@ -400,17 +423,11 @@ impl Assistant {
         let Some((terms, at)) = self.terms(now, estimator.settings()) else {
             return;
         };
-        if !self.leads() {
-            for Seen {
-                child,
-                stamp,
-                reading,
-            } in self.due.as_slice()
-            {
-                // Of an event that is over, or one child too many, nothing comes.
-                let _ = self
-                    .events
-                    .see(&terms, at, (*child, *stamp, *reading), millis(*stamp));
+        self.look(&terms, at);
+        for heard in words.readings {
+            if let Err(verdict) = self.gather(estimator, &terms, now, heard) {
+                let sender = RobotId(heard.origin.source);
+                report(estimator, sender, heard.readings.stamp, verdict);
             }
         }
         for ack in words.acks {
@@ -422,6 +439,39 @@ impl Assistant {
             self.hear(estimator, &terms, at, heard);
         }
         self.fuse_what_is_due(estimator, at);
+    }
+
+    /// What makes the edges.
+    fn look(&mut self, terms: &Terms, at: Now) {
+        let leads = self.leads();
+        for seen in self.due.as_slice() {
+            let (stamp, it) = (seen.stamp, (seen.child, seen.stamp, seen.reading));
+            // Of an event that is over, or one child too many, nothing comes.
+            let _ = match &mut self.full {
+                Some(full) => full.see(terms, it),
+                None => !leads && self.events.see(terms, at, it, millis(stamp)),
+            };
+        }
+    }
+
+    /// What another robot saw, at a leader.
+    fn gather<S: Storage>(
+        &mut self,
+        estimator: &Estimator<S>,
+        terms: &Terms,
+        now: Stamp,
+        heard: &HeardReadings,
+    ) -> Result<(), Verdict> {
+        let refused = Verdict::Refused;
+        let leads = self.leads();
+        let full = self.full.as_mut().filter(|_| leads);
+        let full = full.ok_or(refused(Refusal::NotForRole))?;
+        let speaker = terms.team.place(RobotId(heard.origin.source));
+        let speaker = speaker.ok_or(refused(Refusal::UnknownRobot))?;
+        estimator.check_time(heard.readings.stamp)?;
+        let is_taken = full.hear(terms, speaker, &heard.readings, now);
+        self.counts.declined += u64::from(!is_taken.map_err(refused)?);
+        Ok(())
     }
 
     /// Into the history, or to where it waits.
@@ -539,6 +589,7 @@ impl Assistant {
             stamp: message.stamp,
             path,
             is_final: message.is_final,
+            digest: message.digest,
             said: message.said,
             word: message.word,
         };
@@ -553,7 +604,9 @@ impl Assistant {
             return;
         };
         let before = self.data.as_slice().len();
-        let overflowed = if self.leads() {
+        let overflowed = if self.full.is_some() {
+            self.say_all(estimator, &terms, now)
+        } else if self.leads() {
             self.say_first(estimator, &terms)
         } else {
             self.hand_on(estimator, &terms, at)
@@ -561,6 +614,24 @@ impl Assistant {
         let sent = self.data.as_slice().len() - before;
         self.counts.forwarded += sent as u64;
         (0..overflowed).for_each(|_| estimator.outbox().count_overflow());
+    }
+
+    /// What was seen, to leaders; a leader's data of all that it reaches. How many found no room.
+    fn say_all<S: Storage>(
+        &mut self,
+        estimator: &Estimator<S>,
+        terms: &Terms,
+        now: Stamp,
+    ) -> usize {
+        let Some(full) = &mut self.full else {
+            return 0;
+        };
+        full.say(terms, estimator, (self.own, &mut self.sent), now);
+        let (mut overflowed, data) = (0, &mut self.data);
+        full.reach(terms, estimator, self.own, now, |it| {
+            overflowed += usize::from(!data.push(Told::of(&terms.team, it)));
+        });
+        overflowed
     }
 
     /// A leader's first hops; how many found no room.
@@ -587,6 +658,7 @@ impl Assistant {
                 stamp: seen.stamp,
                 path: Path::first(self.own, seen.child),
                 is_final: false,
+                digest: 0,
                 said: said_of(&sent.belief, way.as_ref(), &seen.reading, terms.propagation),
                 word: sent.word,
             };
@@ -671,6 +743,7 @@ impl Default for Message {
             path: [RobotId(0); LONGEST_PATH],
             robots: 0,
             is_final: false,
+            digest: 0,
             said: GlobalPose::default(),
             word: Word::default(),
         }
@@ -700,6 +773,7 @@ impl Told {
                 path,
                 robots: u8::try_from(data.path.places().len()).unwrap_or(0),
                 is_final: data.is_final,
+                digest: data.digest,
                 said: data.said,
                 word: data.word,
             },
@@ -748,34 +822,9 @@ impl Agreement {
             phase: Span::ZERO,
             patience,
             delay: None,
+            readings_deadline: None,
         })
     }
-}
-
-/// The robot's own way, gone back where it has to be.
-fn way_of<S: Storage>(estimator: &Estimator<S>, from: Stamp, to: Stamp) -> Option<Reading> {
-    if from <= to {
-        estimator.way(from, to)
-    } else {
-        estimator.way(to, from).as_ref().map(reversed)
-    }
-}
-
-/// Where a leader's sighting puts a child: from where it was at the event, by its own wheels to where it saw the child.
-fn said_of(
-    leader: &Belief,
-    way: Option<&Reading>,
-    reading: &Reading,
-    propagation: Propagation,
-) -> GlobalPose {
-    let Some(way) = way else {
-        return first(leader, reading, propagation);
-    };
-    let from = GlobalPose {
-        pose: leader.pose,
-        parts: Parts::dependent(leader.total()),
-    };
-    extend(&carried(&from, way, propagation), reading, propagation)
 }
 
 /// Ticks of a search are milliseconds, counted round.

@@ -45,6 +45,8 @@ pub struct Data {
     pub path: Path,
     /// It is fused and not handed on: leaders know all readings.
     pub is_final: bool,
+    /// What its leader knew of the event, where leaders know all readings; else 0.
+    pub digest: u32,
     /// y*, and R* in its parts.
     pub said: GlobalPose,
     /// Of the leader.
@@ -87,6 +89,7 @@ struct Sighted {
 #[derive(Copy, Clone, Debug, Default)]
 struct Datum {
     stamp: Stamp,
+    digest: u32,
     said: GlobalPose,
     word: Word,
 }
@@ -111,6 +114,7 @@ pub struct Events {
     open: [Option<Event>; OPEN_EVENTS],
     early: u64,
     late: u64,
+    disagreed: u64,
 }
 
 impl Event {
@@ -133,6 +137,17 @@ impl Event {
     /// What is left in the place of one that was long ago is over.
     fn is_recent(&self, now: Now) -> bool {
         self.slot.0 > now.slot.0.saturating_sub(SPAN)
+    }
+
+    /// Whether a datum was taken here whose leader knew something else.
+    fn disagrees(&self, terms: &Terms, data: &Data) -> bool {
+        let places = terms.team.leaders().each();
+        let ranks = places.filter_map(|place| terms.team.rank(place));
+        let mut taken = ranks.filter(|rank| self.search.path_of(*rank).is_some());
+        taken.any(|rank| {
+            let taken = self.data.get(rank.index());
+            taken.is_some_and(|it| it.digest != data.digest)
+        })
     }
 
     fn is_over(&self, tick: u32, patience: Patience) -> bool {
@@ -169,6 +184,7 @@ impl Event {
                 stamp: seen.stamp,
                 path: *path,
                 is_final: false,
+                digest: 0,
                 said,
                 word: datum.word,
             });
@@ -239,6 +255,7 @@ impl Events {
             open: core::array::from_fn(|_| None),
             early: 0,
             late: 0,
+            disagreed: 0,
         }
     }
 
@@ -252,6 +269,12 @@ impl Events {
     #[must_use]
     pub fn freed_late(&self) -> u64 {
         self.late
+    }
+
+    /// How many data came of a leader that knew something else of the event than one whose datum was taken.
+    #[must_use]
+    pub fn disagreed(&self) -> u64 {
+        self.disagreed
     }
 
     /// A child is seen at an event that began in the tick `began`. False where that event is over, or the child sees too many.
@@ -295,15 +318,24 @@ impl Events {
             return Ok(Answer::Closed);
         };
         let age = event.age(now.tick);
-        let answer = event.search.hear(leader, &data.path, age, terms.patience);
+        let is_other = terms.is_full && event.disagrees(terms, data);
+        // Leaders that know the same use no sighting twice; of those that do not the first one is believed.
+        let is_used = is_other && event.search.shares_a_sighting(leader, &data.path);
+        let answer = if is_used {
+            Answer::Declined
+        } else {
+            event.search.hear(leader, &data.path, age, terms.patience)
+        };
         let place = event.data.get_mut(leader.index());
         if let (Answer::Accepted, Some(place)) = (answer, place) {
             *place = Datum {
                 stamp: data.stamp,
+                digest: data.digest,
                 said: data.said,
                 word: data.word,
             };
         }
+        self.disagreed += u64::from(is_other);
         Ok(answer)
     }
 

@@ -265,6 +265,20 @@ impl Search {
         taken.find(|it| it.leader == leader).map(|it| &it.path)
     }
 
+    /// Whether a sighting of this path is in that of another leader's datum that was taken.
+    #[must_use]
+    pub fn shares_a_sighting(&self, leader: Rank, path: &Path) -> bool {
+        let mut others = self
+            .taken
+            .as_slice()
+            .iter()
+            .filter(|it| it.leader != leader);
+        others.any(|it| {
+            let mut used = path.places().windows(2);
+            used.any(|one| it.path.places().windows(2).any(|other| one == other))
+        })
+    }
+
     /// How many data were taken.
     #[must_use]
     pub fn count(&self) -> usize {

@@ -20,6 +20,19 @@ impl Slots {
         (period > Span::ZERO).then_some(Self { period, phase })
     }
 
+    /// How long an event is.
+    #[must_use]
+    pub fn period(&self) -> Span {
+        self.period
+    }
+
+    /// When an event begins, as far as that can be a stamp.
+    #[must_use]
+    pub fn begin(&self, slot: Slot) -> Stamp {
+        let since = slot.0.saturating_mul(self.period.as_nanos());
+        Stamp::from_nanos(since.saturating_add(self.phase.as_nanos()))
+    }
+
     /// `⌊(stamp − phase)/period⌋`
     #[must_use]
     pub fn of(&self, stamp: Stamp) -> Slot {
