@@ -6,16 +6,18 @@
 //! | [`one`](accuracy::one) | the same with one receiver | the specification's figures |
 //! | [`trouble`] | absent robots, lost messages, leaders killed, a team cut in two, a robot that has forgotten | the joint filter with the same robots left out, to 10⁻⁹ |
 //!
-//! The rounds themselves are [`coloc_rounds`]; here are the network ([`Trouble`]), a team on it ([`Crew`]) and the joint filter in one
+//! The rounds themselves are [`coloc_rounds`]; here are the network ([`Trouble`]), a team on it ([`Crew`], and as it flies [`Flight`]) and the joint filter in one
 //! matrix ([`reference`](mod@reference)).
 
 pub mod accuracy;
 mod crew;
+mod flight;
 mod network;
 pub mod reference;
 pub mod trouble;
 
 pub use crew::{Counts, Crew, Plan};
+pub use flight::{Flight, Tally};
 pub use network::Trouble;
 
 use std::path::PathBuf;
