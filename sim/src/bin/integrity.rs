@@ -23,7 +23,7 @@ struct Args {
     /// The folder with recordings; else `COLOC_DATA`, else `shared/data` beside the repository or above
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
-    /// These parts alone: contain, lies, faults, drift, usual, paper
+    /// These parts alone: contain, promised, lies, faults, drift, usual, paper
     #[arg(long, value_name = "PART")]
     only: Vec<String>,
     /// Write the tables between the marks of this document
@@ -32,8 +32,9 @@ struct Args {
 }
 
 /// What it consists of.
-const PARTS: [Part<Form>; 6] = [
+const PARTS: [Part<Form>; 7] = [
     ("contain", contain::find),
+    ("promised", contain::promised),
     ("lies", lies::find),
     ("faults", faults::find),
     ("drift", drift::find),

@@ -34,11 +34,11 @@ const MOST_EXCHANGES: usize = 64;
 pub struct Tally {
     /// Rounds that were made.
     pub rounds: u64,
-    /// Corrections that robots took.
-    pub taken: u64,
+    /// Corrections that robots were told.
+    pub corrections: u64,
     /// Those of them that came after the history.
     pub late: u64,
-    /// Corrections that robots refused.
+    /// Words of rounds that robots refused, late corrections among them.
     pub refused: u64,
     /// Rounds that were taken back.
     pub undone: u64,
@@ -170,24 +170,13 @@ impl Flight {
         log: &mut dyn FnMut(Innovation),
     ) -> Option<AtSlot> {
         let measurements = self.measured(robot, inputs);
-        let begins = self.pilots[robot].estimator.settings().history;
         let stamp = self.settings.stamp(inputs.step);
-        let late = measurements.iter().filter_map(|it| match it {
-            Measurement::Round(RoundWord {
-                deed: Deed::Correct { slot, .. },
-                ..
-            }) => Some(*slot),
-            _ => None,
-        });
-        #[allow(clippy::cast_possible_truncation)] // Steps.
-        let late =
-            late.filter(|slot| self.settings.stamp(*slot as usize * self.every) < stamp - begins);
-        let late = late.count() as u64;
         let tick = TickInputs {
             stamp,
             measurements: &measurements,
         };
         let pilot = &mut self.pilots[robot];
+        let begins = stamp - pilot.estimator.settings().history;
         let outputs = step(&mut pilot.estimator, &tick);
         for report in outputs.reports {
             let (accepted, d2) = match report.verdict {
@@ -212,20 +201,23 @@ impl Flight {
             .reports
             .iter()
             .filter(|it| it.source.kind == Kind::Round && it.verdict != Verdict::Heard);
-        let refused = refused.count() as u64;
-        self.tally.refused += refused;
+        self.tally.refused += refused.count() as u64;
+        pilot.estimate = outputs.estimate;
+        let shared = outputs.shared;
         for deed in words {
             match deed {
-                Deed::Correct { .. } => self.tally.taken += 1,
+                #[allow(clippy::cast_possible_truncation)] // Steps.
+                Deed::Correct { slot, .. } => {
+                    self.tally.corrections += 1;
+                    let of = self.settings.stamp(slot as usize * self.every);
+                    self.tally.late += u64::from(of < begins);
+                }
                 Deed::Undo(_) => self.tally.undone += 1,
                 Deed::Join => self.tally.joined += 1,
                 Deed::Share(_) | Deed::Leave => {}
             }
         }
-        self.tally.taken = self.tally.taken.saturating_sub(refused);
-        self.tally.late += late.saturating_sub(refused);
-        pilot.estimate = outputs.estimate;
-        outputs.shared
+        shared
     }
 
     fn see(&mut self, inputs: &StepInputs) {
