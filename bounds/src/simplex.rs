@@ -112,6 +112,9 @@ pub struct Simplex {
     starts: Vec<usize>,
     terms: Vec<(usize, f64)>,
     rhs: Vec<f64>,
+    /// The same, unknown by unknown: the rows that have it.
+    of_unknown: Vec<usize>,
+    in_rows: Vec<(usize, f64)>,
     /// The rows of the vertex.
     working: Vec<usize>,
     is_working: Vec<bool>,
@@ -121,6 +124,11 @@ pub struct Simplex {
     objective: Vec<f64>,
     multipliers: Vec<f64>,
     step: Vec<f64>,
+    /// Of each row, how fast an edge goes towards it.
+    towards: Vec<f64>,
+    /// Of each row, as far as they are known.
+    slacks: Vec<f64>,
+    has_slacks: bool,
     entering: Vec<f64>,
     /// Rows that an edge goes towards, how far it is there and how squarely they are met.
     ahead: Vec<(usize, f64, f64)>,
@@ -227,12 +235,15 @@ impl Simplex {
         terms.push((columns, -1.0));
         starts.push(terms.len());
         rhs.push(0.0);
+        let (of_unknown, in_rows) = by_unknown(size, &starts, &terms);
         Self {
             program,
             size,
             starts,
             terms,
             rhs,
+            of_unknown,
+            in_rows,
             working: Vec::with_capacity(size),
             is_working: vec![false; all],
             inverse: vec![0.0; size * size],
@@ -240,6 +251,9 @@ impl Simplex {
             objective: vec![0.0; size],
             multipliers: vec![0.0; size],
             step: vec![0.0; size],
+            towards: vec![0.0; all],
+            slacks: vec![0.0; all],
+            has_slacks: false,
             entering: vec![0.0; size],
             ahead: Vec::with_capacity(all),
             residual: vec![0.0; size],
@@ -304,7 +318,7 @@ impl Simplex {
 
     fn begin_at_corner(&mut self) {
         let (columns, rows) = (self.size - 1, self.program.rows());
-        self.held = None;
+        (self.held, self.has_slacks) = (None, false);
         self.steps_since_refactor = 0;
         for column in 0..columns {
             self.z[column] = self.program.bounds(column).0;
@@ -362,6 +376,7 @@ impl Simplex {
         self.find_step(leaving);
         let length = self.z[self.size - 1] / -self.step[self.size - 1];
         self.pivot(leaving, self.tau_row(), length);
+        self.has_slacks = false;
     }
 
     /// Climbs until the top is one within rounding, or row `until` is met.
@@ -412,6 +427,7 @@ impl Simplex {
                 return Err(Failed);
             };
             nowhere = if length <= NOWHERE { nowhere + 1 } else { 0 };
+            self.advance(length);
             self.pivot(leaving, row, length);
             if until == Some(row) {
                 return Ok(());
@@ -475,13 +491,16 @@ impl Simplex {
     fn met(&mut self, bland: bool) -> Option<(usize, f64)> {
         let parallel = self.care.parallel * longest(&self.step).max(1.0);
         let tolerance = if bland { 0.0 } else { AT_ONCE };
+        self.find_towards();
+        if !self.has_slacks {
+            self.find_slacks();
+        }
         let mut ahead = core::mem::take(&mut self.ahead);
         ahead.clear();
         let mut first = f64::INFINITY;
-        for row in (0..self.rhs.len()).filter(|&row| !self.is_working[row]) {
-            let towards = self.dot(row, &self.step);
-            if towards > parallel {
-                let slack = self.slack(row).max(0.0);
+        for (row, &towards) in self.towards.iter().enumerate() {
+            if towards > parallel && !self.is_working[row] {
+                let slack = self.slacks[row].max(0.0);
                 first = first.min((slack + tolerance) / towards);
                 ahead.push((row, slack / towards, towards));
             }
@@ -494,6 +513,39 @@ impl Simplex {
         }
         self.ahead = ahead;
         best.map(|(row, length, _)| (row, length))
+    }
+
+    /// Of all rows at once: an edge moves few unknowns.
+    fn find_towards(&mut self) {
+        self.towards.fill(0.0);
+        for (unknown, &step) in self.step.iter().enumerate() {
+            if step != 0.0 {
+                let rows = self.of_unknown[unknown]..self.of_unknown[unknown + 1];
+                for &(row, factor) in &self.in_rows[rows] {
+                    self.towards[row] += factor * step;
+                }
+            }
+        }
+    }
+
+    fn find_slacks(&mut self) {
+        self.slacks.copy_from_slice(&self.rhs);
+        for (unknown, &z) in self.z.iter().enumerate() {
+            if z != 0.0 {
+                let rows = self.of_unknown[unknown]..self.of_unknown[unknown + 1];
+                for &(row, factor) in &self.in_rows[rows] {
+                    self.slacks[row] -= factor * z;
+                }
+            }
+        }
+        self.has_slacks = true;
+    }
+
+    /// Goes along the edge that was looked along for the row that it meets first.
+    fn advance(&mut self, length: f64) {
+        for (slack, towards) in self.slacks.iter_mut().zip(&self.towards) {
+            *slack -= length * towards;
+        }
     }
 
     /// Goes along the edge, and takes up `row` in the place of row `q` of the vertex.
@@ -592,6 +644,7 @@ impl Simplex {
 
     /// One step of iterative refinement: `z += A_W⁻¹ (b_W − A_W z)`.
     fn refine_vertex(&mut self) {
+        self.has_slacks = false;
         for q in 0..self.size {
             self.residual[q] = self.slack(self.working[q]);
         }
@@ -655,9 +708,10 @@ impl Simplex {
     }
 
     /// The row, of those that are not the vertex's, that is broken most, and its slack.
-    fn worst(&self) -> (usize, f64) {
+    fn worst(&mut self) -> (usize, f64) {
+        self.find_slacks();
         let rows = (0..self.rhs.len()).filter(|&row| !self.is_working[row]);
-        rows.map(|row| (row, self.slack(row)))
+        rows.map(|row| (row, self.slacks[row]))
             .fold(
                 (0, f64::INFINITY),
                 |worst, it| {
@@ -685,6 +739,30 @@ impl Simplex {
             at_bound: working.any(|(&row, &y)| row >= rows && row != tau && y > 1e-9),
         }
     }
+}
+
+/// The rows that have each unknown, and where those of one begin.
+fn by_unknown(
+    size: usize,
+    starts: &[usize],
+    terms: &[(usize, f64)],
+) -> (Vec<usize>, Vec<(usize, f64)>) {
+    let mut of_unknown = vec![0; size + 1];
+    for (unknown, _) in terms {
+        of_unknown[unknown + 1] += 1;
+    }
+    for unknown in 0..size {
+        of_unknown[unknown + 1] += of_unknown[unknown];
+    }
+    let mut next = of_unknown.clone();
+    let mut in_rows = vec![(0, 0.0); terms.len()];
+    for (row, ends) in starts.windows(2).enumerate() {
+        for &(unknown, factor) in &terms[ends[0]..ends[1]] {
+            in_rows[next[unknown]] = (row, factor);
+            next[unknown] += 1;
+        }
+    }
+    (of_unknown, in_rows)
 }
 
 fn longest(vector: &[f64]) -> f64 {

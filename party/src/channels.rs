@@ -12,8 +12,8 @@ use coloc_shm_types::{
 };
 
 use crate::refusal::Refusal;
-use crate::seat::{Deed, Seat, Seen, Word};
 use crate::wire::{self, Team};
+use coloc_rounds::seat::{Deed, Seat, Seen, Word};
 
 /// How far back messages are understood \[ns\], and by how much clocks of the team may differ.
 const HISTORY_NS: i64 = 5_000_000_000;

@@ -6,7 +6,7 @@
 //!                           └── relative_pose
 //! ```
 //!
-//! * **A [`Seat`](seat::Seat) decides**, and knows no channel and no clock: it is told messages and the time. The rounds themselves are
+//! * **A [`Seat`](coloc_rounds::seat::Seat) decides**, and knows no channel and no clock: it is told messages and the time. The rounds themselves are
 //!   [`coloc_rounds`].
 //! * **Nothing here is waited for.** `colocd` goes on with its wheels and its receiver whatever becomes of this process, and takes a correction only
 //!   if a round can have made it of what it shared.
@@ -17,5 +17,4 @@
 pub mod channels;
 pub mod program;
 pub mod refusal;
-pub mod seat;
 pub mod wire;

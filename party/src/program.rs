@@ -16,7 +16,7 @@ use coloc_sensors::{EndError, Moment, Report};
 
 use crate::channels::{Channels, FIGURES, team};
 use crate::refusal::Refusal;
-use crate::seat::{Deed, Seat};
+use coloc_rounds::seat::{Deed, Seat};
 
 /// From one look at the channels to the next.
 const LOOK: Duration = Duration::from_millis(5);

@@ -1,4 +1,4 @@
-//! Messages as the channels carry them, and as a [`Seat`](crate::seat::Seat) understands them. Robots have team numbers there, and places in the
+//! Messages as the channels carry them, and as a [`Seat`](coloc_rounds::seat::Seat) understands them. Robots have team numbers there, and places in the
 //! ascending list of these here.
 
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use coloc_rounds::{Correction, Going, Message, Round, Share, Shared, Sighting, S
 use coloc_shm_types as shm;
 use nalgebra::Matrix3;
 
-use crate::seat::{Deed, Told};
+use coloc_rounds::seat::{Deed, Told};
 
 /// The team numbers, ascending.
 #[derive(Clone, Debug, PartialEq, Eq)]

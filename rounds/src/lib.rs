@@ -8,6 +8,7 @@
 //! * [`Member`]: a robot's own part, for the thread that ticks; a correction is an entry of its history.
 //! * [`Round`]: what the team knows together, and the leader's update.
 //! * [`Party`]: who leads, who takes part, how a missed round is fetched.
+//! * [`Seat`](seat::Seat): a robot's place among them: its party, what it sees, and what `colocd` is to do.
 //! * [`gate`]: what of a round a robot believes: it is no master key.
 //! * [`model`], [`Joint`]: measurements and the filter itself.
 //!
@@ -19,6 +20,7 @@ pub mod member;
 pub mod model;
 pub mod party;
 pub mod round;
+pub mod seat;
 
 pub use coloc_estimator::rounds::{Correction, Refusal, Shared, Standing, gate};
 pub use joint::{Joint, Outcome};

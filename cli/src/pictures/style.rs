@@ -51,7 +51,12 @@ pub(crate) fn method_color(kind: Kind) -> RGBColor {
         Kind::LeaderKf => olive,
         Kind::LeaderSplit => brown,
         Kind::LeaderCross => violet,
-        Kind::Ccl | Kind::Dkf | Kind::Rounds | Kind::Rounds5 => green,
+        Kind::Ccl
+        | Kind::Dkf
+        | Kind::Rounds
+        | Kind::Rounds5
+        | Kind::RoundsStep
+        | Kind::RoundsStep5 => green,
     }
 }
 

@@ -17,10 +17,13 @@ struct Args {
     /// Where all chance comes from
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// How many runs of each recording with honest robots, instead of 4, or 1 with --short
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    runs: Option<u16>,
     /// The folder with recordings; else `COLOC_DATA`, else `shared/data` beside the repository or above
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
-    /// These parts alone: contain, lies, faults, drift, usual, paper
+    /// These parts alone: contain, promised, lies, faults, drift, usual, paper
     #[arg(long, value_name = "PART")]
     only: Vec<String>,
     /// Write the tables between the marks of this document
@@ -29,8 +32,9 @@ struct Args {
 }
 
 /// What it consists of.
-const PARTS: [Part<Form>; 6] = [
+const PARTS: [Part<Form>; 7] = [
     ("contain", contain::find),
+    ("promised", contain::promised),
     ("lies", lies::find),
     ("faults", faults::find),
     ("drift", drift::find),
@@ -41,11 +45,12 @@ const PARTS: [Part<Form>; 6] = [
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let args = Args::parse();
     let data = recordings(args.data);
-    let form = if args.short {
+    let mut form = if args.short {
         Form::short(args.seed, data)
     } else {
         Form::long(args.seed, data)
     };
+    form.runs = args.runs.unwrap_or(form.runs);
     let page = args.markdown.as_deref().map(|path| Page {
         path,
         mark: "integrity",

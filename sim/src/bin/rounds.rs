@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use coloc_sim::campaign::{Page, Part, recordings, run};
-use coloc_sim::rounds::{Form, accuracy, trouble};
+use coloc_sim::rounds::{Form, accuracy, flights, trouble};
 
 /// How accurate and honest is a joint filter in rounds, and is it one, whatever goes wrong?
 #[derive(Parser)]
@@ -23,7 +23,7 @@ struct Args {
     /// The folder with recordings; else `COLOC_DATA`, else `shared/data` beside the repository or above
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
-    /// These parts alone: trouble, accuracy, one
+    /// These parts alone: trouble, accuracy, one, flown, flown-one, flights
     #[arg(long, value_name = "PART")]
     only: Vec<String>,
     /// Write the tables between the marks of this document
@@ -32,10 +32,13 @@ struct Args {
 }
 
 /// What it consists of.
-const PARTS: [Part<Form>; 3] = [
+const PARTS: [Part<Form>; 6] = [
     ("trouble", trouble::find),
     ("accuracy", accuracy::find),
     ("one", accuracy::one),
+    ("flown", accuracy::flown),
+    ("flown-one", accuracy::flown_one),
+    ("flights", flights::find),
 ];
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {

@@ -5,7 +5,7 @@ use coloc_bounds::monitor::{Contained, Judge, Standing, distance};
 use rayon::prelude::*;
 
 use super::Form;
-use super::bar::{Bars, found, quantile};
+use super::bar::{Bars, found, quantile, wilson};
 use super::setting::Setting;
 use super::slots::{Drive, margin};
 use crate::campaign::Finding;
@@ -168,7 +168,7 @@ pub fn find(form: &Form) -> Finding {
             let mut table = Table::new(HEAD);
             let tallies: Vec<_> = worlds
                 .iter()
-                .map(|(number, world)| (*number, runs(form, world, Setting::HARD, form.runs)))
+                .map(|(number, world)| (*number, runs(form, world, Setting::FORGETFUL, form.runs)))
                 .collect();
             let mut judged = Vec::new();
             let mut slots = 0;
@@ -190,7 +190,33 @@ pub fn find(form: &Form) -> Finding {
     )
 }
 
-fn judge(number: u32, tally: &mut Tally, bars: &mut Bars) {
+/// The same where means are promised too: errors that are independent keep that promise, but for once in a long while.
+#[must_use]
+#[allow(clippy::cast_precision_loss)] // Thousands.
+pub fn promised(form: &Form) -> Finding {
+    found(
+        "Honest robots, and means are promised",
+        form,
+        |worlds, bars| {
+            let mut table = Table::new(HEAD);
+            let mut lines = Bars::default();
+            let (mut violated, mut slots) = (0, 0);
+            for (number, world) in worlds {
+                let mut tally = runs(form, world, Setting::HARD, form.runs);
+                table.row(row(*number, &mut tally));
+                violated += tally.violated;
+                slots += tally.slots;
+                judge_truth(*number, &tally, &mut lines);
+            }
+            bars.table(&table.text());
+            let most = 100.0 * wilson(violated, slots)[1];
+            bars.table(&format!("{violated} of {slots} honest slots of the team did not keep the promise: {most:.3} % at most."));
+            bars.append(lines);
+        },
+    )
+}
+
+fn judge_truth(number: u32, tally: &Tally, bars: &mut Bars) {
     bars.hold(
         tally.truth_outside == 0 && tally.heading_outside == 0,
         &format!(
@@ -198,6 +224,10 @@ fn judge(number: u32, tally: &mut Tally, bars: &mut Bars) {
             tally.truth_outside, tally.heading_outside
         ),
     );
+}
+
+fn judge(number: u32, tally: &mut Tally, bars: &mut Bars) {
+    judge_truth(number, tally, bars);
     for (robot, areas) in tally.areas.iter_mut().enumerate() {
         let document = AREAS_M2[usize::from(robot > 1)];
         let median = quantile(areas, 0.5);

@@ -3,6 +3,7 @@
 //! | part | what | bar |
 //! | --- | --- | --- |
 //! | [`contain`] | honest robots, errors within their bounds | the truth inside in every slot, areas of the specification, no alarm that is not proven |
+//! | [`promised`](contain::promised) | the same, and means are promised | none: how often that promise is not kept |
 //! | [`lies`] | an estimate that is off by a constant | 1 m in two slots |
 //! | [`faults`] | one source lies at a time: a fix, a robot's sightings | a fix that is off by 3 m in two slots, named alone in nine of ten |
 //! | [`drift`] | a fix that goes away slowly | at 0.05 m/s the specification's time is halved where means are promised |

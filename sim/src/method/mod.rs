@@ -15,6 +15,7 @@
 //! | `leader-kf`, `leader-split`, `leader-cross` | ignores it: robots with a receiver tell all others, also those that they do not see ([`leader`]) |
 //! | `ccl` | no messages: one extended Kalman filter of the whole team ([`joint`]) |
 //! | `rounds`, `rounds-5` | no poses: the same in rounds at 2 and 5 Hz, own fixes silent ([`rounds`](crate::rounds)) |
+//! | `rounds-step`, `rounds-step-5` | the same through the product's `step` and what `coloc-rounds` does ([`Flight`]) |
 //! | `dkf` | the same, distributed to the letter: factors of the cross-covariances, three rounds of messages ([`dkf`](crate::dkf)) |
 
 pub mod ellipsoidal;
@@ -34,7 +35,7 @@ use nalgebra::Matrix3;
 use serde::Serialize;
 
 use crate::random::Noise;
-use crate::rounds::{Crew, Plan};
+use crate::rounds::{Crew, Flight, Plan};
 use crate::scenario::{Odometry, Radio, Scenario};
 use crate::sensors::StepInputs;
 use rule::Rule;
@@ -77,11 +78,15 @@ pub enum Kind {
     Rounds,
     /// In rounds at 5 Hz.
     Rounds5,
+    /// In rounds at 2 Hz, as it flies.
+    RoundsStep,
+    /// In rounds at 5 Hz, as it flies.
+    RoundsStep5,
 }
 
 impl Kind {
     /// Every estimator.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 19] = [
         Self::Sl,
         Self::SlPlain,
         Self::Nb,
@@ -99,6 +104,8 @@ impl Kind {
         Self::Dkf,
         Self::Rounds,
         Self::Rounds5,
+        Self::RoundsStep,
+        Self::RoundsStep5,
     ];
 
     /// What the command line calls it.
@@ -122,6 +129,8 @@ impl Kind {
             Self::Dkf => "dkf",
             Self::Rounds => "rounds",
             Self::Rounds5 => "rounds-5",
+            Self::RoundsStep => "rounds-step",
+            Self::RoundsStep5 => "rounds-step-5",
         }
     }
 
@@ -158,6 +167,10 @@ impl Kind {
                 "the same in rounds at 2 Hz over a network that loses, own fixes between them"
             }
             Self::Rounds5 => "the same in rounds at 5 Hz",
+            Self::RoundsStep => {
+                "rounds at 2 Hz through the daemon's step, its history and coloc-rounds' part"
+            }
+            Self::RoundsStep5 => "the same in rounds at 5 Hz",
         }
     }
 
@@ -166,8 +179,14 @@ impl Kind {
     #[must_use]
     pub fn message_bytes(self) -> usize {
         match self {
-            // The last three count what they send.
-            Self::Sl | Self::SlPlain | Self::Dkf | Self::Rounds | Self::Rounds5 => 0,
+            // All but the first two count what they send.
+            Self::Sl
+            | Self::SlPlain
+            | Self::Dkf
+            | Self::Rounds
+            | Self::Rounds5
+            | Self::RoundsStep
+            | Self::RoundsStep5 => 0,
             Self::Nb | Self::Ei | Self::Ci | Self::CiDet | Self::LeaderKf => 8 * (3 + 6),
             Self::SplitCi | Self::Damped | Self::Coloc | Self::ColocStep | Self::LeaderSplit => {
                 8 * (3 + 6 + 6)
@@ -372,5 +391,7 @@ pub fn build(kind: Kind, settings: &FilterSettings, initial: &[Belief]) -> Box<d
         Kind::Dkf => Box::new(crate::dkf::Dkf::new(settings.clone(), initial)),
         Kind::Rounds => Box::new(Crew::new(settings.clone(), initial, Plan::at(2.0))),
         Kind::Rounds5 => Box::new(Crew::new(settings.clone(), initial, Plan::at(5.0))),
+        Kind::RoundsStep => Box::new(Flight::new(settings.clone(), initial, Plan::at(2.0))),
+        Kind::RoundsStep5 => Box::new(Flight::new(settings.clone(), initial, Plan::at(5.0))),
     }
 }

@@ -30,8 +30,8 @@ const R1_IS_TRACKED_S: f64 = 770.0;
 fn stated(kind: Kind) -> Option<[[f64; 3]; 2]> {
     match kind {
         Kind::Ccl => Some([[1.49, 1.39, 0.0120], [1.37, 1.35, 0.0107]]),
-        Kind::Rounds5 => Some([[1.86, 1.60, 0.0159], [1.57, 1.53, 0.0134]]),
-        Kind::Rounds => Some([[2.03, 1.94, 0.0237], [1.80, 1.82, 0.0188]]),
+        Kind::Rounds5 | Kind::RoundsStep5 => Some([[1.86, 1.60, 0.0159], [1.57, 1.53, 0.0134]]),
+        Kind::Rounds | Kind::RoundsStep => Some([[2.03, 1.94, 0.0237], [1.80, 1.82, 0.0188]]),
         _ => None,
     }
 }
@@ -39,22 +39,81 @@ fn stated(kind: Kind) -> Option<[[f64; 3]; 2]> {
 /// With one receiver: position RMS of R1 to R5 \[cm\], recordings 1 and 6.
 fn stated_of_one(kind: Kind) -> Option<[[f64; 5]; 2]> {
     match kind {
-        Kind::Rounds5 => Some([[2.2, 3.6, 3.9, 3.3, 3.7], [2.3, 4.0, 3.2, 3.2, 4.3]]),
-        Kind::Rounds => Some([[2.3, 4.1, 4.3, 3.7, 4.1], [2.4, 4.5, 3.6, 3.5, 4.5]]),
+        Kind::Rounds5 | Kind::RoundsStep5 => {
+            Some([[2.2, 3.6, 3.9, 3.3, 3.7], [2.3, 4.0, 3.2, 3.2, 4.3]])
+        }
+        Kind::Rounds | Kind::RoundsStep => {
+            Some([[2.3, 4.1, 4.3, 3.7, 4.1], [2.4, 4.5, 3.6, 3.5, 4.5]])
+        }
         _ => None,
     }
+}
+
+const METHODS: [Kind; 4] = [Kind::Coloc, Kind::Ccl, Kind::Rounds5, Kind::Rounds];
+const FLOWN: [Kind; 3] = [Kind::Coloc, Kind::RoundsStep5, Kind::RoundsStep];
+
+/// What a table is of.
+struct Campaign<'a> {
+    scenario: &'a str,
+    title: &'a str,
+    methods: &'a [Kind],
+    runs: u16,
+    judge: &'a Judge,
 }
 
 /// Receivers on two robots.
 #[must_use]
 pub fn find(form: &Form) -> Finding {
-    campaign(form, "slip", "Receivers on R1 and R2", &judge)
+    Campaign {
+        scenario: "slip",
+        title: "Receivers on R1 and R2",
+        methods: &METHODS,
+        runs: form.runs,
+        judge: &judge,
+    }
+    .find(form)
 }
 
 /// A receiver on one.
 #[must_use]
 pub fn one(form: &Form) -> Finding {
-    campaign(form, "slip-one-dgps", "A receiver on R1 alone", &judge_one)
+    Campaign {
+        scenario: "slip-one-dgps",
+        title: "A receiver on R1 alone",
+        methods: &METHODS,
+        runs: form.runs,
+        judge: &judge_one,
+    }
+    .find(form)
+}
+
+/// So many runs of what flies are enough: the specification's own figures are of as many.
+const MOST_FLOWN: u16 = 5;
+
+/// As it flies, receivers on two robots.
+#[must_use]
+pub fn flown(form: &Form) -> Finding {
+    Campaign {
+        scenario: "slip",
+        title: "As it flies, receivers on R1 and R2",
+        methods: &FLOWN,
+        runs: form.runs.min(MOST_FLOWN),
+        judge: &judge,
+    }
+    .find(form)
+}
+
+/// As it flies, a receiver on one.
+#[must_use]
+pub fn flown_one(form: &Form) -> Finding {
+    Campaign {
+        scenario: "slip-one-dgps",
+        title: "As it flies, a receiver on R1 alone",
+        methods: &FLOWN,
+        runs: form.runs.min(MOST_FLOWN),
+        judge: &judge_one,
+    }
+    .find(form)
 }
 
 /// The whole of each, and of recording 6 also as long as its tracking system knows where R1 is: after that R1 has no fixes, and nobody sees it.
@@ -71,59 +130,65 @@ fn parts(worlds: Vec<(usize, Arc<GridWorld>)>) -> Vec<(usize, Arc<GridWorld>, Op
 
 type Judge = dyn Fn(usize, &EvalReport, &mut Vec<String>);
 
-fn campaign(form: &Form, scenario: &str, title: &str, judge: &Judge) -> Finding {
-    let mut finding = Finding {
-        title: format!("{title}, {} runs", form.runs),
-        ..Finding::default()
-    };
-    let worlds = form.worlds();
-    if worlds.is_empty() {
-        finding.text = "SKIPPED: no recordings of MR.CLAM; set COLOC_DATA\n".into();
-        return finding;
-    }
-    let mut table = Table::new([
-        "recording",
-        "method",
-        "R5: x, y [cm], heading [rad]",
-        "R1 … R5: position RMS [cm]",
-        "heading RMS, mean [rad]",
-        "NEES",
-        "outside",
-        "kB/s",
-    ]);
-    for (number, world, seconds) in parts(worlds) {
-        let name = match seconds {
-            Some(seconds) => format!("{number}, {seconds} s"),
-            None => number.to_string(),
+impl Campaign<'_> {
+    fn find(&self, form: &Form) -> Finding {
+        let mut finding = Finding {
+            title: format!("{}, {} runs", self.title, self.runs),
+            ..Finding::default()
         };
-        let mut config = EvalConfig::new(EvalWorld::Recorded(world));
-        config.seconds = seconds;
-        config.scenario = Scenario::named(scenario).unwrap_or_default();
-        config.methods = vec![Kind::Coloc, Kind::Ccl, Kind::Rounds5, Kind::Rounds];
-        (config.runs, config.seed) = (form.runs, form.seed);
-        match evaluate(&config, &|_| ()) {
-            Ok(report) => {
-                for method in &report.methods {
-                    table.row(row(&name, &report, method));
-                }
-                let index = usize::from(number != 1);
-                if number == 6 && seconds.is_none() {
-                    // With one receiver R1 has none from then on: a joint filter's own bar is of two.
-                    let judged = report.methods.iter().filter(|it| {
-                        it.method != Kind::Ccl || config.scenario.fixes.robots.len() > 1
-                    });
-                    for method in judged {
-                        judge_honest(index, method, &mut finding.missed);
-                    }
-                } else {
-                    judge(index, &report, &mut finding.missed);
-                }
-            }
-            Err(error) => finding.missed.push(format!("recording {number}: {error}")),
+        let worlds = form.worlds();
+        if worlds.is_empty() {
+            finding.text = "SKIPPED: no recordings of MR.CLAM; set COLOC_DATA\n".into();
+            return finding;
         }
+        let mut table = Table::new([
+            "recording",
+            "method",
+            "R5: x, y [cm], heading [rad]",
+            "R1 … R5: position RMS [cm]",
+            "heading RMS, mean [rad]",
+            "NEES",
+            "outside",
+            "kB/s",
+        ]);
+        // The whole of recording 6 is the library's: what flies takes longer.
+        let is_asked = |it: &(usize, Arc<GridWorld>, Option<f64>)| {
+            it.0 != 6 || it.2.is_some() || self.methods == METHODS
+        };
+        for (number, world, seconds) in parts(worlds).into_iter().filter(is_asked) {
+            let name = match seconds {
+                Some(seconds) => format!("{number}, {seconds} s"),
+                None => number.to_string(),
+            };
+            let mut config = EvalConfig::new(EvalWorld::Recorded(world));
+            config.seconds = seconds;
+            config.scenario = Scenario::named(self.scenario).unwrap_or_default();
+            config.methods = self.methods.to_vec();
+            (config.runs, config.seed) = (self.runs, form.seed);
+            match evaluate(&config, &|_| ()) {
+                Ok(report) => {
+                    for method in &report.methods {
+                        table.row(row(&name, &report, method));
+                    }
+                    let index = usize::from(number != 1);
+                    if number == 6 && seconds.is_none() {
+                        // With one receiver R1 has none from then on: a joint filter's own bar is of two.
+                        let judged = report.methods.iter().filter(|it| {
+                            it.method != Kind::Ccl || config.scenario.fixes.robots.len() > 1
+                        });
+                        for method in judged {
+                            judge_honest(index, method, &mut finding.missed);
+                        }
+                    } else {
+                        (self.judge)(index, &report, &mut finding.missed);
+                    }
+                }
+                Err(error) => finding.missed.push(format!("recording {number}: {error}")),
+            }
+        }
+        finding.text = table.text();
+        finding
     }
-    finding.text = table.text();
-    finding
 }
 
 fn joined(method: &MethodReport, of: impl Fn(&crate::evaluate::RobotReport) -> String) -> String {
@@ -165,7 +230,9 @@ fn name(index: usize, method: &MethodReport) -> String {
 fn judge_honest(index: usize, method: &MethodReport, missed: &mut Vec<String>) {
     let (most_nees, most_outside) = match method.method {
         Kind::Ccl => (MOST_NEES_JOINT, 1.0),
-        Kind::Rounds | Kind::Rounds5 => (MOST_NEES, MOST_OUTSIDE),
+        Kind::Rounds | Kind::Rounds5 | Kind::RoundsStep | Kind::RoundsStep5 => {
+            (MOST_NEES, MOST_OUTSIDE)
+        }
         _ => return,
     };
     for (robot, it) in method.robots.iter().enumerate() {
@@ -196,7 +263,9 @@ fn judge(index: usize, report: &EvalReport, missed: &mut Vec<String>) {
                 }
             }
         }
-        if let Some(split) = split.filter(|_| method.method == Kind::Rounds5) {
+        if let Some(split) =
+            split.filter(|_| matches!(method.method, Kind::Rounds5 | Kind::RoundsStep5))
+        {
             judge_against(index, method, split, missed);
         }
     }

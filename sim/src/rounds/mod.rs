@@ -4,18 +4,23 @@
 //! | --- | --- | --- |
 //! | [`accuracy`] | MR.CLAM 1 and 6, receivers on two robots | the specification's figures, and better than split covariance intersection |
 //! | [`one`](accuracy::one) | the same with one receiver | the specification's figures |
+//! | [`flown`](accuracy::flown), [`flown_one`](accuracy::flown_one) | both of what flies: the estimator, and what `coloc-rounds` does | the same |
+//! | [`flights`] | of what flies, what goes wrong | honest |
 //! | [`trouble`] | absent robots, lost messages, leaders killed, a team cut in two, a robot that has forgotten | the joint filter with the same robots left out, to 10⁻⁹ |
 //!
-//! The rounds themselves are [`coloc_rounds`]; here are the network ([`Trouble`]), a team on it ([`Crew`]) and the joint filter in one
+//! The rounds themselves are [`coloc_rounds`]; here are the network ([`Trouble`]), a team on it ([`Crew`], and as it flies [`Flight`]) and the joint filter in one
 //! matrix ([`reference`](mod@reference)).
 
 pub mod accuracy;
 mod crew;
+mod flight;
+pub mod flights;
 mod network;
 pub mod reference;
 pub mod trouble;
 
 pub use crew::{Counts, Crew, Plan};
+pub use flight::{Flight, Tally};
 pub use network::Trouble;
 
 use std::path::PathBuf;

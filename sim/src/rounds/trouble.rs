@@ -21,7 +21,7 @@ use coloc_estimator::{Belief, Covariance3, Pose};
 /// Of a belief from the joint filter's \[m, m, rad\], and of P in units of the standard deviations.
 const FARTHEST: f64 = 1e-9;
 /// NEES of every robot.
-const MOST_NEES: f64 = 3.2;
+pub(super) const MOST_NEES: f64 = 3.2;
 
 /// A row.
 #[derive(Copy, Clone, Debug)]
@@ -164,7 +164,7 @@ impl Central {
     }
 }
 
-fn beginning(world: &GridWorld) -> Vec<Belief> {
+pub(super) fn beginning(world: &GridWorld) -> Vec<Belief> {
     let sigma = 2.0_f64.to_radians();
     let p0 = Covariance3::diagonal([0.0025, 0.0025, sigma * sigma]).unwrap_or_default();
     (0..world.robots())
@@ -173,11 +173,11 @@ fn beginning(world: &GridWorld) -> Vec<Belief> {
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Minutes.
-fn steps(world: &GridWorld, seconds: f64) -> usize {
+pub(super) fn steps(world: &GridWorld, seconds: f64) -> usize {
     world.steps().min((seconds / world.dt_s()).round() as usize)
 }
 
-fn settings(world: &GridWorld, form: &Form, loss: f64) -> FilterSettings {
+pub(super) fn settings(world: &GridWorld, form: &Form, loss: f64) -> FilterSettings {
     let scenario = Scenario::named("slip").unwrap_or_default();
     FilterSettings {
         radio: Radio {

@@ -2,13 +2,12 @@
 
 use coloc_estimator::Pose;
 use coloc_estimator::angle::wrap;
-use coloc_rounds::model::Kind;
-use coloc_rounds::party::{Advice, advice};
-use coloc_rounds::round::{Robot, Verdict};
-use coloc_rounds::{
-    Correction, Going, Message, Party, Post, Round, Rules, Share, Shared, Sighting, Standing,
-};
+use coloc_estimator::rounds::{Correction, Shared, Standing};
 use nalgebra::Matrix3;
+
+use crate::model::Kind;
+use crate::party::{Advice, Message, Party, Post, Rules, advice};
+use crate::round::{Going, Robot, Round, Share, Sighting, Verdict};
 
 /// What the robot's `colocd` says at a slot.
 #[derive(Copy, Clone, Debug, PartialEq)]
