@@ -14,8 +14,9 @@ use crate::fleet::{self, Fleet};
 use crate::keys::{Identity, ROBOT_KEY, load_team};
 use crate::post::{self, FIGURES, Office, Papers, REASONS};
 use crate::rehearsal::{self, RosterArgs, WeatherArgs};
-use crate::roster::{Book, FLEET, Roster};
+use crate::roster::{Book, FLEET, Roster, fingerprint};
 use crate::section::Link;
+use crate::wire::Versions;
 
 const NAME: &str = "coloc-link";
 const DRIVER: &str = "link";
@@ -117,7 +118,30 @@ pub fn papers(path: &Path) -> Result<Papers, EndError> {
         directory,
         identity,
         book,
+        origin: origin(path)?,
+        versions: Versions::OWN,
     })
+}
+
+/// [`fingerprint`] of `[gnss.datum]`, where robots that have receivers begin their frame; 0 if there is none.
+fn origin(path: &Path) -> Result<u64, EndError> {
+    let text = std::fs::read_to_string(path).map_err(EndError::of("it cannot be read again"))?;
+    let table: toml::Table = toml::from_str(&text).unwrap_or_default();
+    let datum = table.get("gnss").and_then(|gnss| gnss.get("datum"));
+    let configured = datum.filter(|datum| datum.get("latitude_deg").is_some());
+    Ok(configured.map_or(0, fingerprint_of_datum))
+}
+
+/// As numbers, so that 10 and 10.0 are the same.
+fn fingerprint_of_datum(datum: &toml::Value) -> u64 {
+    #[expect(clippy::cast_precision_loss, reason = "degrees and metres")]
+    let number = |value: &toml::Value| {
+        let whole = value.as_integer().map(|it| it as f64);
+        value.as_float().or(whole).unwrap_or(f64::NAN)
+    };
+    let names = ["latitude_deg", "longitude_deg", "height_m"];
+    let numbers = names.map(|name| datum.get(name).map_or(0.0, number));
+    fingerprint(&format!("{numbers:?}"))
 }
 
 fn roster_text(directory: &Path) -> Result<String, EndError> {

@@ -74,6 +74,7 @@ impl Liar {
             datum: fingerprint("hall"),
             periods: fingerprint(""),
             kinds: Vec::new(),
+            ..Hello::default()
         };
         let now_ns = wall_ns();
         let clock = ClockWord {

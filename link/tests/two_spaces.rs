@@ -7,6 +7,7 @@ use std::net::SocketAddr;
 
 use coloc_link::roster::Role;
 use coloc_link::weather::{Cloud, Weather};
+use coloc_link::wire::Versions;
 use coloc_shm_types::{
     Answer, Clock, Estimate, Header, Message, Neighbour, Publisher, Sender, Subscriber,
 };
@@ -243,4 +244,33 @@ fn a_station_hears_estimates_of_all_and_says_nothing() {
         [3.0, 2.0, 1.0].map(f64::to_bits)
     );
     assert!(all(&robot_hears).is_empty());
+}
+
+#[test]
+fn links_of_two_versions_understand_one_another_and_those_too_far_apart_do_not() {
+    let home = tempfile::tempdir().unwrap();
+    let addresses = [(); 3].map(|()| free_address());
+    let members = (1..).zip(addresses);
+    let members = members.map(|(id, it)| member(id, Role::Robot, Some(it)));
+    let text = roster(1, members.collect());
+    let mut sites = [1, 2, 3].map(|id| Site::new(home.path(), id, addresses[usize::from(id) - 1]));
+    // The one in the middle is the first that was upgraded; the last speaks only what comes then.
+    for (site, (oldest, newest)) in sites.iter_mut().zip([(1, 1), (1, 2), (2, 2)]) {
+        site.versions = Versions { oldest, newest };
+        site.start(&text);
+    }
+    let [one, two, three] = &sites;
+    let ears = [one, two, three].map(|it| it.space.subscriber::<Neighbour>(&name(it.id)).unwrap());
+    for (from, to) in [(one, two), (two, one), (two, three), (three, two)] {
+        let mut voice = Voice::new(from, to.id);
+        hears(&mut voice, &ears[usize::from(to.id) - 1]);
+    }
+    let [mut to_three, mut to_one] = [Voice::new(one, 3), Voice::new(three, 1)];
+    let mut to_two = Voice::new(one, 2);
+    for _ in 0..5 {
+        to_three.say(neighbour);
+        to_one.say(neighbour);
+        hears(&mut to_two, &ears[1]);
+    }
+    assert!(all(&ears[0]).is_empty() && all(&ears[2]).is_empty());
 }

@@ -19,7 +19,7 @@ use crate::clock_offset::{Correction, Offset};
 use crate::keys::PublicKey;
 use crate::kinds::Kind;
 use crate::roster::{Moment, Roster, Standing};
-use crate::wire::{self, ClockWord, EVERYBODY, Envelope, Hello, Parsed, Unreadable, word};
+use crate::wire::{ClockWord, EVERYBODY, Envelope, Hello, Parsed, Unreadable, Versions, word};
 
 pub use peer::Peer;
 pub use refusal::{Counts, Refusal};
@@ -42,6 +42,10 @@ pub struct Rules {
     pub datum: u64,
     /// The same of the own periods.
     pub periods: u64,
+    /// The same of the point of the earth that the own frame begins at; 0: none is configured.
+    pub origin: u64,
+    /// Which versions of the format are understood.
+    pub versions: Versions,
     /// How far back the history of the own estimator reaches (ns).
     pub history_ns: i64,
     /// By how much a stamp may be ahead, beside what is not known of its clock (ns).
@@ -131,7 +135,7 @@ impl Admission {
         roster: &Roster,
         now: Now,
     ) -> Result<Word<'a>, Refusal> {
-        let parsed = Parsed::of(bytes)?;
+        let parsed = Parsed::among(bytes, self.rules.versions)?;
         let kind = self.check_envelope(&parsed.envelope, proven, roster, now)?;
         let peer = self.peers.entry(parsed.envelope.speaker).or_default();
         peer.check_signed(&parsed, proven)?;
@@ -296,12 +300,14 @@ impl From<Standing> for Refusal {
 pub fn own_hello(rules: &Rules, roster: &Roster, now: Now) -> Hello {
     let wrong = roster.clock_is_wrong(Moment::of_ns(now.wall_ns));
     Hello {
-        oldest: wire::OLDEST,
-        newest: wire::NEWEST,
+        oldest: rules.versions.oldest,
+        newest: rules.versions.newest,
         flags: if wrong { Hello::CLOCK_UNSET } else { 0 },
         datum: rules.datum,
         periods: rules.periods,
         kinds: Kind::all().iter().map(|kind| kind.code).collect(),
+        origin: rules.origin,
+        program: Hello::program_of(env!("CARGO_PKG_VERSION")),
     }
 }
 

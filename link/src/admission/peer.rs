@@ -160,6 +160,10 @@ impl Peer {
         if hello.datum != rules.datum {
             return Err(Refusal::WrongDatum);
         }
+        // One frame may have a point of the earth for one robot, which has a receiver, and none for another.
+        if hello.origin != 0 && rules.origin != 0 && hello.origin != rules.origin {
+            return Err(Refusal::WrongDatum);
+        }
         if hello.periods != rules.periods {
             return Err(Refusal::WrongPeriod);
         }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::keys::Identity;
 use crate::roster::tests::{robot_key, team};
-use crate::wire::seal;
+use crate::wire::{self, seal};
 
 /// Within the time of the roster of tests (ns).
 const START: i64 = 1_500_000_000_000_000;
@@ -21,6 +21,8 @@ fn rules() -> Rules {
         own: 1,
         datum: team().datum_fingerprint(),
         periods: team().periods_fingerprint(),
+        origin: 5,
+        versions: wire::Versions::OWN,
         history_ns: 2 * SECOND,
         future_ns: SECOND / 10,
         max_offset_s: 0.05,
@@ -271,6 +273,7 @@ fn a_message_that_fails_uses_up_no_number() {
 fn another_frame_or_period_is_refused_until_it_is_the_same() {
     for (change, reason) in [
         ((|it| it.datum ^= 1) as fn(&mut Hello), Refusal::WrongDatum),
+        (|it| it.origin ^= 1, Refusal::WrongDatum),
         (|it| it.periods ^= 1, Refusal::WrongPeriod),
     ] {
         let mut scene = Scene::met();

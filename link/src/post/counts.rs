@@ -2,7 +2,7 @@
 use coloc_sensors::Report;
 
 /// Why something was not sent or not said; what [admission](crate::admission) refuses has its own list.
-pub const REASONS: [&str; 8] = [
+pub const REASONS: [&str; 9] = [
     "not_connected",
     "not_spoken_there",
     "foreign_clock",
@@ -11,6 +11,7 @@ pub const REASONS: [&str; 8] = [
     "not_in_time",
     "refused",
     "no_reader",
+    "told_too_much",
 ];
 
 /// What the figures of the status are, in their order.
@@ -34,6 +35,8 @@ pub struct Counts {
     pub said: u64,
     /// Messages that came, of every kind.
     pub came: u64,
+    /// Signatures that were made, of every kind of message.
+    pub signed: u64,
     /// Nobody was connected to whom it was for.
     pub not_connected: u64,
     /// The member does not know that kind, or has not said yet what it knows.
@@ -50,9 +53,27 @@ pub struct Counts {
     pub refused: u64,
     /// Shared memory did not take it, or somebody who listens did not get it.
     pub no_reader: u64,
+    /// A member said more than it may, and had to wait.
+    pub told_too_much: u64,
 }
 
 impl Counts {
+    /// In words, at the end.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let Self {
+            signed,
+            sent,
+            came,
+            said,
+            refused,
+            ..
+        } = self;
+        format!(
+            "signed {signed}, of these {sent} of the robot; {came} came, {said} were said, {refused} refused"
+        )
+    }
+
     /// As a driver reports it.
     #[must_use]
     pub fn report(&self) -> Report {
@@ -74,6 +95,7 @@ impl Counts {
             self.not_in_time,
             self.refused,
             self.no_reader,
+            self.told_too_much,
         ];
         for (place, count) in report.refused.iter_mut().zip(refused) {
             *place = count;

@@ -6,8 +6,9 @@ use coloc_shm_types::RobotName;
 use tokio::sync::Notify;
 use tokio::task::spawn_local;
 
-use super::office::Office;
+use super::office::{Office, now};
 use super::{send, take};
+use crate::budget::Budget;
 use crate::engine::{Door, Engine, Line};
 use crate::queue::Queue;
 
@@ -22,6 +23,10 @@ pub(super) struct Member {
     pub(super) queue: Queue,
     /// Something was put into the queue.
     pub(super) put: Rc<Notify>,
+    /// What it may say to us.
+    pub(super) heard: Budget,
+    /// So long it counts as somebody with whom something is exchanged (ns of `CLOCK_BOOTTIME`).
+    pub(super) company_until_ns: i64,
 }
 
 /// Lets in who calls.
@@ -48,8 +53,8 @@ pub(super) async fn keep(office: Rc<RefCell<Office>>, line: Line) {
     let Some(id) = begin(&office, &line) else {
         return;
     };
-    let datagrams = spawn_local(take::datagrams(Rc::clone(&office), line.clone()));
-    let streams = spawn_local(take::streams(Rc::clone(&office), line.clone()));
+    let datagrams = spawn_local(take::datagrams(Rc::clone(&office), id, line.clone()));
+    let streams = spawn_local(take::streams(Rc::clone(&office), id, line.clone()));
     let sender = spawn_local(send::empty_queue(Rc::clone(&office), id, line.clone()));
     let why = line.ended().await;
     for task in [datagrams, streams, sender] {
@@ -63,15 +68,21 @@ fn begin(office: &Rc<RefCell<Office>>, line: &Line) -> Option<u16> {
     let mut office = office.borrow_mut();
     let roster = office.roster();
     let owner = roster.owner(line.key())?;
+    let now_ns = now().boot_ns;
     let member = Member {
         name: owner.name.clone(),
         line: line.clone(),
         spare: Vec::new(),
         queue: Queue::default(),
         put: Rc::new(Notify::new()),
+        heard: Budget::new(
+            take::MORE_THAN_SAID * f64::from(office.section.max_bytes_per_s),
+            now_ns,
+        ),
+        company_until_ns: now_ns.saturating_add(send::BEGINNING_NS),
     };
     office.welcome(owner.id, member);
-    if let Some(hello) = office.hello(owner.id) {
+    for hello in office.hello(owner.id) {
         send::at_once(line.clone(), hello);
     }
     Some(owner.id)

@@ -24,7 +24,7 @@ use crate::roster::{Book, FLEET, Moment, Offer, Role, Roster, fingerprint};
 use crate::section::Link;
 use crate::space::Mouth;
 use crate::tls::Members;
-use crate::wire::{self, Envelope, seal};
+use crate::wire::{Envelope, Versions, seal, word};
 
 const NAME: &str = "coloc-link";
 const DRIVER: &str = "link";
@@ -109,6 +109,10 @@ pub struct Papers {
     pub identity: Identity,
     /// The newest roster that it has.
     pub book: Book,
+    /// [`fingerprint`] of the configured `[gnss.datum]`; 0: none is.
+    pub origin: u64,
+    /// Which versions of the format it speaks.
+    pub versions: Versions,
 }
 
 pub(super) fn now() -> Now {
@@ -134,12 +138,18 @@ impl Office {
             directory,
             identity,
             book,
+            origin,
+            versions,
         } = papers;
         let (own, name) = (config.robot.id, config.robot.name.clone());
         check_own(book.roster(), own, &name, &identity)?;
         let space = config.open_space(NAME)?;
         let roster = Arc::new(book.roster().clone());
-        let rules = rules(&config, &section, &roster);
+        let rules = Rules {
+            origin,
+            versions,
+            ..rules(&config, &section, &roster)
+        };
         let team = Arc::new(Team {
             roster: RwLock::new(roster),
             own,
@@ -203,6 +213,8 @@ impl Office {
     /// The last words: a line for each member, for whoever reads the log.
     pub(super) fn finish(&mut self) {
         self.teller.finish();
+        self.teller.remark(self.counts.words());
+        self.teller.finish();
         for (name, words) in &self.last {
             self.teller.remark(format!("{name}: {words}"));
             self.teller.finish();
@@ -251,11 +263,21 @@ impl Office {
         }
     }
 
-    /// A message of the own robot, sealed.
+    /// A message of the own robot, sealed in the newest version that the receiver understands too; `None` if there is none, or it has not
+    /// said.
     pub(super) fn seal(&mut self, kind: u32, receiver: u16, body: &[u8]) -> Option<Vec<u8>> {
+        let hello = self
+            .admission
+            .peer(receiver)
+            .and_then(crate::admission::Peer::hello)?;
+        let version = hello.common_version(self.rules.versions)?;
+        self.seal_in(version, kind, receiver, body)
+    }
+
+    fn seal_in(&mut self, version: u8, kind: u32, receiver: u16, body: &[u8]) -> Option<Vec<u8>> {
         let sequence = self.sequences.entry(kind).or_default();
         let envelope = Envelope {
-            version: wire::NEWEST,
+            version,
             team: self.book.team().team(),
             session: self.session,
             sequence: *sequence,
@@ -266,14 +288,18 @@ impl Office {
             receiver,
         };
         *sequence += 1;
+        self.counts.signed += 1;
         let mut message = Vec::new();
         seal(&envelope, body, self.identity.signing(), &mut message).then_some(message)
     }
 
-    /// What a new connection begins with.
-    pub(super) fn hello(&mut self, receiver: u16) -> Option<Vec<u8>> {
-        let hello = own_hello(&self.rules, self.book.roster(), now());
-        self.seal(wire::word::HELLO, receiver, &hello.body())
+    /// What a new connection begins with: the same in every version, since it is not known yet which of them are understood there.
+    pub(super) fn hello(&mut self, receiver: u16) -> Vec<Vec<u8>> {
+        let body = own_hello(&self.rules, self.book.roster(), now()).body();
+        let Versions { oldest, newest } = self.rules.versions;
+        let versions = oldest..=newest;
+        let sealed = versions.map(|it| self.seal_in(it, word::HELLO, receiver, &body));
+        sealed.collect::<Vec<_>>().into_iter().flatten().collect()
     }
 
     /// Says in shared memory what a member has said: for this robot on its own channel, else on the member's.
@@ -506,6 +532,8 @@ fn rules(config: &Config, section: &Link, roster: &Roster) -> Rules {
         own: config.robot.id,
         datum: fingerprint(&roster.datum),
         periods: roster.periods_fingerprint(),
+        origin: 0,
+        versions: Versions::OWN,
         history_ns,
         future_ns: AHEAD_NS,
         max_offset_s: section.max_offset_s,

@@ -16,6 +16,11 @@ use crate::wire::{LARGEST_DATAGRAM, word};
 const PATIENCE: Duration = Duration::from_secs(5);
 /// From one word about clocks to the next: often enough that within seconds some of both ways are quick.
 const CLOCKS: Duration = Duration::from_millis(250);
+/// A connection begins with as many as that, so that its clock is known before there is something to say (ns).
+pub(super) const BEGINNING_NS: i64 = 5_000_000_000;
+/// After a message either way so long there are words about clocks (ns). Else the members share one word each time: what a robot spends on
+/// clocks grows with its neighbours, not with its team.
+pub(super) const COMPANY_NS: i64 = 10_000_000_000;
 
 /// Sends a word of the link itself, which must arrive.
 pub(super) fn at_once(line: Line, message: Vec<u8>) {
@@ -76,22 +81,42 @@ fn hand_over(office: &Rc<RefCell<Office>>, line: &Line, message: Waiting) {
     });
 }
 
-/// Tells every member of the own clock, until the end. Such a word is worth nothing late.
+/// Tells those with whom something is exchanged of the own clock, and one of the others in turn, until the end. Such a word is worth nothing
+/// late.
 pub(super) async fn tell_clocks(office: Rc<RefCell<Office>>) {
+    let mut last = 0;
     loop {
         {
             let mut office = office.borrow_mut();
-            let lines: Vec<_> = office
-                .members
-                .iter()
-                .map(|(id, it)| (*id, it.line.clone()))
-                .collect();
-            for (id, line) in lines {
-                let body = office.admission.clock_word(id).body();
-                let message = office.seal(word::CLOCK, id, &body);
-                let _ = message.is_some_and(|message| line.send_datagram(&message));
+            for id in to_be_told(&office, now().boot_ns, &mut last) {
+                office.tell_clock(id);
             }
         }
         tokio::time::sleep(CLOCKS).await;
     }
+}
+
+impl Office {
+    /// Tells a member of the own clock.
+    pub(super) fn tell_clock(&mut self, id: u16) {
+        let body = self.admission.clock_word(id).body();
+        let message = self.seal(word::CLOCK, id, &body);
+        let line = self.members.get(&id).map(|it| &it.line);
+        // What is lost is said again soon.
+        let _ = message.is_some_and(|it| line.is_some_and(|line| line.send_datagram(&it)));
+    }
+}
+
+/// All in company, and the one of the others that follows `last`.
+fn to_be_told(office: &Office, now_ns: i64, last: &mut u16) -> Vec<u16> {
+    let members = office.members.iter();
+    let (mut told, others): (Vec<_>, Vec<_>) = members
+        .map(|(id, member)| (*id, member.company_until_ns >= now_ns))
+        .partition(|(_, in_company)| *in_company);
+    let next = others.iter().find(|(id, _)| id > last);
+    if let Some(next) = next.or_else(|| others.first()) {
+        *last = next.0;
+        told.push(*next);
+    }
+    told.into_iter().map(|(id, _)| id).collect()
 }

@@ -1,6 +1,9 @@
 //! From the network to shared memory.
 use std::cell::RefCell;
+use std::future::poll_fn;
 use std::rc::Rc;
+use std::task::Poll;
+use std::time::Duration;
 
 use tokio::task::spawn_local;
 
@@ -11,32 +14,69 @@ use crate::clock_offset::Correction;
 use crate::engine::Line;
 use crate::wire::word;
 
+/// A member is heard up to so many times what may be said to each: nobody who keeps to the same bound waits, and what floods us waits there,
+/// or is lost.
+pub(super) const MORE_THAN_SAID: f64 = 2.0;
+
 /// Takes what comes as datagrams, until the end of the connection.
-pub(super) async fn datagrams(office: Rc<RefCell<Office>>, line: Line) {
+pub(super) async fn datagrams(office: Rc<RefCell<Office>>, id: u16, line: Line) {
     while let Some(message) = line.datagram().await {
         office.borrow_mut().take(&message, &line);
+        pay(&office, id, message.len()).await;
     }
 }
 
 /// Takes what comes as streams: each when it is whole, none waits for another.
-pub(super) async fn streams(office: Rc<RefCell<Office>>, line: Line) {
+pub(super) async fn streams(office: Rc<RefCell<Office>>, id: u16, line: Line) {
     while let Some(arriving) = line.stream().await {
-        let (office, line) = (Rc::clone(&office), line.clone());
-        spawn_local(async move {
-            if let Some(message) = arriving.whole().await {
+        let mut whole = Box::pin(arriving.whole());
+        // Most are whole when they are seen to begin.
+        if let Poll::Ready(message) = poll_fn(|it| Poll::Ready(whole.as_mut().poll(it))).await {
+            let bytes = message.as_ref().map_or(0, Vec::len);
+            if let Some(message) = message {
                 office.borrow_mut().take(&message, &line);
             }
+            pay(&office, id, bytes).await;
+            continue;
+        }
+        let (later, line) = (Rc::clone(&office), line.clone());
+        spawn_local(async move {
+            if let Some(message) = whole.await {
+                let bytes = message.len();
+                let mut office = later.borrow_mut();
+                office.take(&message, &line);
+                office.charge(id, bytes);
+            }
         });
+        pay(&office, id, 0).await;
+    }
+}
+
+/// Waits until the member may be heard on.
+async fn pay(office: &Rc<RefCell<Office>>, id: u16, bytes: usize) {
+    let wait_s = office.borrow_mut().charge(id, bytes);
+    if wait_s > 0.0 {
+        office.borrow_mut().counts.told_too_much += 1;
+        tokio::time::sleep(Duration::from_secs_f64(wait_s)).await;
     }
 }
 
 impl Office {
+    /// How long a member that has said so many bytes more is not to be heard (s).
+    fn charge(&mut self, id: u16, bytes: usize) -> f64 {
+        let member = self.members.get_mut(&id);
+        member.map_or(0.0, |it| it.heard.take(bytes, now().boot_ns))
+    }
+
     /// Takes a message that came over a connection.
     pub(super) fn take(&mut self, message: &[u8], line: &Line) {
         self.counts.came += 1;
         let roster = self.roster();
         let name = roster.owner(line.key()).map(|owner| owner.name.to_string());
         let name = name.unwrap_or_default();
+        let id = roster.owner(line.key()).map_or(self.own, |owner| owner.id);
+        let peer = self.admission.peer(id);
+        let knew_its_clock = peer.is_some_and(|it| it.offset().is_some());
         match self.admission.admit(message, line.key(), &roster, now()) {
             Ok(Word::Payload(payload)) => self.deliver(&payload),
             Ok(Word::Roster(text)) => {
@@ -44,7 +84,12 @@ impl Office {
                     self.hand_on_the_roster();
                 }
             }
-            Ok(Word::Hello(_)) => self.compare_rosters(line),
+            Ok(Word::Hello(_)) => {
+                self.compare_rosters(line);
+                self.tell_clock(id);
+            }
+            // Until both know both clocks, nothing else is admitted: they do not wait for the next round of words.
+            Ok(Word::Clock) if !knew_its_clock => self.tell_clock(id),
             Ok(Word::Clock) => {}
             Err(refusal) => {
                 self.counts.refused += 1;
@@ -55,6 +100,9 @@ impl Office {
 
     fn deliver(&mut self, payload: &Payload<'_>) {
         let speaker = payload.envelope.speaker;
+        if let Some(member) = self.members.get_mut(&speaker) {
+            member.company_until_ns = now().boot_ns.saturating_add(send::COMPANY_NS);
+        }
         let Correction { by_ns, variance_s2 } = payload.correction;
         if payload.correction == Correction::default() {
             self.say(speaker, &payload.kind, payload.bytes);

@@ -9,6 +9,7 @@ use coloc_shm_types::{Channel, Clock, Header, RobotName};
 use tokio::task::spawn_local;
 
 use super::office::{Office, now};
+use super::send::COMPANY_NS;
 use crate::kinds::Kind;
 use crate::queue::Waiting;
 use crate::reach::Reach;
@@ -156,6 +157,7 @@ impl Office {
         }
         let bytes = self.for_its_clock(kind, id, bytes);
         let Some(message) = self.seal(kind.code, id, &bytes) else {
+            self.counts.not_spoken_there += 1;
             return;
         };
         let waiting = Waiting {
@@ -165,6 +167,7 @@ impl Office {
             bytes: message,
         };
         if let Some(member) = self.members.get_mut(&id) {
+            member.company_until_ns = present.boot_ns.saturating_add(COMPANY_NS);
             self.counts.pushed_out += member.queue.push(waiting);
             member.put.notify_waiters();
         }

@@ -2,7 +2,7 @@
 use coloc_shm_types::Plain;
 use ed25519_dalek::{Signature, Signer, SigningKey, VerifyingKey};
 
-use super::{LARGEST, NEWEST, OLDEST};
+use super::{LARGEST, Versions};
 
 const MAGIC: [u8; 2] = *b"CL";
 const SIGNATURE: usize = 64;
@@ -57,7 +57,7 @@ pub enum Unreadable {
     #[error("it does not begin as a message does")]
     Magic,
     /// A version that is not spoken here.
-    #[error("it is of version {0} of the format, and {OLDEST} to {NEWEST} are understood")]
+    #[error("it is of version {0} of the format, which is not understood")]
     Version(u8),
 }
 
@@ -139,11 +139,19 @@ pub fn seal(envelope: &Envelope, body: &[u8], key: &SigningKey, out: &mut Vec<u8
 }
 
 impl<'a> Parsed<'a> {
-    /// Takes a message apart.
+    /// Takes a message of a version of this program's apart.
+    ///
+    /// # Errors
+    /// As [`Self::among`].
+    pub fn of(bytes: &'a [u8]) -> Result<Self, Unreadable> {
+        Self::among(bytes, Versions::OWN)
+    }
+
+    /// Takes a message of one of these versions apart.
     ///
     /// # Errors
     /// If it is none, or of a version that is not understood.
-    pub fn of(bytes: &'a [u8]) -> Result<Self, Unreadable> {
+    pub fn among(bytes: &'a [u8], versions: Versions) -> Result<Self, Unreadable> {
         if bytes.len() > LARGEST {
             return Err(Unreadable::Length);
         }
@@ -155,7 +163,7 @@ impl<'a> Parsed<'a> {
         if magic != MAGIC {
             return Err(Unreadable::Magic);
         }
-        if !(OLDEST..=NEWEST).contains(&envelope.version) {
+        if !versions.has(envelope.version) {
             return Err(Unreadable::Version(envelope.version));
         }
         if flags != 0 {

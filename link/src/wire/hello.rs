@@ -1,6 +1,8 @@
 //! What a link says first on every connection, and again whenever something of it changes.
 use coloc_shm_types::Plain;
 
+use super::Versions;
+
 /// Which versions and kinds are understood, and by which rules the robot goes.
 ///
 /// | offset in the body | field | |
@@ -12,6 +14,10 @@ use coloc_shm_types::Plain;
 /// | 12 | `periods` | u64 |
 /// | 20 | how many kinds follow | u16 |
 /// | 22 | `kinds` | u32 each |
+/// | after them | `origin` | u64 |
+/// | | `program` | \[u8; 16\] |
+///
+/// The last two may be missing: links of before did not say them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Hello {
     /// The oldest version of the format that is understood.
@@ -26,6 +32,10 @@ pub struct Hello {
     pub periods: u64,
     /// Numbers of the kinds that it understands.
     pub kinds: Vec<u32>,
+    /// [`fingerprint`](crate::roster::fingerprint) of the point of the earth that its frame begins at, where its `[gnss.datum]` says one; else 0.
+    pub origin: u64,
+    /// The version of its program in ASCII; the rest is zero.
+    pub program: [u8; 16],
 }
 
 impl Hello {
@@ -43,6 +53,8 @@ impl Hello {
         body.extend(told.to_le_bytes());
         let kinds = self.kinds.iter().take(usize::from(told));
         body.extend(kinds.flat_map(|kind| kind.to_le_bytes()));
+        body.extend(self.origin.to_le_bytes());
+        body.extend(self.program);
         body
     }
 
@@ -55,8 +67,10 @@ impl Hello {
         let (datum, from) = Plain::take(from)?;
         let (periods, from) = Plain::take(from)?;
         let (told, from) = u16::take(from)?;
-        let kinds = from.get(..usize::from(told) * size_of::<u32>())?;
+        let (kinds, from) = from.split_at_checked(usize::from(told) * size_of::<u32>())?;
         let (kinds, _) = kinds.as_chunks();
+        let (origin, from) = from.split_first_chunk().unwrap_or((&[0; 8], &[]));
+        let program = from.first_chunk().copied().unwrap_or_default();
         Some(Self {
             oldest,
             newest,
@@ -64,13 +78,35 @@ impl Hello {
             datum,
             periods,
             kinds: kinds.iter().map(|it| u32::from_le_bytes(*it)).collect(),
+            origin: u64::from_le_bytes(*origin),
+            program,
         })
     }
 
-    /// The newest version that both understand, this one speaking `oldest` to `newest`.
+    /// The version of its program, `text` cut to what is told of it.
     #[must_use]
-    pub fn common_version(&self, oldest: u8, newest: u8) -> Option<u8> {
-        let best = self.newest.min(newest);
-        (best >= self.oldest.max(oldest)).then_some(best)
+    pub fn program_of(text: &str) -> [u8; 16] {
+        let mut program = [0; 16];
+        for (place, byte) in program.iter_mut().zip(text.bytes()) {
+            *place = byte;
+        }
+        program
+    }
+
+    /// The version of its program, if it said one that can be printed.
+    #[must_use]
+    pub fn program(&self) -> Option<&str> {
+        let length = self.program.iter().position(|byte| *byte == 0);
+        let text = self.program.get(..length.unwrap_or(self.program.len()))?;
+        let text = str::from_utf8(text).ok()?;
+        let is_version = |letter: char| letter.is_ascii_alphanumeric() || "._+-".contains(letter);
+        (!text.is_empty() && text.chars().all(is_version)).then_some(text)
+    }
+
+    /// The newest version that both understand.
+    #[must_use]
+    pub fn common_version(&self, own: Versions) -> Option<u8> {
+        let best = self.newest.min(own.newest);
+        (best >= self.oldest.max(own.oldest)).then_some(best)
     }
 }

@@ -20,6 +20,29 @@ pub const NEWEST: u8 = 1;
 /// The oldest that is understood.
 pub const OLDEST: u8 = 1;
 
+/// Which versions of the format a link speaks.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct Versions {
+    /// The oldest that it understands.
+    pub oldest: u8,
+    /// The newest.
+    pub newest: u8,
+}
+
+impl Versions {
+    /// Those of this program.
+    pub const OWN: Self = Self {
+        oldest: OLDEST,
+        newest: NEWEST,
+    };
+
+    /// Whether that one is among them.
+    #[must_use]
+    pub const fn has(self, version: u8) -> bool {
+        self.oldest <= version && version <= self.newest
+    }
+}
+
 /// `receiver` of what is for everybody.
 pub const EVERYBODY: u16 = u16::MAX;
 

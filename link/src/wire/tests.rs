@@ -34,13 +34,17 @@ fn any_hello() -> impl Strategy<Value = Hello> {
         any::<u64>(),
         any::<u64>(),
     );
-    (numbers, prop::collection::vec(any::<u32>(), 0..64)).prop_map(|(numbers, kinds)| Hello {
+    let appended = (any::<u64>(), any::<[u8; 16]>());
+    let kinds = prop::collection::vec(any::<u32>(), 0..64);
+    (numbers, kinds, appended).prop_map(|(numbers, kinds, appended)| Hello {
         oldest: numbers.0,
         newest: numbers.1,
         flags: numbers.2,
         datum: numbers.3,
         periods: numbers.4,
         kinds,
+        origin: appended.0,
+        program: appended.1,
     })
 }
 
@@ -209,8 +213,24 @@ fn two_versions_speak_the_newest_that_both_know() {
         newest,
         ..Hello::default()
     };
-    assert_eq!(hello(1, 2).common_version(1, 1), Some(1));
-    assert_eq!(hello(1, 2).common_version(2, 3), Some(2));
-    assert_eq!(hello(2, 3).common_version(1, 1), None);
-    assert_eq!(hello(1, 1).common_version(2, 3), None);
+    let own = |oldest, newest| Versions { oldest, newest };
+    assert_eq!(hello(1, 2).common_version(own(1, 1)), Some(1));
+    assert_eq!(hello(1, 2).common_version(own(2, 3)), Some(2));
+    assert_eq!(hello(2, 3).common_version(own(1, 1)), None);
+    assert_eq!(hello(1, 1).common_version(own(2, 3)), None);
+}
+
+#[test]
+fn a_hello_of_a_link_of_before_is_read() {
+    let hello = Hello {
+        kinds: vec![7, 8],
+        origin: 9,
+        program: Hello::program_of("0.1.0"),
+        ..Hello::default()
+    };
+    assert_eq!(hello.program(), Some("0.1.0"));
+    let body = hello.body();
+    let before = Hello::of(&body[..body.len() - 24]).unwrap();
+    assert_eq!((before.kinds.len(), before.origin), (2, 0));
+    assert_eq!(before.program(), None);
 }

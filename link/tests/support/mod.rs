@@ -11,6 +11,7 @@ use coloc_link::keys::Identity;
 use coloc_link::post::{self, Office, Papers};
 use coloc_link::roster::{self, Book, FORMAT, Moment, Role, Roster};
 use coloc_link::section::Link;
+use coloc_link::wire::Versions;
 use coloc_sensors::Stop;
 use coloc_shm_types::{Message, RobotName, Space, Subscriber};
 
@@ -70,6 +71,8 @@ pub(crate) struct Site {
     pub(crate) directory: std::path::PathBuf,
     config: Config,
     listens: SocketAddr,
+    /// Which versions of the wire its link speaks.
+    pub(crate) versions: Versions,
     link: Option<(UnixStream, JoinHandle<()>)>,
 }
 
@@ -94,6 +97,7 @@ impl Site {
             directory,
             config,
             listens,
+            versions: Versions::OWN,
             link: None,
         }
     }
@@ -106,7 +110,7 @@ impl Site {
             self.directory.clone(),
             roster.to_owned(),
         );
-        let (id, listens) = (self.id, self.listens);
+        let (id, listens, versions) = (self.id, self.listens, self.versions);
         let thread = std::thread::spawn(move || {
             let papers = Papers {
                 config,
@@ -120,6 +124,8 @@ impl Site {
                 directory,
                 identity: Identity::insecure(id),
                 book: Book::open(text, Identity::insecure(0).public()).unwrap(),
+                origin: 0,
+                versions,
             };
             post::run(Office::open(papers).unwrap(), &stop).unwrap();
         });
@@ -142,6 +148,7 @@ impl Drop for Site {
     }
 }
 
+#[allow(dead_code)] // Not every test waits.
 /// Does `act` again and again until `seen` has seen something.
 pub(crate) fn until<T>(
     what: &str,
