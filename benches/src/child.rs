@@ -225,6 +225,7 @@ impl Child {
                     ahead: Span::ZERO,
                     data: &self.data,
                     acks: &self.acks,
+                    ..Words::default()
                 };
                 step_among(&mut self.estimator, assistant, black_box(&inputs), &words).0
             }

@@ -5,6 +5,7 @@ use std::io::{Write, stdout};
 use std::path::PathBuf;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use coloc_daemon::config::AssistMode;
 
 use crate::calibrate::CalibrateArgs;
 use crate::demo::scene::SceneName;
@@ -110,6 +111,7 @@ pub(crate) enum Command {
   coloc demo --laser
   coloc demo --camera
   coloc demo --leaders 2
+  coloc demo --leaders 2 --mode full
   coloc demo --data ../shared/data/mrclam1 --seconds 120
   coloc demo --json > summary.json
 
@@ -181,6 +183,9 @@ pub(crate) struct DemoArgs {
     /// So many of the robots lead, and carry the others, of whom one is seen by no leader
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=2), conflicts_with_all = ["scene", "laser", "camera"])]
     pub(crate) leaders: Option<u16>,
+    /// With --leaders: how what leaders say gets around, full, bounded-instant or bounded-delayed
+    #[arg(long, value_name = "MODE", default_value = "bounded-instant", requires = "leaders", value_parser = mode)]
+    pub(crate) mode: AssistMode,
     /// Each robot in a shared memory of its own, as on a computer of its own, and coloc-link between them
     #[arg(long, conflicts_with = "laser")]
     pub(crate) fleet: bool,
@@ -199,6 +204,11 @@ pub(crate) struct DemoArgs {
     /// Print the summary as JSON on standard output, everything else on standard error
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// As `assist.mode` has it.
+fn mode(text: &str) -> Result<AssistMode, String> {
+    serde_json::from_value(text.into()).map_err(|error| error.to_string())
 }
 
 impl DemoArgs {

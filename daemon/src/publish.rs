@@ -1,6 +1,7 @@
 //! Step 4 of the tick: the estimate to anyone, and to each robot that was seen what is known about it.
 
 use coloc_estimator::assist::assistant::{Ack, Carried, Message as AssistMessage, Told};
+use coloc_estimator::assist::readings::Readings;
 use coloc_estimator::partial::SplitPosition;
 use coloc_estimator::rounds::{AtSlot, Sharing, Standing as RoundStanding, row_major};
 use coloc_estimator::{Estimate, OutgoingAnswer, OutgoingPose, OutgoingSeen, TickOutputs};
@@ -11,7 +12,7 @@ use coloc_shm_types::{
 use tracing::warn;
 
 use crate::clock::Moment;
-use crate::config::Config;
+use crate::config::{self, AssistMode, Config};
 use crate::health::Standing;
 use crate::start::StartError;
 
@@ -56,6 +57,9 @@ struct Assists {
     acks: Option<Publisher<shm::AssistAck>>,
     data_sender: Sender,
     ack_sender: Sender,
+    /// To a leader that is told what all see.
+    readings: Option<Publisher<shm::Readings>>,
+    reading_sender: Sender,
 }
 
 /// To a peer, of what is seen in part; likewise.
@@ -185,6 +189,14 @@ impl Publish {
             let sent = assists.is_none_or(|it| it.answer(stamp_ns, ack));
             self.undelivered += u64::from(!sent);
         }
+        for readings in carried.readings {
+            let stamp_ns = moment.on(clock, readings.stamp.as_nanos());
+            let leaders = self.peers.iter_mut().filter_map(|it| it.assists.as_mut());
+            for leader in leaders {
+                let sent = leader.say(stamp_ns, readings);
+                self.undelivered += u64::from(!sent);
+            }
+        }
     }
 
     /// Says what is believed at a slot.
@@ -269,7 +281,7 @@ impl Peer {
             assists: config
                 .assist
                 .is_on()
-                .then(|| Assists::open(space, name, sender))
+                .then(|| Assists::open(space, (id, name), sender, &config.assist))
                 .transpose()?,
         })
     }
@@ -283,6 +295,7 @@ impl Peer {
         if let Some(assists) = &self.assists {
             assists.data.iter().for_each(Publisher::ring);
             assists.acks.iter().for_each(Publisher::ring);
+            assists.readings.iter().for_each(Publisher::ring);
         }
     }
 
@@ -396,12 +409,20 @@ impl Rounds {
 }
 
 impl Assists {
-    fn open(space: &Space, name: &RobotName, sender: &Sender) -> Result<Self, PortError> {
+    fn open(
+        space: &Space,
+        (id, name): (u16, &RobotName),
+        sender: &Sender,
+        config: &config::Assist,
+    ) -> Result<Self, PortError> {
+        let gathers = config.mode == AssistMode::Full && config.leaders.contains(&id);
         Ok(Self {
             data: port(space, name)?,
             acks: port(space, name)?,
             data_sender: sender.beside(),
             ack_sender: sender.beside(),
+            readings: gathers.then(|| port(space, name)).transpose()?.flatten(),
+            reading_sender: sender.beside(),
         })
     }
 
@@ -426,10 +447,19 @@ impl Assists {
                 0
             },
             said: word.past.said,
-            reserved: [0; 4],
+            digest: told.message.digest,
         };
         let port = self.data.as_ref();
         port.is_some_and(|port| port.put(message).is_ok())
+    }
+
+    /// To a leader; others are not told.
+    fn say(&mut self, stamp_ns: i64, readings: &Readings) -> bool {
+        let Some(port) = &self.readings else {
+            return true;
+        };
+        port.put(said(self.reading_sender.header(stamp_ns), readings))
+            .is_ok()
     }
 
     fn answer(&mut self, stamp_ns: i64, ack: &Ack) -> bool {
@@ -443,6 +473,35 @@ impl Assists {
         let port = self.acks.as_ref();
         port.is_some_and(|port| port.put(message).is_ok())
     }
+}
+
+/// As they are said.
+fn said(header: shm::Header, readings: &Readings) -> shm::Readings {
+    let mut said = shm::Readings {
+        header,
+        slot: readings.slot.0,
+        trace: readings.trace.unwrap_or_default(),
+        count: readings.count,
+        ..shm::Readings::default()
+    };
+    if readings.trace.is_some() {
+        said.flags |= shm::Readings::LEADS;
+    }
+    if let Some(trail) = &readings.trail {
+        said.flags |= shm::Readings::WAY;
+        said.way = trail.ends.map(|it| [it.x, it.y, it.phi]);
+        said.way_covariance = trail.noise.to_row_major();
+    }
+    for (place, sight) in said.sights.iter_mut().zip(readings.sights()) {
+        *place = shm::Sight {
+            since_ns: sight.since.as_nanos(),
+            pose: sight.reading.relative.to_vector().into(),
+            covariance: sight.reading.covariance.to_row_major(),
+            observed: sight.observed.0,
+            ..shm::Sight::default()
+        };
+    }
+    said
 }
 
 /// Of a robot without a part there are none.

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! begin ( tick (odometry | gyro | sighting | neighbour | partial | seen | answer | landmark | heading | fix | pose | round)*
-//!         team_clock? (assist leader transition*)* assist_ack* estimate )*
+//!         team_clock? (assist leader transition*)* assist_ack* (readings sight*)* estimate )*
 //! ```
 //!
 //! The real-time thread only puts [`Record`]s into the ring. Where a full ring or a slow disk has lost lines there is a line
@@ -307,6 +307,9 @@ pub enum Record {
         robots: u8,
         /// Whether it is not to be handed on.
         is_final: bool,
+        /// What its leader knew, where leaders know all readings.
+        #[serde(default, skip_serializing_if = "is_none")]
+        digest: u32,
         /// y*
         pose: [f64; 3],
         /// R*_i
@@ -328,6 +331,36 @@ pub enum Record {
     Transition {
         /// Φ
         phi: [f64; 9],
+    },
+    /// What another robot saw of children in one event; its sights follow.
+    Readings {
+        /// The middle of the event.
+        stamp_ns: i64,
+        /// Who saw it.
+        sender: u16,
+        /// Which life of it.
+        session: u64,
+        /// Its count.
+        sequence: u64,
+        /// Which event.
+        slot: i64,
+        /// Of a leader's covariance.
+        trace: Option<f64>,
+        /// Its own way.
+        way: Option<[[f64; 3]; 8]>,
+        /// Of that.
+        way_covariance: [f64; 9],
+    },
+    /// What the last of them saw.
+    Sight {
+        /// So long after the event's beginning.
+        since_ns: i64,
+        /// Whom.
+        observed: u16,
+        /// Where, in the frame of who saw it.
+        pose: [f64; 3],
+        /// Of that.
+        covariance: [f64; 9],
     },
     /// What became of what this robot handed on.
     AssistAck {
@@ -448,6 +481,11 @@ impl Step {
     fn is_own(&self) -> bool {
         *self == Self::Own
     }
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature.
+fn is_none(digest: &u32) -> bool {
+    *digest == 0
 }
 
 /// The lines of a tick's inputs, its own first.

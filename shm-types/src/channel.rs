@@ -6,8 +6,8 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
     Answer, Assist, AssistAck, Call, Correction, DriverStatus, Estimate, Evidence, Gyro, Header,
-    Heading, Increment, Integrity, Neighbour, Odometry, Plain, Pose, Position, RelativePose, Round,
-    Scan, Seen, Share, Shared, Sighting, Status, Timing, Tracked,
+    Heading, Increment, Integrity, Neighbour, Odometry, Plain, Pose, Position, Readings,
+    RelativePose, Round, Scan, Seen, Share, Shared, Sighting, Status, Timing, Tracked,
 };
 
 /// A service of a robot: `coloc/<robot>/<channel>`.
@@ -65,6 +65,8 @@ pub enum Channel {
     Call,
     /// What rounds do to the belief.
     Correction,
+    /// What robots see of children, for leaders.
+    Readings,
 }
 
 /// What is said on a channel, and how its service is dimensioned.
@@ -205,7 +207,7 @@ impl Channel {
     /// The table, in the order of the channels.
     ///
     /// Whoever opens a service first fixes its quality, so a change here is seen once all processes have restarted.
-    pub const TABLE: [Told; 26] = [
+    pub const TABLE: [Told; 27] = [
         Told {
             channel: Self::Odometry,
             name: "odometry",
@@ -477,6 +479,17 @@ impl Channel {
             buffer: 16,
             ..DRIVERS
         },
+        Told {
+            channel: Self::Readings,
+            name: "readings",
+            what: "all that another robot saw of children in one event, for this one, a leader",
+            by: Speaker::Neighbours,
+            size: size_of::<Readings>(),
+            publishers: Self::TEAM + 16,
+            // One an event.
+            buffer: 4,
+            ..DRIVERS
+        },
     ];
 
     /// All of them.
@@ -632,7 +645,7 @@ travels! {
     AssistAck "v1",
     Estimate "v5",
     Timing "v2",
-    Status "v5",
+    Status "v6",
     DriverStatus "v1" [said_ns],
     Scan "v1",
     Increment "v1" [start_ns],
@@ -644,6 +657,7 @@ travels! {
     Round "v1",
     Call "v1",
     Correction "v1",
+    Readings "v1",
 }
 
 #[cfg(test)]
@@ -697,6 +711,7 @@ mod tests {
         assert_named::<Round>();
         assert_named::<Call>();
         assert_named::<Correction>();
+        assert_named::<Readings>();
     }
 
     #[test]
@@ -722,6 +737,7 @@ mod tests {
             Channel::Answer,
             Channel::Assist,
             Channel::AssistAck,
+            Channel::Readings,
         ] {
             assert!(channel.quality().publishers > Channel::TEAM);
         }

@@ -32,11 +32,13 @@ pub enum Input {
     AssistAck = 11,
     /// What the team's rounds do to the belief.
     Correction = 12,
+    /// What other robots have seen of children, for a leader.
+    Readings = 13,
 }
 
 impl Input {
     /// How many there are.
-    pub const COUNT: usize = 13;
+    pub const COUNT: usize = 14;
     /// So many have a place in the payloads; those without a name are spare.
     pub const PLACES: usize = 16;
     /// All of them, in the order of their numbers.
@@ -54,6 +56,7 @@ impl Input {
         Self::Assist,
         Self::AssistAck,
         Self::Correction,
+        Self::Readings,
     ];
 
     /// As it is printed.
@@ -73,6 +76,7 @@ impl Input {
             Self::Assist => "assist",
             Self::AssistAck => "assist_ack",
             Self::Correction => "correction",
+            Self::Readings => "readings",
         }
     }
 }
@@ -106,7 +110,8 @@ mod tests {
                 "answer",
                 "assist",
                 "assist_ack",
-                "correction"
+                "correction",
+                "readings"
             ]
         );
     }

@@ -54,8 +54,8 @@ pub use matrix::all_finite;
 pub use payload::{
     Answer, Assist, AssistAck, AssistCounters, Call, CanCounters, Correction, DriverStatus,
     Estimate, Evidence, Gyro, Header, Heading, Increment, Integrity, Latency, Losses, Neighbour,
-    Odometry, OdometryKind, Pose, Position, RelativePose, Round, RoundEntry, Scan, Seen,
-    SeenAtSlot, SeenWithin, Share, Shared, Sighting, SourceHealth, Status, Suspect, Timing,
+    Odometry, OdometryKind, Pose, Position, Readings, RelativePose, Round, RoundEntry, Scan, Seen,
+    SeenAtSlot, SeenWithin, Share, Shared, Sight, Sighting, SourceHealth, Status, Suspect, Timing,
     Tracked,
 };
 pub use plain::Plain;

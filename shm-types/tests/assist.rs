@@ -71,7 +71,7 @@ fn every_field_of_what_a_leader_says_is_checked() {
         (|it| it.path[3] = 2, Reject::Unsupported),
         (|it| it.robots = 17, Reject::Unsupported),
         (|it| it.flags = 2, Reject::Unsupported),
-        (|it| it.reserved[3] = 1, Reject::Unsupported),
+        (|it| it.digest = 1, Reject::Unsupported),
         (|it| it.header.source = 1, Reject::UnknownRobot),
         (|it| it.path[1] = 9, Reject::UnknownRobot),
         (|it| it.header.stamp_ns -= 20_000, Reject::TooOld),

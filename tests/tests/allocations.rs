@@ -141,6 +141,7 @@ fn without_allocation_given(scene: &mut Scene, ticks: u64, send: fn(&mut Surroun
                 | Input::Answer
                 | Input::Assist
                 | Input::AssistAck
+                | Input::Readings
                 | Input::Correction
         )
     };

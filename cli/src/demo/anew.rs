@@ -7,6 +7,7 @@ use coloc_daemon::config::Config;
 use coloc_daemon::estimate::{Estimate, settings};
 use coloc_daemon::record::{RecordedTick, Recording, Step};
 use coloc_estimator::assist::assistant::{Ack, Carried, Message};
+use coloc_estimator::assist::readings;
 use coloc_estimator::{Belief, Stamp};
 
 use super::bars::Bar;
@@ -17,6 +18,9 @@ const MOST_TOLD: usize = 3;
 
 /// A datum by who sends it, who it is for, its event, stamp and way; every number that it says.
 type Data = BTreeMap<(u16, u16, i64, i64, Vec<u16>), Vec<u64>>;
+
+/// What a robot saw by its event; every number that it says.
+type Readings = BTreeMap<(u16, i64), Vec<u64>>;
 
 /// An answer by who gives it, to whom, its event and leader, and whether the datum is used.
 type Acks = BTreeMap<(u16, u16, i64, u16, bool), usize>;
@@ -29,6 +33,7 @@ pub(crate) struct Anew {
     /// That came as they were worked out.
     data: usize,
     acks: usize,
+    readings: usize,
     /// That came from a daemon that was killed before it had recorded what they were made of.
     unrecorded: usize,
     wrong: [Vec<String>; 2],
@@ -39,6 +44,7 @@ pub(crate) struct Anew {
 struct Told {
     data: Data,
     acks: Acks,
+    readings: Readings,
     lives: Vec<(u16, [Stamp; 2])>,
 }
 
@@ -126,6 +132,16 @@ impl Anew {
             self.count(same, (ack.robot.0, robot), ack.stamp, tick, told);
             self.acks += usize::from(same == Some(true));
         }
+        for heard in &tick.readings {
+            let sender = heard.origin.source;
+            let (key, said) = saw(sender, &heard.readings);
+            let same = told
+                .readings
+                .get(&key)
+                .map(|worked_out| *worked_out == said);
+            self.count(same, (sender, robot), heard.readings.stamp, tick, told);
+            self.readings += usize::from(same == Some(true));
+        }
     }
 
     fn count(
@@ -154,6 +170,10 @@ impl Anew {
     pub(crate) fn bars(self) -> [Bar; 2] {
         let [beliefs, words] = self.wrong;
         let none = |count, what: &str| (count == 0).then(|| format!("no {what} at all"));
+        let readings = match self.readings {
+            0 => String::new(),
+            count => format!(", {count} times what a robot saw"),
+        };
         let kept = match self.unrecorded {
             0 => String::new(),
             count => format!("; {count} of a killed daemon's last are not in its recording"),
@@ -169,7 +189,7 @@ impl Anew {
             },
             Bar {
                 promise: "worked out anew: all that was told, bit by bit".into(),
-                seen: format!("{} data, {} answers{kept}", self.data, self.acks),
+                seen: format!("{} data, {} answers{readings}{kept}", self.data, self.acks),
                 broken_by: words.into_iter().chain(none(self.data, "datum")).collect(),
             },
         ]
@@ -209,6 +229,8 @@ impl Told {
         let data = carried.data.iter();
         self.data
             .extend(data.map(|it| datum(robot, it.to.0, &it.message)));
+        self.readings
+            .extend(carried.readings.iter().map(|it| saw(robot, it)));
         for ack in carried.acks {
             *self
                 .acks
@@ -238,6 +260,19 @@ fn datum(from: u16, to: u16, message: &Message) -> Datum {
     let way = message.robots().iter().map(|it| it.0).collect();
     let key = (from, to, message.slot.0, message.stamp.as_nanos(), way);
     (key, numbers.map(f64::to_bits).collect())
+}
+
+fn saw(from: u16, readings: &readings::Readings) -> ((u16, i64), Vec<u64>) {
+    let sights = readings.sights().iter();
+    let sights = sights.map(|it| (it.reading.relative, it.reading.covariance));
+    let trail = readings.trail.iter();
+    let ends = trail.clone().flat_map(|it| it.ends);
+    let poses = sights.clone().map(|it| it.0).chain(ends);
+    let covariances = sights.map(|it| it.1).chain(trail.map(|it| it.noise));
+    let numbers = poses.flat_map(|it| [it.x, it.y, it.phi]);
+    let numbers = numbers.chain(covariances.flat_map(|it| it.to_row_major()));
+    let numbers = numbers.chain(readings.trace).map(f64::to_bits).collect();
+    ((from, readings.slot.0), numbers)
 }
 
 fn bits(belief: &Belief) -> Vec<u64> {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use coloc_daemon::config::Assist;
+use coloc_daemon::config::{Assist, AssistMode};
 
 use super::DemoError;
 use super::bars::{Bar, Expectation};
@@ -27,6 +27,7 @@ const FEWEST_CHILDREN: usize = 2;
 pub(crate) struct Lead {
     leaders: usize,
     robots: usize,
+    mode: AssistMode,
     /// When the first leader is killed and when it is started again \[s\].
     pub(super) gone_s: Range<f64>,
 }
@@ -48,6 +49,7 @@ impl Lead {
         Ok(Some(Self {
             leaders,
             robots,
+            mode: args.mode,
             gone_s: GONE.start * length_s..GONE.end * length_s,
         }))
     }
@@ -95,6 +97,7 @@ impl Lead {
             leaders: numbers(self.leaders())?,
             children: numbers(self.leaders..self.robots)?,
             period_s: PERIOD_S,
+            mode: self.mode,
             ..Assist::default()
         })
     }
@@ -137,6 +140,7 @@ mod tests {
         let lead = Lead {
             leaders: 2,
             robots: 5,
+            mode: AssistMode::Full,
             gone_s: 1.0..2.0,
         };
         let seen_by =

@@ -3,11 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use coloc_daemon::config::{Assist, AssistFusion, Initial, InitialPose};
+use coloc_daemon::config::{Assist, AssistFusion, AssistMode, Initial, InitialPose};
 use coloc_daemon::estimate::{Estimate, settings};
 use coloc_daemon::record::{Recording, Step};
 use coloc_estimator::Pose;
 use coloc_estimator::assist::assistant::{Ack, Counts, Message};
+use coloc_estimator::assist::readings::{HeardReadings, Readings};
 use coloc_sim::{Scenario, Sensors, StepInputs, Synthetic, SyntheticConfig, World};
 
 use crate::feed::{Feed, Heard, STEP_NS};
@@ -30,6 +31,8 @@ struct Played {
     published: BTreeMap<u64, Published>,
     data: Post<Message>,
     acks: Post<Ack>,
+    /// By robot and event.
+    readings: BTreeMap<(usize, i64), Readings>,
     counts: Counts,
 }
 
@@ -84,6 +87,10 @@ fn played(team: &Team, robot: usize, recording: &Recording) -> Played {
                 for ack in carried.acks {
                     let post = played.acks.entry((robot, index(ack.robot.0))).or_default();
                     post.push(*ack);
+                }
+                for readings in carried.readings {
+                    let event = (robot, readings.slot.0);
+                    assert!(played.readings.insert(event, *readings).is_none());
                 }
                 outputs.estimate.belief
             }
@@ -141,6 +148,20 @@ fn assert_same_data(recordings: &[Recording], played: &[Played]) -> usize {
     count
 }
 
+/// What leaders were told is what was worked out here; how many times.
+fn assert_same_readings(recordings: &[Recording], played: &[Played]) -> usize {
+    let mut count = 0;
+    for heard in recordings.iter().flat_map(|it| &it.ticks) {
+        for HeardReadings { origin, readings } in &heard.readings {
+            let sender = index(origin.source);
+            let said = played[sender].readings[&(sender, readings.slot.0)];
+            assert_eq!(*readings, said, "of robot {sender}");
+            count += 1;
+        }
+    }
+    count
+}
+
 /// No sighting served two leaders, and no datum was taken twice: by all that was recorded.
 fn assert_used_once(recordings: &[Recording], played: &[Played]) {
     let mut used: BTreeMap<(i64, usize, usize), u16> = BTreeMap::new();
@@ -175,6 +196,15 @@ fn error_m(heard: &Heard, world: &Synthetic, start_ns: i64, robot: usize) -> (f6
 
 #[test]
 fn leaders_carry_children_that_none_of_them_sees_and_all_of_it_comes_out_the_same_in_one_process() {
+    assert_carried(AssistMode::BoundedInstant);
+}
+
+#[test]
+fn leaders_that_are_told_what_all_see_carry_them_too() {
+    assert_carried(AssistMode::Full);
+}
+
+fn assert_carried(mode: AssistMode) {
     let world = Synthetic::new(&SyntheticConfig {
         robots: ROBOTS,
         seconds: SECONDS,
@@ -186,6 +216,7 @@ fn leaders_carry_children_that_none_of_them_sees_and_all_of_it_comes_out_the_sam
         leaders: vec![1, 2],
         children: vec![3, 4, 5],
         period_s: 0.1,
+        mode,
         fusion: AssistFusion::Cross,
         ..Assist::default()
     };
@@ -213,7 +244,12 @@ fn leaders_carry_children_that_none_of_them_sees_and_all_of_it_comes_out_the_sam
     let data = assert_same_data(&recordings, &played);
     assert_used_once(&recordings, &played);
     println!("{data} data");
-    assert!(data > 500, "{data} data");
+    let readings = assert_same_readings(&recordings, &played);
+    if mode == AssistMode::Full {
+        assert!(data > 250 && readings > 500, "{data} data, {readings}");
+    } else {
+        assert!(data > 500 && readings == 0, "{data} data, {readings}");
+    }
     for robot in LEADERS..ROBOTS {
         let (counts, said) = (played[robot].counts, heard[robot].assist);
         assert!(

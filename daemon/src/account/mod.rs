@@ -297,6 +297,7 @@ impl Account {
             timed_out: counts.timed_out,
             freed_late: counts.freed_late,
             closed_early: counts.closed_early,
+            disagreed: counts.disagreed,
         };
     }
 

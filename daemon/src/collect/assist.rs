@@ -2,22 +2,28 @@
 
 use coloc_estimator::assist::assistant::{Ack, Heard, Message};
 use coloc_estimator::assist::cross::Leader;
+use coloc_estimator::assist::datum::Reading;
 use coloc_estimator::assist::events::Word;
+use coloc_estimator::assist::readings::{HeardReadings, Readings, Sight};
 use coloc_estimator::assist::slot::Slot;
+use coloc_estimator::assist::trail::Trail;
 use coloc_estimator::assist::transition::Past;
-use coloc_estimator::{Covariance3, GlobalPose, Parts, RobotId};
-use coloc_shm_types::{Assist, AssistAck, Input, Limits, PortError, Reject, RobotName, Space};
+use coloc_estimator::{Covariance3, GlobalPose, Parts, RobotId, Span};
+use coloc_shm_types::{
+    self as shm, Assist, AssistAck, Input, Limits, PortError, Reject, RobotName, Space,
+};
 
 use super::list::List;
 use super::messages::{not_a_covariance, origin, pose, stamp};
 use super::port::Port;
 use crate::account::Account;
 use crate::clock::Moment;
-use crate::config;
+use crate::config::{self, AssistMode};
 
 /// A tick takes in so many messages at most; the others wait in shared memory for the next one.
 const DATA: usize = 64;
 const ACKS: usize = 64;
+const READINGS: usize = 64;
 
 /// The subscribers of a robot with a part in the team.
 #[derive(Debug)]
@@ -29,6 +35,9 @@ pub(super) struct Assists {
     /// Each with the sender's session and count, which order them.
     answered: List<([u64; 2], Ack)>,
     settled: List<Ack>,
+    /// Of a leader that is told what all see.
+    readings: Option<Port<shm::Readings>>,
+    told: List<HeardReadings>,
 }
 
 impl Assists {
@@ -38,7 +47,9 @@ impl Assists {
         name: &RobotName,
         robots: usize,
         config: &config::Assist,
+        id: u16,
     ) -> Result<Self, PortError> {
+        let gathers = config.mode == AssistMode::Full && config.leaders.contains(&id);
         Ok(Self {
             data: Port::open(space, name, (Input::Assist, robots, DATA))?,
             acks: Port::open(space, name, (Input::AssistAck, robots, ACKS))?,
@@ -46,16 +57,26 @@ impl Assists {
             heard: List::with_capacity(DATA),
             answered: List::with_capacity(ACKS),
             settled: List::with_capacity(ACKS),
+            readings: gathers
+                .then(|| Port::open(space, name, (Input::Readings, robots, READINGS)))
+                .transpose()?,
+            told: List::with_capacity(if gathers { READINGS } else { 0 }),
         })
     }
 
     pub(super) fn deaf(&self) -> impl Iterator<Item = Input> {
-        [self.data.deaf(), self.acks.deaf()].into_iter().flatten()
+        let readings = self.readings.as_ref().and_then(Port::deaf);
+        [self.data.deaf(), self.acks.deaf(), readings]
+            .into_iter()
+            .flatten()
     }
 
     pub(super) fn tell_sessions(&self, now: coloc_estimator::Stamp, account: &mut Account) {
         self.data.tell_sessions(now, account);
         self.acks.tell_sessions(now, account);
+        if let Some(readings) = &self.readings {
+            readings.tell_sessions(now, account);
+        }
     }
 
     pub(super) fn receive(&mut self, moment: &Moment, limits: &Limits<'_>, account: &mut Account) {
@@ -83,11 +104,25 @@ impl Assists {
                 Err(reason) => self.acks.refuse(header.source, reason, account),
             }
         }
+        let Some(port) = &mut self.readings else {
+            return;
+        };
+        while let Some((message, heard)) = port.next(moment, account, |it| readings(it, limits)) {
+            let header = &message.header;
+            match heard {
+                Ok(heard) => {
+                    account.valid(Input::Readings, header.source, heard.readings.stamp);
+                    let _ = self.told.push(heard); // Likewise.
+                }
+                Err(reason) => port.refuse(header.source, reason, account),
+            }
+        }
     }
 
     /// Puts what has come in the order of senders and of their counts.
     pub(super) fn gather(&mut self) {
         self.heard.sort_by_key(|it| it.origin);
+        self.told.sort_by_key(|it| it.origin);
         self.answered
             .sort_by_key(|(count, ack)| (ack.robot, *count));
         self.settled.clear();
@@ -104,12 +139,18 @@ impl Assists {
         self.settled.as_slice()
     }
 
+    pub(super) fn readings(&self) -> &[HeardReadings] {
+        self.told.as_slice()
+    }
+
     pub(super) fn clear(&mut self) {
         self.data.clear();
         self.acks.clear();
         self.heard.clear();
         self.answered.clear();
         self.settled.clear();
+        self.told.clear();
+        self.readings.iter_mut().for_each(Port::clear);
     }
 }
 
@@ -135,6 +176,7 @@ pub fn datum(message: &Assist, limits: &Limits<'_>, leaders: &[u16]) -> Result<H
             path: message.path.map(RobotId),
             robots: message.robots,
             is_final: message.flags & Assist::FINAL != 0,
+            digest: message.digest,
             said: GlobalPose {
                 pose: pose(message.pose),
                 parts: parts.map_err(not_a_covariance)?,
@@ -166,6 +208,41 @@ pub fn ack(message: &AssistAck, limits: &Limits<'_>) -> Result<Ack, Reject> {
         stamp: stamp(message),
         leader: RobotId(message.leader),
         taken: message.taken == 1,
+    })
+}
+
+/// What another robot has seen as a leader takes it, whatever the message holds.
+///
+/// # Errors
+/// Why it is none.
+pub fn readings(message: &shm::Readings, limits: &Limits<'_>) -> Result<HeardReadings, Reject> {
+    message.validate(limits)?;
+    let has = |flag| message.flags & flag != 0;
+    let covariance = |rows| Covariance3::from_row_major(rows).map_err(not_a_covariance);
+    let noise = covariance(message.way_covariance)?;
+    let mut readings = Readings {
+        slot: Slot(message.slot),
+        stamp: stamp(message),
+        trace: has(shm::Readings::LEADS).then_some(message.trace),
+        trail: has(shm::Readings::WAY).then(|| Trail {
+            ends: message.way.map(pose),
+            noise,
+        }),
+        ..Readings::default()
+    };
+    for sight in message.sights() {
+        let _ = readings.push(Sight {
+            observed: RobotId(sight.observed),
+            since: Span::from_nanos(sight.since_ns),
+            reading: Reading {
+                relative: pose(sight.pose),
+                covariance: covariance(sight.covariance)?,
+            },
+        }); // There is room for as many as a message holds.
+    }
+    Ok(HeardReadings {
+        origin: origin(message),
+        readings,
     })
 }
 

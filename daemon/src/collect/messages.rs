@@ -81,7 +81,7 @@ impl Messages {
             assists: config
                 .assist
                 .is_on()
-                .then(|| Assists::open(space, name, robots, &config.assist))
+                .then(|| Assists::open(space, name, robots, &config.assist, config.robot.id))
                 .transpose()?,
             rounds: config
                 .makes_rounds()
@@ -216,6 +216,7 @@ impl Messages {
                 ahead: ahead(),
                 data: assists.data(),
                 acks: assists.acks(),
+                readings: assists.readings(),
             },
         }
     }

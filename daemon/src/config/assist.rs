@@ -38,6 +38,10 @@ pub struct Assist {
     /// `close_after_ms`. 0: two ticks for each child \[ms\].
     #[schemars(range(min = 0, max = 60000))]
     pub max_delay_ms: u32,
+    /// So long after a period leaders work out what they say of it, where `mode` is `"full"`; robots tell them what they see after half of
+    /// that. No longer than the period. 0: eight ticks, but no longer than the period \[ms\].
+    #[schemars(range(min = 0, max = 60000))]
+    pub readings_deadline_ms: u32,
     /// How a child fuses what leaders say.
     pub fusion: AssistFusion,
     /// Poses with a d² above this are refused; the default is 99.9 % of chi-square with three degrees of freedom.
@@ -55,6 +59,8 @@ pub enum AssistMode {
     /// The same, but what comes waits: it is fused once a pose of each leader is there that was heard within ten events, or after
     /// `max_delay_ms`.
     BoundedDelayed,
+    /// All robots tell all leaders what they see. Each leader comes to the same trees, and tells each child in its own; nobody hands on.
+    Full,
 }
 
 /// How a child fuses what leaders say.
@@ -82,6 +88,7 @@ impl Default for Assist {
             ack_timeout_ms: 160,
             close_after_ms: 0,
             max_delay_ms: 0,
+            readings_deadline_ms: 0,
             fusion: AssistFusion::default(),
             gate: CHI2_3_999,
         }
@@ -101,9 +108,23 @@ impl Assist {
         if self.close_after_ms > 0 {
             return self.close_after_ms;
         }
+        if self.mode == AssistMode::Full {
+            let period_ms = whole_ms(self.period_s);
+            let deadline_ms = self.deadline_ms(rate_hz);
+            return self.ack_timeout_ms.saturating_add(period_ms + deadline_ms);
+        }
         let robots = u32::try_from(self.leaders.len() + self.children.len()).unwrap_or(u32::MAX);
         self.ack_timeout_ms
             .saturating_add(2 * robots.saturating_mul(tick_ms(rate_hz)))
+    }
+
+    /// How long after a period leaders work it out, where they know all readings \[ms\].
+    #[must_use]
+    pub fn deadline_ms(&self, rate_hz: f64) -> u32 {
+        match self.readings_deadline_ms {
+            0 => (8 * tick_ms(rate_hz)).min(whole_ms(self.period_s)),
+            said => said,
+        }
     }
 
     /// How long what comes waits for the rest \[ms\]; `None`: it does not.
@@ -141,6 +162,11 @@ fn tick_ms(rate_hz: f64) -> u32 {
     (1e3 / rate_hz).ceil() as u32
 }
 
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A minute at most.
+fn whole_ms(seconds: f64) -> u32 {
+    (1e3 * seconds) as u32
+}
+
 impl Config {
     /// The robot's part in the team; `None` where it has none.
     #[must_use]
@@ -162,6 +188,10 @@ impl Config {
         let agreement = Agreement {
             phase,
             delay: assist.delay_ms(self.tick.rate_hz),
+            readings_deadline: (assist.mode == AssistMode::Full).then(|| {
+                let deadline_ms = assist.deadline_ms(self.tick.rate_hz);
+                Span::from_millis(deadline_ms.into())
+            }),
             ..agreement
         };
         Assistant::new(agreement, RobotId(self.robot.id)).map(Box::new)

@@ -26,9 +26,12 @@ impl Patience {
             Input::Odometry | Input::Gyro => config.odometry_stale_s,
             Input::RelativePose | Input::Sighting => config.relative_pose_stale_s,
             Input::Position | Input::Pose | Input::Heading => config.position_stale_s,
-            Input::Neighbour | Input::Seen | Input::Answer | Input::Assist | Input::AssistAck => {
-                config.neighbours_stale_s
-            }
+            Input::Neighbour
+            | Input::Seen
+            | Input::Answer
+            | Input::Assist
+            | Input::AssistAck
+            | Input::Readings => config.neighbours_stale_s,
             Input::Correction => rounds.timeout_s,
         };
         Self {

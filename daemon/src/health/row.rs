@@ -140,6 +140,7 @@ fn gate(input: Input, config: &Config) -> f64 {
         | Input::RelativePose
         | Input::Gyro
         | Input::AssistAck
+        | Input::Readings
         | Input::Correction => 0.0,
     }
 }

@@ -2,9 +2,12 @@
 
 use coloc_estimator::assist::assistant::{Ack, Heard, Message, Words};
 use coloc_estimator::assist::cross::Leader;
+use coloc_estimator::assist::datum::Reading;
+use coloc_estimator::assist::readings::{HeardReadings, Readings, Sight};
 use coloc_estimator::assist::slot::Slot;
+use coloc_estimator::assist::trail::Trail;
 use coloc_estimator::{
-    Covariance3, GlobalPose, LeaderPose, NotACovariance, Origin, Parts, Pose, RobotId, Stamp,
+    Covariance3, GlobalPose, LeaderPose, NotACovariance, Origin, Parts, Pose, RobotId, Span, Stamp,
 };
 
 use super::{Record, RecordedTick};
@@ -13,7 +16,9 @@ use super::{Record, RecordedTick};
 pub(super) fn count(words: &Words<'_>) -> usize {
     let data = words.data.iter();
     let lines = data.map(|it| 2 + usize::from(it.message.word.past.said));
-    usize::from(is_said(words)) + lines.sum::<usize>() + words.acks.len()
+    let readings = words.readings.iter();
+    let readings = readings.map(|it| 1 + it.readings.sights().len());
+    usize::from(is_said(words)) + lines.sum::<usize>() + words.acks.len() + readings.sum::<usize>()
 }
 
 /// The lines.
@@ -22,7 +27,8 @@ pub(super) fn lines(words: &Words<'_>) -> impl Iterator<Item = Record> {
     let clock = is_said(words).then_some(Record::TeamClock { ahead_ns });
     let data = words.data.iter().flat_map(datum);
     let acks = words.acks.iter().map(Record::from);
-    clock.into_iter().chain(data).chain(acks)
+    let readings = words.readings.iter().flat_map(readings);
+    clock.into_iter().chain(data).chain(acks).chain(readings)
 }
 
 fn is_said(words: &Words<'_>) -> bool {
@@ -40,6 +46,7 @@ fn datum(heard: &Heard) -> impl Iterator<Item = Record> {
         path: heard.message.path.map(|it| it.0),
         robots: heard.message.robots,
         is_final: heard.message.is_final,
+        digest: heard.message.digest,
         pose: said.pose.to_vector().into(),
         independent: said.parts.independent.to_row_major(),
         dependent: said.parts.dependent.to_row_major(),
@@ -108,6 +115,15 @@ pub(super) fn take(tick: &mut RecordedTick, record: Record) -> Option<Result<(),
             *place = [[a, b, c], [d, e, f], [g, h, i]];
             past.said += 1;
         }
+        Record::Readings { .. } => return Some(heard(record)?.map(|it| tick.readings.push(it))),
+        Record::Sight { .. } => {
+            let readings = &mut tick.readings.last_mut()?.readings;
+            match sight(record)? {
+                Ok(sight) if readings.push(sight) => {}
+                Ok(_) => return None,
+                Err(problem) => return Some(Err(problem)),
+            }
+        }
         Record::Assist { .. } => return Some(assist(record)?.map(|it| tick.data.push(it))),
         _ => return None,
     }
@@ -124,6 +140,7 @@ fn assist(record: Record) -> Option<Result<Heard, NotACovariance>> {
         path,
         robots,
         is_final,
+        digest,
         pose,
         independent,
         dependent,
@@ -147,6 +164,7 @@ fn assist(record: Record) -> Option<Result<Heard, NotACovariance>> {
             path: path.map(RobotId),
             robots,
             is_final,
+            digest,
             said: GlobalPose {
                 pose: at(pose),
                 parts,
@@ -154,6 +172,89 @@ fn assist(record: Record) -> Option<Result<Heard, NotACovariance>> {
             ..Message::default()
         },
     }))
+}
+
+fn readings(heard: &HeardReadings) -> impl Iterator<Item = Record> {
+    let HeardReadings { origin, readings } = heard;
+    let vector = |pose: &Pose| [pose.x, pose.y, pose.phi];
+    let way = readings.trail.map(|it| it.ends.map(|end| vector(&end)));
+    let noise = readings.trail.map_or(Covariance3::ZERO, |it| it.noise);
+    let head = Record::Readings {
+        stamp_ns: readings.stamp.as_nanos(),
+        sender: origin.source,
+        session: origin.session,
+        sequence: origin.sequence,
+        slot: readings.slot.0,
+        trace: readings.trace,
+        way,
+        way_covariance: noise.to_row_major(),
+    };
+    let sights = readings.sights().iter().map(move |it| Record::Sight {
+        since_ns: it.since.as_nanos(),
+        observed: it.observed.0,
+        pose: vector(&it.reading.relative),
+        covariance: it.reading.covariance.to_row_major(),
+    });
+    std::iter::once(head).chain(sights)
+}
+
+fn heard(record: Record) -> Option<Result<HeardReadings, NotACovariance>> {
+    let Record::Readings {
+        stamp_ns,
+        sender,
+        session,
+        sequence,
+        slot,
+        trace,
+        way,
+        way_covariance,
+    } = record
+    else {
+        return None;
+    };
+    let noise = match Covariance3::from_row_major(way_covariance) {
+        Ok(noise) => noise,
+        Err(problem) => return Some(Err(problem)),
+    };
+    Some(Ok(HeardReadings {
+        origin: Origin {
+            source: sender,
+            session,
+            sequence,
+        },
+        readings: Readings {
+            slot: Slot(slot),
+            stamp: Stamp::from_nanos(stamp_ns),
+            trace,
+            trail: way.map(|ends| Trail {
+                ends: ends.map(at),
+                noise,
+            }),
+            ..Readings::default()
+        },
+    }))
+}
+
+fn sight(record: Record) -> Option<Result<Sight, NotACovariance>> {
+    let Record::Sight {
+        since_ns,
+        observed,
+        pose,
+        covariance,
+    } = record
+    else {
+        return None;
+    };
+    Some(
+        Covariance3::from_row_major(covariance).map(|covariance| Sight {
+            since: Span::from_nanos(since_ns),
+            observed: RobotId(observed),
+            reading: Reading {
+                relative: at(pose),
+                covariance,
+            },
+        }),
+    )
 }
 
 /// As it was, not wrapped once more.
@@ -175,6 +276,7 @@ impl From<&LeaderPose> for Record {
             path,
             robots: 1,
             is_final: true,
+            digest: 0,
             pose: taken.said.pose.to_vector().into(),
             independent: taken.said.parts.independent.to_row_major(),
             dependent: taken.said.parts.dependent.to_row_major(),

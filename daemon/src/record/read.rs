@@ -4,6 +4,7 @@ use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use coloc_estimator::assist::assistant::{Ack, Heard, Words};
+use coloc_estimator::assist::readings::HeardReadings;
 use coloc_estimator::{
     Belief, Bend, Covariance2, Covariance3, GyroSample, HeadingFix, HeadingOf, Measurement, Motion,
     NeighbourPose, NotACovariance, OdometrySample, Origin, Parts, Pose, PoseSaid, PositionFix,
@@ -53,6 +54,8 @@ pub struct RecordedTick {
     pub data: Vec<Heard>,
     /// What children answered.
     pub acks: Vec<Ack>,
+    /// What they saw of children.
+    pub readings: Vec<HeardReadings>,
     /// How far the team's clock was ahead of the stamps \[ns\].
     pub ahead_ns: i64,
     /// What was published.
@@ -102,6 +105,7 @@ impl RecordedTick {
             ahead: Span::from_nanos(self.ahead_ns),
             data: &self.data,
             acks: &self.acks,
+            readings: &self.readings,
         }
     }
 
@@ -464,7 +468,10 @@ mod tests {
 
     use coloc_estimator::assist::assistant::Message;
     use coloc_estimator::assist::cross::Leader;
+    use coloc_estimator::assist::datum::Reading;
+    use coloc_estimator::assist::readings::{Readings, Sight};
     use coloc_estimator::assist::slot::Slot;
+    use coloc_estimator::assist::trail::Trail;
     use coloc_estimator::{Estimate, GlobalPose, GyroSettings, OdometryNoise};
 
     use super::super::{Recorder, of_words};
@@ -485,6 +492,33 @@ mod tests {
                 memory: Span::from_nanos(7),
             },
             of: HeadingOf::Body,
+        }
+    }
+
+    fn saw(stamp: Stamp, pose: Pose, count: u8) -> HeardReadings {
+        let mut readings = Readings {
+            slot: Slot(7),
+            stamp,
+            trace: (count > 0).then_some(1.0 / 3.0),
+            trail: (count > 0).then_some(Trail {
+                ends: [pose; 8],
+                noise: cov(0.1),
+            }),
+            ..Readings::default()
+        };
+        for observed in 0..count {
+            assert!(readings.push(Sight {
+                observed: RobotId(observed.into()),
+                since: Span::from_nanos(199_999_999),
+                reading: Reading {
+                    relative: pose,
+                    covariance: cov(0.7),
+                },
+            }));
+        }
+        HeardReadings {
+            origin: origin(3, 8, u64::from(count)),
+            readings,
         }
     }
 
@@ -593,6 +627,7 @@ mod tests {
                 leader: RobotId(2),
                 taken: true,
             }],
+            readings: vec![saw(stamp, third, 0), saw(stamp, third, 2)],
             ahead_ns: -7,
             belief: Belief {
                 bend: Bend::from_array([1.0 / 3.0, -2e-17, 0.1, 0.2, 0.3, -1e-300]),

@@ -39,13 +39,13 @@ pub struct Assist {
     pub flags: u8,
     /// So many of `transitions` are said, no more than `known`; the others are zero.
     pub said: u8,
-    /// Zero, others are refused.
-    pub reserved: [u8; 4],
+    /// What the leader knew of the event where leaders know all readings, of what is [`Self::FINAL`] alone; else zero.
+    pub digest: u32,
 }
 
 layout!(Assist, 640;
     header: 0, slot: 40, pose: 48, independent: 72, dependent: 144, leader_pose: 216, leader_covariance: 240, transitions: 312,
-    path: 600, robots: 632, known: 633, flags: 634, said: 635, reserved: 636,
+    path: 600, robots: 632, known: 633, flags: 634, said: 635, digest: 636,
 );
 
 impl Assist {
@@ -90,6 +90,6 @@ impl Assist {
             && unsaid.is_some_and(|it| all_zero(it.as_flattened()))
             && unused.is_some_and(|it| it.iter().all(|robot| *robot == 0))
             && self.flags <= Self::FINAL
-            && self.reserved == [0; 4]
+            && (self.digest == 0 || self.flags == Self::FINAL)
     }
 }

@@ -7,7 +7,7 @@ use crate::layout::layout;
 /// [`Status::rejected`](super::Status::rejected), what was gated too.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.AssistCounters.v1")]
+#[type_name("coloc.AssistCounters.v2")]
 pub struct AssistCounters {
     /// Taken, to be fused.
     pub accepted: u64,
@@ -21,6 +21,8 @@ pub struct AssistCounters {
     pub freed_late: u64,
     /// Events that were over before their time, because too many were open.
     pub closed_early: u64,
+    /// Poses of a leader that knew something else of the event than one whose pose was taken, where leaders know all readings.
+    pub disagreed: u64,
 }
 
-layout!(AssistCounters, 48; accepted: 0, declined: 8, forwarded: 16, timed_out: 24, freed_late: 32, closed_early: 40);
+layout!(AssistCounters, 56; accepted: 0, declined: 8, forwarded: 16, timed_out: 24, freed_late: 32, closed_early: 40, disagreed: 48);

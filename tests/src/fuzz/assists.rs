@@ -85,6 +85,7 @@ fn run(bytes: &[u8]) {
             ahead: Span::ZERO,
             data: &words.data,
             acks: &words.acks,
+            ..Words::default()
         };
         let (outputs, carried) = step(&mut estimator, &mut assistant, &inputs, &said);
         let belief = outputs.estimate.belief;

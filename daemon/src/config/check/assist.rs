@@ -2,10 +2,11 @@
 
 use coloc_estimator::RobotId;
 use coloc_estimator::assist::events::OPEN_EVENTS;
+use coloc_estimator::assist::search::MOST_READINGS;
 use coloc_estimator::assist::team::Team;
 
-use super::super::Config;
 use super::super::finding::Finding;
+use super::super::{AssistMode, Config};
 
 pub(super) fn refusal(config: &Config) -> Option<Finding> {
     let assist = &config.assist;
@@ -17,6 +18,7 @@ pub(super) fn refusal(config: &Config) -> Option<Finding> {
     team(config)
         .or_else(|| unknown(config))
         .or_else(|| own(config))
+        .or_else(|| readings(config))
         .or_else(|| times(config))
         .or_else(|| delay(config))
 }
@@ -51,6 +53,35 @@ fn own(config: &Config) -> Option<Finding> {
         ": this robot, number {id}, is in neither list; list it, or leave [assist] out on it and take it out of the lists of others"
     );
     (!is_listed).then(|| Finding::new("assist.children", problem))
+}
+
+/// Where leaders are told all readings, these and their time have an end.
+fn readings(config: &Config) -> Option<Finding> {
+    let (assist, rate_hz) = (&config.assist, config.tick.rate_hz);
+    if assist.mode != AssistMode::Full {
+        return None;
+    }
+    if assist.children.len() > MOST_READINGS {
+        let problem = format!(
+            ": {} are more than the {MOST_READINGS} that mode \"full\" has room for; \"bounded-instant\" carries more",
+            assist.children.len()
+        );
+        return Some(Finding::new("assist.children", problem));
+    }
+    let deadline_s = f64::from(assist.deadline_ms(rate_hz)) / 1e3;
+    let least_s = 4.0 / rate_hz;
+    let problem = if deadline_s < least_s {
+        format!("{least_s} s or more at {rate_hz} Hz, four ticks")
+    } else if deadline_s > assist.period_s {
+        format!("{} s or less, assist.period_s", assist.period_s)
+    } else {
+        return None;
+    };
+    let problem = format!(" (or what comes of the default) is {deadline_s} s: must be {problem}");
+    Some(Finding {
+        or: &["assist.period_s"],
+        ..Finding::new("assist.readings_deadline_ms", problem)
+    })
 }
 
 #[allow(clippy::cast_precision_loss)] // Eight.
@@ -149,7 +180,19 @@ mod tests {
                 "leaders = [1]\nperiod_s = 0.05\nclose_after_ms = 500\n",
                 "0.4 s or less",
             ),
-            ("leaders = [1]\nmode = \"full\"\n", "bounded-instant"),
+            ("leaders = [1]\nmode = \"fast\"\n", "bounded-instant"),
+            (
+                "leaders = [1]\nmode = \"full\"\nreadings_deadline_ms = 210\n",
+                "0.2 s or less, assist.period_s",
+            ),
+            (
+                "leaders = [1]\nmode = \"full\"\nreadings_deadline_ms = 60\n",
+                "four ticks",
+            ),
+            (
+                "leaders = [1]\nmode = \"full\"\nperiod_s = 1.0\n",
+                "history.length_s",
+            ),
             (
                 "leaders = [1]\nmode = \"bounded-delayed\"\nmax_delay_ms = 900\n",
                 "when a child stops",
