@@ -4,7 +4,7 @@
 mod by_hand;
 
 use by_hand::{Subject, World};
-use coloc_shm_types::{Answer, Header, Input, Reject, Seen, Sighting};
+use coloc_shm_types::{Answer, Header, Input, Neighbour, Reject, RelativePose, Seen, Sighting};
 
 const TAKES_PART: &str = "[sighting]\nheard = true\n";
 
@@ -168,6 +168,103 @@ fn what_was_not_asked_or_was_here_is_refused_under_its_reason() {
     assert_eq!(rejected(&seer, Input::Answer, Reject::NotAsked), 1);
     assert_eq!(rejected(&seer, Input::Answer, Reject::Replayed), 2);
     assert_eq!(rejected(&seer, Input::Seen, Reject::UnknownRobot), 1);
+}
+
+/// It knows where it is, and hears of others by way of `coloc-track`.
+const BY_TRACK: &str = "[sighting]\nheard = true\nthrough_track = true\n\
+                        [initial]\npose = [0.0, 0.0, 0.1]\nsigma = [0.02, 0.02, 0.05]\n";
+
+/// The robot ahead, as a track has it.
+fn tracked(header: Header) -> RelativePose {
+    RelativePose {
+        header: Header {
+            source: RelativePose::TRACK,
+            ..header
+        },
+        observed: 2,
+        components: RelativePose::OF_TRACK,
+        pose: [2.0, 0.0, 0.0],
+        covariance: [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 0.01],
+        ..RelativePose::default()
+    }
+}
+
+#[test]
+fn by_way_of_tracks_a_sighting_is_heard_that_they_pass_on_and_a_landmark() {
+    let world = World::new();
+    let lines =
+        format!("{BY_TRACK}[[landmark]]\nnumber = 6\nposition = [2.0, 0.0]\nsigma_m = 0.01\n");
+    let mut robot = world.robot("a", 1, &lines);
+    let camera = world.publisher::<Sighting>("a");
+    robot.tick();
+    let raw = sighting(world.header(0));
+    camera.send(raw).unwrap();
+    robot.tick();
+    let status = |robot: &Subject| {
+        let unsupported = rejected(robot, Input::Sighting, Reject::Unsupported);
+        (accepted(robot, Input::Sighting), unsupported)
+    };
+    assert_eq!(status(&robot), (0, 0), "as if it had not come");
+    let passed_on = Sighting {
+        who: Sighting::PASSED_ON,
+        ..raw
+    };
+    camera.send(passed_on).unwrap();
+    robot.tick();
+    assert_eq!(status(&robot), (1, 0), "under the header that it had");
+    let landmark = Sighting {
+        who: Sighting::LANDMARK,
+        observed: 6,
+        ..sighting(world.header(1))
+    };
+    camera.send(landmark).unwrap();
+    robot.tick();
+    assert_eq!(status(&robot), (2, 0));
+}
+
+#[test]
+fn of_what_a_track_says_nothing_is_independent() {
+    let world = World::new();
+    let mut seer = world.robot("a", 1, BY_TRACK);
+    let mut seen = seen(&world);
+    let tracks = world.publisher::<RelativePose>("a");
+    let letters = world
+        .space
+        .subscriber::<Neighbour>(&by_hand::name("b"))
+        .unwrap();
+    let before = [seer.tick(), seen.tick()];
+    assert!(before[0].independent[0] > 0.0);
+    tracks.send(tracked(world.header(0))).unwrap();
+    seer.tick();
+    let letter = letters.receive().unwrap().unwrap();
+    let heard = seen.tick();
+    assert_eq!(letter.independent, [0.0; 9]);
+    assert!(letter.dependent[0] > 0.01 && letter.dependent[8] > 0.01);
+    assert!(heard.total()[0] < before[1].total()[0] / 4.0);
+    assert_eq!(accepted(&seer, Input::RelativePose), 1);
+    assert_eq!(accepted(&seen, Input::Neighbour), 1);
+}
+
+#[test]
+fn who_does_not_hear_tracks_refuses_what_they_say() {
+    let world = World::new();
+    let mut robot = world.robot("a", 1, TAKES_PART);
+    let (camera, tracks) = (
+        world.publisher::<Sighting>("a"),
+        world.publisher::<RelativePose>("a"),
+    );
+    robot.tick();
+    let passed_on = Sighting {
+        who: Sighting::PASSED_ON,
+        ..sighting(world.header(0))
+    };
+    camera.send(passed_on).unwrap();
+    tracks.send(tracked(world.header(0))).unwrap();
+    robot.tick();
+    for input in [Input::Sighting, Input::RelativePose] {
+        assert_eq!(accepted(&robot, input), 0);
+        assert_eq!(rejected(&robot, input, Reject::Unsupported), 1);
+    }
 }
 
 #[test]

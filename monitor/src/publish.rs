@@ -142,7 +142,9 @@ impl Channels {
             self.hear_fix(&message, watch, now);
         }
         while let Some(message) = next(&self.sightings, &mut bytes) {
-            self.hear_sighting(&message, watch, now);
+            if !message.is_of_track() {
+                self.hear_sighting(&message, watch, now);
+            }
         }
         while let Some(message) = next(&self.estimates, &mut bytes) {
             self.hear_estimate(&message, watch, now);

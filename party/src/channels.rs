@@ -145,7 +145,9 @@ impl Channels {
             seat.go(self.going(&message));
         }
         while let Some(message) = next(&self.sightings, &mut bytes) {
-            self.hear_sighting(&message, seat, now);
+            if !message.is_of_track() {
+                self.hear_sighting(&message, seat, now);
+            }
         }
         // What the others said at a slot is heard once this robot has begun it.
         while let Some(message) = next(&self.shared, &mut bytes) {

@@ -8,6 +8,7 @@
 //! * [`State`]: predict, update, start, convert, in the equations' own terms.
 //! * [`Manager`]: which tracks there are, what a sighting is to them, and to which a sighting without identity belongs.
 //! * [`publish()`]: what of a track may be told.
+//! * [`feed()`](feed::feed): what of it takes the place of a sighting between robots.
 //! * [`observability`]: what can be known at all.
 //! * [`comparator`]: the filters of the thesis, for comparison: T. R. Wanasinghe, "Leader-Assisted Localization for a Heterogeneous
 //!   Multi-Robot Team", chapter 5.
@@ -18,6 +19,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // Where tests compare floats exactly, they mean it.
 
 pub mod comparator;
+pub mod feed;
 mod heading;
 mod increment;
 pub mod manager;

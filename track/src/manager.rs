@@ -91,7 +91,7 @@ pub struct Track {
     /// The last that was accepted.
     pub last: Stamp,
     /// A sighting with its identity came at this stamp.
-    identified: bool,
+    pub(crate) identified: bool,
 }
 
 /// What was seen.

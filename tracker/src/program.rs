@@ -82,6 +82,7 @@ impl Listener for Life {
             self.channels.tell_moved(&moved, &mut self.tracker, now);
         }
         self.tracker.step(now);
+        self.channels.feed(&mut self.tracker);
         if self.told.elapsed().as_secs_f64() >= self.period_s {
             self.told = Instant::now();
             self.channels.tell_tracks(&mut self.tracker);
@@ -113,6 +114,12 @@ fn understood(config: &Config, section: &Track) -> String {
             section.confirm_hits, section.coast_s, section.delete_s, section.most_sigma_m
         ),
     ];
+    let feeds = if config.sighting.through_track {
+        "colocd hears of other robots by way of it: sighting.through_track"
+    } else {
+        "nothing for colocd, which hears the same sightings"
+    };
+    lines.push(format!("feeds        {feeds}"));
     let peers = config.peers();
     lines.extend(peers.map(|peer| format!("robot {:<6} {}", peer.id, peer.name)));
     lines.join("\n") + "\n"

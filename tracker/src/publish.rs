@@ -5,10 +5,11 @@ use std::os::fd::BorrowedFd;
 use coloc_daemon::config::{ClockSource, Config};
 use coloc_sensors::{EndError, Moment};
 use coloc_shm_types::{
-    Clock, Estimate, Increment, Message, PortError, Publisher, Sender, Sighting, Space, Subscriber,
-    Tracked,
+    Clock, Estimate, Increment, Message, PortError, Publisher, RelativePose, Sender, Sighting,
+    Space, Subscriber, Tracked,
 };
 
+use crate::feed::Fed;
 use crate::tracker::{Bearing, Moved, Tracker};
 
 /// Its ears and its mouths.
@@ -20,6 +21,16 @@ pub struct Channels {
     tracks: Publisher<Tracked>,
     sender: Sender,
     peers: Vec<Peer>,
+    /// To `colocd`, where that hears of other robots by way of it.
+    feed: Option<Mouth>,
+}
+
+/// To `colocd`.
+#[derive(Debug)]
+struct Mouth {
+    sightings: Publisher<Sighting>,
+    poses: Publisher<RelativePose>,
+    sender: Sender,
 }
 
 /// Another robot.
@@ -54,6 +65,16 @@ impl Channels {
             })
         });
         let peers: Result<_, PortError> = peers.collect();
+        let random = EndError::of("no random number");
+        let fed = Sender::start(RelativePose::TRACK, Clock::Boottime).map_err(random)?;
+        let feed = config.sighting.through_track.then(|| {
+            Ok(Mouth {
+                sightings: space.publisher(name)?,
+                poses: space.publisher(name)?,
+                sender: fed,
+            })
+        });
+        let feed: Result<_, PortError> = feed.transpose();
         Ok(Self {
             estimates: space.subscriber(name)?,
             sightings: space.subscriber(name)?,
@@ -61,6 +82,7 @@ impl Channels {
             tracks: space.publisher(name)?,
             sender,
             peers: peers?,
+            feed: feed?,
         })
     }
 
@@ -113,6 +135,23 @@ impl Channels {
                 ..message
             });
             tracker.note_said(span_ns[1], is_taken);
+        }
+    }
+
+    /// Says to `colocd` what it hears by way of the tracks.
+    pub fn feed(&mut self, tracker: &mut Tracker) {
+        for fed in tracker.fed() {
+            let Some(mouth) = &mut self.feed else {
+                return;
+            };
+            let (at_ns, sent) = match fed {
+                Fed::Sighting(message) => (message.header.stamp_ns, mouth.sightings.send(message)),
+                Fed::Pose(at_ns, pose) => {
+                    let header = mouth.sender.header(at_ns);
+                    (at_ns, mouth.poses.send(RelativePose { header, ..*pose }))
+                }
+            };
+            tracker.note_said(at_ns, sent.is_ok());
         }
     }
 

@@ -13,6 +13,7 @@ use coloc_track::{
 };
 use nalgebra::{Matrix3, Vector3};
 
+use crate::feed::{Fed, Feed};
 use crate::refusal::Refusal;
 use crate::section;
 use crate::way::Way;
@@ -72,6 +73,8 @@ pub struct Tracker {
     own_way: Way,
     ways: BTreeMap<u16, Way>,
     waiting: Vec<Sighting>,
+    /// What `colocd` hears by way of it, if it does.
+    feed: Option<Feed>,
     heard: [Sessions; 2],
     told_ns: Option<i64>,
     tally: Tally,
@@ -110,6 +113,7 @@ impl Tracker {
             own_way: Way::default(),
             ways: team.iter().map(|it| (*it, Way::default())).collect(),
             waiting: Vec::new(),
+            feed: config.sighting.through_track.then(Feed::default),
             heard: [Sessions::SENSORS, sources].map(Sessions::new),
             told_ns: None,
             team: team.into_iter().chain([config.robot.id]).collect(),
@@ -146,23 +150,27 @@ impl Tracker {
 
     /// A sensor of this robot saw something. What the robot seen should know of it, if anything.
     pub fn hear_sighting(&mut self, message: &shm::Sighting, now: Moment) -> Option<Bearing> {
-        if message.who == shm::Sighting::LANDMARK {
+        if [shm::Sighting::LANDMARK, shm::Sighting::PASSED_ON].contains(&message.who) {
             return None;
         }
         self.check(now, |limits| message.validate_of_robot(limits))
             .ok()?;
         let at_ns = self.accept(SIGHTINGS, &message.header, now)?;
-        let sensor = self.sensor(message)?;
+        let Some(sensor) = self.sensor(message) else {
+            self.pass_on(message);
+            return None;
+        };
         let id = (message.who == shm::Sighting::ROBOT).then_some(RobotId(message.observed));
-        self.wait(
-            at_ns,
-            message.header.sequence,
-            Seen::Neighbour {
-                id,
-                sensor,
-                reading: reading(message),
-            },
-        );
+        let seen = Seen::Neighbour {
+            id,
+            sensor,
+            reading: reading(message),
+        };
+        if !self.wait(at_ns, message.header.sequence, seen) {
+            self.pass_on(message);
+        } else if let (Some(feed), Some(_)) = (&mut self.feed, id) {
+            feed.hold(at_ns, sensor, message);
+        }
         let mount = self.mount_of(message);
         let (bearing_rad, variance) = bearing(message, &mount)?;
         Some(Bearing {
@@ -192,15 +200,12 @@ impl Tracker {
             way.moved(at_ns.saturating_sub(took_ns), at_ns, &increment);
         }
         if message.has_bearing() {
-            self.wait(
-                at_ns,
-                message.header.sequence,
-                Seen::Reciprocal {
-                    id: RobotId(source),
-                    bearing_rad: message.bearing,
-                    variance: message.bearing_variance,
-                },
-            );
+            let seen = Seen::Reciprocal {
+                id: RobotId(source),
+                bearing_rad: message.bearing,
+                variance: message.bearing_variance,
+            };
+            self.wait(at_ns, message.header.sequence, seen);
         }
     }
 
@@ -286,16 +291,26 @@ impl Tracker {
         Pose::new(x, y, phi)
     }
 
-    fn wait(&mut self, at_ns: i64, sequence: u64, seen: Seen) {
+    /// What the tracks cannot use may be of use to `colocd`.
+    fn pass_on(&mut self, message: &shm::Sighting) {
+        if let Some(feed) = &mut self.feed {
+            feed.pass_on(message);
+        }
+    }
+
+    /// Whether it is taken in when its moment comes.
+    fn wait(&mut self, at_ns: i64, sequence: u64, seen: Seen) -> bool {
         let is_over = self.at_ns.is_some_and(|now_ns| at_ns < now_ns);
         if is_over || self.waiting.len() >= MOST_WAITING {
-            return self.refuse(Refusal::Late);
+            self.refuse(Refusal::Late);
+            return false;
         }
         self.waiting.push(Sighting {
             stamp: Stamp::from_nanos(at_ns),
             sequence,
             seen,
         });
+        true
     }
 
     /// Takes the tracks to as far behind the present as they are to be.
@@ -309,7 +324,9 @@ impl Tracker {
                 until_ns
             });
         while at_ns < until_ns {
-            let next_ns = until_ns.min(at_ns.saturating_add(PIECE_NS));
+            let next_ns = until_ns
+                .min(at_ns.saturating_add(PIECE_NS))
+                .min(self.next_fed_ns(at_ns).unwrap_or(i64::MAX));
             self.piece(at_ns, next_ns);
             at_ns = next_ns;
         }
@@ -333,11 +350,31 @@ impl Tracker {
             neighbours: &neighbours,
         };
         let mut refused: Vec<Refusal> = Vec::new();
-        let tell = |_: &Sighting, verdict| refused.extend(Refusal::of(verdict));
+        let feed = &mut self.feed;
+        let tell = |it: &Sighting, verdict| {
+            refused.extend(Refusal::of(verdict));
+            if let Some(feed) = feed {
+                feed.judged(it, verdict);
+            }
+        };
         self.manager.step(until, &odometry, &mut due, tell);
         for refusal in refused {
             self.refuse(refusal);
         }
+        if let Some(feed) = &mut self.feed {
+            let manager = &self.manager;
+            feed.tell(until, |id| manager.tracks().find(|it| it.id.0 == id));
+        }
+    }
+
+    /// A pose of a track is of the moment of what was seen, so the tracks stop there.
+    fn next_fed_ns(&self, at_ns: i64) -> Option<i64> {
+        self.feed.as_ref()?.next_ns(at_ns)
+    }
+
+    /// What `colocd` is to hear by way of it, since it was last asked.
+    pub fn fed(&mut self) -> Vec<Fed> {
+        self.feed.as_mut().map(Feed::take).unwrap_or_default()
     }
 
     /// What may be told of the tracks, and when they are of; headers are the sender's.

@@ -3,7 +3,7 @@
 use coloc_estimator::assist::assistant::Words;
 use coloc_estimator::{
     Covariance2, Covariance3, GyroSample, HeadingFix, Measurement, NeighbourPose, NotACovariance,
-    Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Sighting, Span, Stamp,
+    Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Sighting, Span, Stamp, TrackPose,
 };
 use coloc_shm_types::{
     Gyro, Heading, Input, Limits, Message, Neighbour, PortError, Pose as PoseMessage, Position,
@@ -42,6 +42,8 @@ pub struct Messages {
     poses: Port<PoseMessage>,
     headings: Port<Heading>,
     sensors: Sensors,
+    /// Whether tracks' poses are heard beside sensors'.
+    hears_tracks: bool,
     /// Where a gyro is heard there.
     turns: Option<Port<Gyro>>,
     /// Where what is seen in part is heard.
@@ -70,13 +72,22 @@ impl Messages {
             poses: Port::open(space, name, (Input::Pose, sensors, POSES))?.within(history),
             headings: Port::open(space, name, (Input::Heading, sensors, HEADINGS))?.within(history),
             sensors: Sensors::of(config),
+            hears_tracks: config.sighting.through_track,
             turns: (config.gyro.source == GyroSource::Channel)
                 .then(|| Port::open(space, name, (Input::Gyro, sensors, TURNS)))
                 .transpose()?,
             parts: config
                 .sighting
                 .heard
-                .then(|| PartPorts::open(space, name, robots, Landmarks::of(&config.landmark)))
+                .then(|| {
+                    let landmarks = Landmarks::of(&config.landmark);
+                    PartPorts::open(
+                        space,
+                        name,
+                        robots,
+                        (landmarks, config.sighting.through_track),
+                    )
+                })
                 .transpose()?,
             assists: config
                 .assist
@@ -141,8 +152,11 @@ impl Messages {
         account: &mut Account,
     ) {
         let limits = self.team.limits(moment.stamp);
-        let sensors = &self.sensors;
+        let (sensors, hears_tracks) = (&self.sensors, self.hears_tracks);
         self.sightings.drain(moment, into, account, |it| {
+            if hears_tracks && it.is_of_track() {
+                return tracked(it, &limits);
+            }
             let seen = sighting(it, &limits)?;
             Ok(sensors.of_body(&seen).into())
         });
@@ -251,6 +265,21 @@ pub fn sighting(message: &RelativePose, limits: &Limits<'_>) -> Result<Sighting,
         relative: pose(message.pose),
         covariance,
     })
+}
+
+/// A track's pose as the estimator takes it, in the body frame, whatever the message holds.
+///
+/// # Errors
+/// Why it is none.
+pub fn tracked(message: &RelativePose, limits: &Limits<'_>) -> Result<Measurement, Reject> {
+    message.validate_of_track(limits)?;
+    Ok(Measurement::Track(TrackPose(Sighting {
+        stamp: stamp(message),
+        origin: origin(message),
+        observed: RobotId(message.observed),
+        relative: pose(message.pose),
+        covariance: Covariance3::from_row_major(message.covariance).map_err(not_a_covariance)?,
+    })))
 }
 
 /// What the estimator makes of a message's covariance, unless there is a reason to refuse the message: then the first of

@@ -31,6 +31,8 @@ pub(super) struct Parts {
     seen: Port<shm::Seen>,
     answers: Port<shm::Answer>,
     landmarks: Landmarks,
+    /// Other robots are heard of by way of `coloc-track` alone.
+    through_track: bool,
 }
 
 /// By their numbers.
@@ -67,7 +69,7 @@ impl Parts {
         space: &Space,
         name: &RobotName,
         robots: usize,
-        landmarks: Landmarks,
+        (landmarks, through_track): (Landmarks, bool),
     ) -> Result<Self, PortError> {
         let sensors = Sessions::SENSORS;
         Ok(Self {
@@ -75,6 +77,7 @@ impl Parts {
             seen: Port::open(space, name, (Input::Seen, robots, SEEN))?,
             answers: Port::open(space, name, (Input::Answer, robots, ANSWERS))?,
             landmarks,
+            through_track,
         })
     }
 
@@ -96,10 +99,18 @@ impl Parts {
         into: &mut List<Measurement>,
         account: &mut Account,
     ) {
-        let landmarks = &self.landmarks;
-        self.sightings.drain(moment, into, account, |it| {
-            sighting(it, limits, sensors, landmarks)
-        });
+        let (landmarks, through_track) = (&self.landmarks, self.through_track);
+        let is_raw =
+            |it: &Sighting| through_track && matches!(it.who, Sighting::ROBOT | Sighting::UNKNOWN);
+        self.sightings
+            .drain_but(is_raw, moment, into, account, |it| {
+                if through_track {
+                    it.validate_passed_on(limits)?;
+                } else {
+                    it.validate(limits)?;
+                }
+                of_sighting(it, sensors, landmarks)
+            });
         self.seen
             .drain(moment, into, account, |it| seen(it, limits));
         self.answers
@@ -124,8 +135,16 @@ pub fn sighting(
     landmarks: &Landmarks,
 ) -> Result<Measurement, Reject> {
     message.validate(limits)?;
+    of_sighting(message, sensors, landmarks)
+}
+
+fn of_sighting(
+    message: &Sighting,
+    sensors: &Sensors,
+    landmarks: &Landmarks,
+) -> Result<Measurement, Reject> {
     let (stamp, origin, reading) = (stamp(message), origin(message), reading(message, sensors));
-    if message.who == Sighting::ROBOT {
+    if message.who != Sighting::LANDMARK {
         return Ok(Measurement::Partial(PartialSighting {
             stamp,
             origin,

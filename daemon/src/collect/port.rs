@@ -89,18 +89,41 @@ impl<M: Message> Port<M> {
         account: &mut Account,
         check: impl Fn(&M) -> Result<Measurement, Reject>,
     ) {
+        self.drain_but(|_| false, moment, into, account, check);
+    }
+
+    /// [`Self::drain`], and as if there were none of those that are `passed_over`.
+    pub(super) fn drain_but(
+        &mut self,
+        passed_over: impl Fn(&M) -> bool,
+        moment: &Moment,
+        into: &mut List<Measurement>,
+        account: &mut Account,
+        check: impl Fn(&M) -> Result<Measurement, Reject>,
+    ) {
         let mut keep = |measurement: Measurement| {
             let stamp = measurement.stamp();
             // There is room: the list holds what all the ports take in.
             let _ = into.push(measurement);
             stamp
         };
-        let mut take =
-            |message: &M, heard: Result<_, _>| (message.header().source, heard.map(&mut keep));
-        while let Some((source, heard)) = self.hear(moment, account, &check, &mut take) {
+        // One that is passed over takes no place among those that were here before.
+        let check = |message: &M| {
+            let is_heard = !passed_over(message);
+            is_heard
+                .then(|| check(message))
+                .ok_or(Reject::Unsupported)?
+        };
+        let mut take = |message: &M, heard: Result<_, _>| {
+            let is_heard = !passed_over(message);
+            let source = message.header().source;
+            (source, is_heard.then(|| heard.map(&mut keep)))
+        };
+        while let Some((source, heard)) = self.hear(moment, account, check, &mut take) {
             match heard {
-                Ok(stamp) => account.valid(self.input, source, stamp),
-                Err(reason) => self.refuse(source, reason, account),
+                None => {}
+                Some(Ok(stamp)) => account.valid(self.input, source, stamp),
+                Some(Err(reason)) => self.refuse(source, reason, account),
             }
         }
     }

@@ -10,6 +10,7 @@ mod noise;
 mod odometry;
 mod rounds;
 mod team;
+mod through_track;
 
 use std::path::Path;
 
@@ -28,6 +29,7 @@ pub(super) fn check(config: &Config, own: &Path) -> Vec<Finding> {
         gyro::refusal(config),
         assist::refusal(config),
         rounds::refusal(config),
+        through_track::refusal(config),
         history::refusal(config),
         polling(config),
     ];

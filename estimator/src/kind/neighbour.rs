@@ -10,7 +10,7 @@ use crate::output::{Source, Verdict};
 use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::rounds::Bond;
-use crate::settings::Floors;
+use crate::settings::{Floors, FusionSettings, Settings};
 use crate::stamp::Stamp;
 use crate::terms::Terms;
 
@@ -48,6 +48,16 @@ fn give_up(filter: &mut Filter) {
     }
 }
 
+/// It takes the place of sightings that say a part, and comes as often.
+fn weighed_as_part(settings: &Settings) -> FusionSettings {
+    FusionSettings {
+        heading_lever_m: settings.partial.heading_lever_m,
+        damping: settings.partial.damping,
+        memory: settings.partial.memory,
+        ..settings.fusion
+    }
+}
+
 impl Measured for NeighbourPose {
     #[inline]
     fn key(&self) -> Key {
@@ -72,22 +82,58 @@ impl Measured for NeighbourPose {
     }
 
     fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, world: Option<&mut Outbox>) -> Gauge {
-        if self.is_of_anything() {
+        let of_track;
+        let settings = if self.is_of_anything() {
             give_up(filter);
-        }
+            of_track = Settings {
+                fusion: weighed_as_part(terms.settings),
+                ..*terms.settings
+            };
+            &of_track
+        } else {
+            terms.settings
+        };
         let received = GlobalPose {
             pose: self.pose,
             parts: self.parts,
         };
-        let (verdict, gauge) = filter.hear(
-            self.stamp,
-            &received,
-            terms.trusts(self.source()),
-            terms.settings,
-        );
+        let (verdict, gauge) =
+            filter.hear(self.stamp, &received, terms.trusts(self.source()), settings);
         if let Some(world) = world {
             world.report(self.source(), self.stamp, verdict);
         }
         gauge
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::belief::Belief;
+
+    /// What is wholly dependent may have this robot's own wheels in it: it meets a belief without an independent part.
+    #[test]
+    fn who_hears_what_may_depend_on_anything_gives_up_its_independent_part_first() {
+        let covariance = Covariance3::diagonal([0.01, 0.02, 0.03]).unwrap();
+        let word = |parts| NeighbourPose {
+            stamp: Stamp::from_nanos(1_000_000_000),
+            origin: Origin::counted(1),
+            pose: Pose::new(0.05, 0.0, 0.0),
+            parts,
+        };
+        let heard = |own: Parts, said: Parts| {
+            let belief = Belief::gaussian(Pose::default(), own);
+            let mut filter = Filter::beginning(Stamp::default(), belief);
+            let (settings, said) = (Settings::default(), word(said));
+            said.apply(&mut filter, &Terms::new(&settings, &[], true), None);
+            *filter.belief()
+        };
+        let (free, bound) = (Parts::independent(covariance), Parts::dependent(covariance));
+        assert_eq!(heard(free, bound), heard(bound, bound));
+        let split = Parts {
+            independent: Covariance3::diagonal([1e-9; 3]).unwrap(),
+            ..bound
+        };
+        assert_ne!(heard(free, split), heard(bound, split));
     }
 }

@@ -23,7 +23,7 @@ pub struct Sighting {
     pub observed: u16,
     /// What was measured: [`Self::RANGE`], [`Self::BEARING`], or both.
     pub has: u8,
-    /// What was seen: [`Self::UNKNOWN`], [`Self::ROBOT`] or [`Self::LANDMARK`].
+    /// What was seen: [`Self::UNKNOWN`], [`Self::ROBOT`] or [`Self::LANDMARK`]; [`Self::PASSED_ON`] is `coloc-track`'s alone.
     pub who: u8,
     /// Zero, others are refused.
     pub reserved: [u8; 4],
@@ -53,6 +53,9 @@ impl Sighting {
     pub const ROBOT: u8 = 1;
     /// `who` of a landmark of the configuration.
     pub const LANDMARK: u8 = 2;
+    /// `who` of a robot of the team whose sighting `coloc-track` has looked at and passes on, with the header that it had: for a `colocd`
+    /// that hears of other robots by way of it.
+    pub const PASSED_ON: u8 = 3;
 
     /// Checks everything that can be known of this message alone. The angle may be any finite number. Which landmarks there are is for
     /// the receiver to know.
@@ -73,6 +76,14 @@ impl Sighting {
         self.check(limits, is_robot)
     }
 
+    /// [`Self::validate`], of who hears what is passed on: of that, and of landmarks.
+    ///
+    /// # Errors
+    /// Likewise.
+    pub fn validate_passed_on(&self, limits: &Limits) -> Result<(), Reject> {
+        self.check(limits, matches!(self.who, Self::PASSED_ON | Self::LANDMARK))
+    }
+
     fn check(&self, limits: &Limits, is_known: bool) -> Result<(), Reject> {
         Limits::check_finite(&[self.range, self.bearing])?;
         Limits::check_finite(&self.white)?;
@@ -81,7 +92,7 @@ impl Sighting {
         Limits::check_not_negative(&self.slow)?;
         self.check_variances()?;
         Limits::check_supported(is_known && self.is_supported())?;
-        if self.who == Self::ROBOT {
+        if matches!(self.who, Self::ROBOT | Self::PASSED_ON) {
             limits.check_other(self.observed)?;
         }
         limits.check_time(&self.header)?;

@@ -21,7 +21,7 @@ struct Args {
     /// The folder with recordings; else `COLOC_DATA`, else `shared/data` beside the repository or above
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
-    /// These parts alone: exchange, ideas, tracks, thesis
+    /// These parts alone: exchange, fed, ideas, tracks, thesis
     #[arg(long, value_name = "PART")]
     only: Vec<String>,
     /// Write the tables between the marks of this document
@@ -30,8 +30,9 @@ struct Args {
 }
 
 /// What it consists of.
-const PARTS: [Part<Form>; 4] = [
+const PARTS: [Part<Form>; 5] = [
     ("exchange", exchange::find),
+    ("fed", exchange::find_fed),
     ("ideas", exchange::ideas::find),
     ("tracks", tracks::find),
     ("thesis", thesis::find),

@@ -8,7 +8,7 @@ mod team;
 
 use rayon::prelude::*;
 
-use method::{METHODS, Method};
+use method::{FED, METHODS, Method};
 use team::{Draw, Sums, summed};
 
 use super::Form;
@@ -30,6 +30,55 @@ const FARTHEST: f64 = 4.0;
 #[must_use]
 pub fn find(form: &Form) -> Finding {
     let title = "Sightings of one another, used both ways (MR.CLAM, the robots' own cameras)";
+    rows(form, title, &METHODS, |_, _| ())
+}
+
+/// The exchange by itself, and fed by tracks.
+#[must_use]
+pub fn find_fed(form: &Form) -> Finding {
+    let title = "The same with `coloc-track` feeding `colocd`";
+    let mut all: Vec<(String, Vec<Sums>)> = Vec::new();
+    let mut finding = rows(form, title, &FED, |recorded, sums| {
+        all.push((recorded.title(), sums.to_vec()));
+    });
+    for pair in all.chunks_exact(2) {
+        let (recording, [without, fed]) = (&pair[0].0, [&pair[0].1, &pair[1].1]);
+        let [without_cm, fed_cm] = [without, fed].map(|it| 100.0 * off(it, FED[0].receivers));
+        let ratio = fed_cm / without_cm;
+        finding.text += &format!(
+            "\nRecording {recording}: position of those without a receiver {without_cm:.2} cm, fed {fed_cm:.2} cm.\n"
+        );
+        if ratio > 1.0 {
+            let name = format!("recording {recording}, {}", FED[1].name);
+            finding
+                .missed
+                .push(format!("{name}: {ratio:.3} times as far off"));
+        }
+    }
+    finding
+}
+
+/// RMS of the position of those without a receiver \[m\].
+fn off(sums: &[Sums], receivers: usize) -> f64 {
+    let all: Vec<f64> = sums
+        .iter()
+        .skip(receivers)
+        .map(|it| {
+            let [x, y, _] = it.rms();
+            x * x + y * y
+        })
+        .collect();
+    #[allow(clippy::cast_precision_loss)] // Some robots.
+    let count = all.len() as f64;
+    (all.iter().sum::<f64>() / count).sqrt()
+}
+
+fn rows(
+    form: &Form,
+    title: &str,
+    methods: &[Method],
+    mut each: impl FnMut(&Recorded, &[Sums]),
+) -> Finding {
     let recordings = match form.recordings(title) {
         Ok(recordings) => recordings,
         Err(finding) => return finding,
@@ -49,7 +98,7 @@ pub fn find(form: &Form) -> Finding {
         ALLOWED
     };
     for (index, recorded) in recordings.iter().enumerate() {
-        for method in &METHODS {
+        for method in methods {
             let draws: Vec<Vec<Sums>> = (0..form.draws)
                 .into_par_iter()
                 .map(|draw| {
@@ -63,6 +112,7 @@ pub fn find(form: &Form) -> Finding {
                 .collect();
             let sums = summed(&draws);
             judge(recorded, method, (index, allowed), &sums, &mut missed);
+            each(recorded, &sums);
             table.row(row(recorded, method, &sums));
         }
     }

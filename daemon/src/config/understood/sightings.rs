@@ -19,6 +19,12 @@ pub(super) fn write(config: &Config, page: &mut Page) {
         "sightings",
         "range and bearing, or one of them, on the channel sighting; what robots make of them on seen and answer",
     );
+    if config.sighting.through_track {
+        page.line(
+            "",
+            "of other robots by way of coloc-track, which has to run: poses of tracks where their headings are known, sightings elsewhere",
+        );
+    }
     page.line("", mounts(config));
     page.line(
         "",

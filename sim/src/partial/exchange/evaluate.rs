@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::method::{
-    BOTH_WAYS, Method, ONE_RECEIVER, Reference, TWO_RECEIVERS, WITH_LANDMARKS, Ways,
+    BOTH_WAYS, FED_BY_TRACKS, Method, ONE_RECEIVER, Reference, TWO_RECEIVERS, WITH_LANDMARKS, Ways,
 };
 use super::team::{Draw, PROGRESS_EVERY, Sums, summed};
 use crate::evaluate::Progress;
@@ -38,7 +38,7 @@ pub struct Setting {
 /// One way of using the sightings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// `coloc`, or `poses`: every sighting as a relative pose with no heading, told to the robot that was seen.
+    /// `coloc`; `fed`: the same with poses of `coloc-track` in the place of sightings; or `poses`: every sighting as a relative pose with no heading, told to the robot that was seen.
     pub method: &'static str,
     /// In the order of the recording.
     pub robots: Vec<Robot>,
@@ -72,6 +72,8 @@ struct Plan {
     method: Method,
     /// Of what was done before, where it can be; x and y \[cm\] as in [`Reference`].
     before: Option<Reference>,
+    /// The same with poses of tracks in the place of sightings.
+    fed: Option<Method>,
 }
 
 /// What was done before, of two receivers: the document's row "today".
@@ -89,6 +91,7 @@ const PLANS: [Plan; 5] = [
             ..BOTH_WAYS
         },
         before: Some(TODAY),
+        fed: Some(FED_BY_TRACKS),
     },
     Plan {
         scenario: "one receiver",
@@ -99,6 +102,7 @@ const PLANS: [Plan; 5] = [
             ..BOTH_WAYS
         },
         before: Some(super::method::FREE),
+        fed: None,
     },
     Plan {
         scenario: "landmarks",
@@ -109,6 +113,7 @@ const PLANS: [Plan; 5] = [
             ..BOTH_WAYS
         },
         before: None,
+        fed: None,
     },
     Plan {
         scenario: "two, lost",
@@ -119,6 +124,7 @@ const PLANS: [Plan; 5] = [
             ..BOTH_WAYS
         },
         before: None,
+        fed: None,
     },
     Plan {
         scenario: "one, lost",
@@ -130,6 +136,7 @@ const PLANS: [Plan; 5] = [
             ..BOTH_WAYS
         },
         before: None,
+        fed: None,
     },
 ];
 
@@ -143,7 +150,8 @@ pub fn evaluate(
     let whole = recorded.steps;
     let asked = |seconds| steps_of(seconds, &recorded.world) + 1;
     let steps = config.seconds.map_or(whole, asked).min(whole);
-    let rows = PLANS.iter().map(|it| 1 + u64::from(it.before.is_some()));
+    let others = |it: &Plan| u64::from(it.before.is_some()) + u64::from(it.fed.is_some());
+    let rows = PLANS.iter().map(|it| 1 + others(it));
     let total = rows.sum::<u64>()
         * u64::from(config.runs)
         * (steps.saturating_sub(1) / PROGRESS_EVERY) as u64;
@@ -189,7 +197,9 @@ fn rows_of(recorded: &Recorded, plan: &Plan, run: &dyn Fn(&Method) -> Vec<Sums>)
         };
         row("poses", &method)
     });
+    let fed = plan.fed.as_ref().map(|method| row("fed", method));
     std::iter::once(row("coloc", &plan.method))
+        .chain(fed)
         .chain(before)
         .collect()
 }

@@ -1,10 +1,12 @@
 //! A filter of each other robot beside every robot, and what it makes of a sighting before the exchange has it.
 
+use std::collections::BTreeMap;
+
 use coloc_estimator::{Pose, Stamp};
+use coloc_track::feed::feed;
 use coloc_track::manager::Odometry;
 use coloc_track::{
-    Config, Manager, Published, Reading, Seen, Sensor, Sensors, Sighting, SlowErrors, State, Track,
-    Verdict, publish,
+    Config, Manager, Reading, Seen, Sensor, Sensors, Sighting, SlowErrors, State, Track, Verdict,
 };
 
 use super::super::recorded::{Recorded, Subject};
@@ -18,7 +20,11 @@ use crate::world::World;
 const LASTS_S: [f64; 2] = [6.0, 10.0];
 
 /// The tracks of all robots.
-pub(super) struct Feeds(Vec<Manager<Vec<Option<Track>>>>);
+pub(super) struct Feeds {
+    managers: Vec<Manager<Vec<Option<Track>>>>,
+    /// When a pose was told last, by observer and robot seen.
+    told: BTreeMap<(usize, usize), Stamp>,
+}
 
 impl Feeds {
     pub(super) fn new(robots: usize, method: &Method) -> Self {
@@ -38,7 +44,10 @@ impl Feeds {
             let places = vec![None; robots];
             Manager::new(Config::default(), sensors, Stamp::default(), places)
         };
-        Self((0..robots).map(manager).collect())
+        Self {
+            managers: (0..robots).map(manager).collect(),
+            told: BTreeMap::new(),
+        }
     }
 
     /// Takes the tracks of `robot` to the end of `step`. Of each sighting of its own in `image` the pose that feeds the exchange in its
@@ -67,11 +76,10 @@ impl Feeds {
                     }
                 },
             );
-            let own = looks.iter().filter(|it| it.sighting.observer == robot);
-            poses.extend(own.map(|it| {
-                self.pose(robot, it)
-                    .filter(|_| accepted.contains(&it.number))
-            }));
+            for look in looks.iter().filter(|it| it.sighting.observer == robot) {
+                let is_accepted = accepted.contains(&look.number);
+                poses.push(is_accepted.then(|| self.pose(robot, look)).flatten());
+            }
         }
         let end = stamp(recorded, step);
         self.pass(recorded, (step, robot), end, &mut [], |_, _| ());
@@ -93,18 +101,18 @@ impl Feeds {
             observer: rates.get(robot).map(|(_, it)| *it),
             neighbours: &rates,
         };
-        self.0[robot].step(until, &odometry, given, tell);
+        self.managers[robot].step(until, &odometry, given, tell);
     }
 
-    fn pose(&self, robot: usize, look: &Look) -> Option<State> {
+    fn pose(&mut self, robot: usize, look: &Look) -> Option<State> {
         let Subject::Robot(seen) = look.sighting.subject else {
             return None;
         };
-        let track = self.0[robot].tracks().find(|it| it.id == id(seen))?;
-        match publish(track) {
-            Published::Pose(state) => Some(state),
-            Published::Position(_) | Published::Nothing => None,
-        }
+        let track = self.managers[robot].tracks().find(|it| it.id == id(seen))?;
+        let last = self.told.get(&(robot, seen)).copied();
+        let state = feed(track, last)?;
+        self.told.insert((robot, seen), track.last);
+        Some(state)
     }
 }
 

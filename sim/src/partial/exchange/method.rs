@@ -122,7 +122,7 @@ pub(super) const BOTH_WAYS: Method = Method {
 };
 
 /// The rows.
-pub(super) const METHODS: [Method; 11] = [
+pub(super) const METHODS: [Method; 10] = [
     Method {
         name: "alone",
         ways: Ways::None,
@@ -135,12 +135,6 @@ pub(super) const METHODS: [Method; 11] = [
     },
     Method {
         name: "both ways",
-        reference: TWO_RECEIVERS,
-        ..BOTH_WAYS
-    },
-    Method {
-        name: "both ways, fed by coloc-track",
-        tracks: true,
         reference: TWO_RECEIVERS,
         ..BOTH_WAYS
     },
@@ -185,3 +179,21 @@ pub(super) const METHODS: [Method; 11] = [
         ..BOTH_WAYS
     },
 ];
+
+/// Without tracks, and with.
+pub(super) const FED: [Method; 2] = [
+    Method {
+        name: "both ways",
+        reference: TWO_RECEIVERS,
+        ..BOTH_WAYS
+    },
+    FED_BY_TRACKS,
+];
+
+/// With two receivers; poses of tracks in the place of sightings.
+pub(super) const FED_BY_TRACKS: Method = Method {
+    name: "both ways, fed by coloc-track",
+    tracks: true,
+    reference: TWO_RECEIVERS,
+    ..BOTH_WAYS
+};
