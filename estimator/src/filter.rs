@@ -316,6 +316,7 @@ impl Filter {
             );
         }
         let pose = cross::with_ways(pose, &news.word.leader, said.leaders);
+        let news = news.doubted();
         let mut fused = *bonds;
         let gate = settings.assist.gate();
         let crossed = fused.fuse_and_leave(&self.state.belief, place, (&news, &pose), gate);

@@ -1,6 +1,7 @@
 //! A scene without daemons: the same estimators in one process, with an ideal bus. What is promised is tried here in many worlds.
 
 mod alone;
+mod leaders;
 
 use coloc_daemon::estimate::{settings, start};
 use coloc_estimator::Pose;

@@ -68,10 +68,11 @@ pub enum AssistMode {
 #[serde(rename_all = "lowercase")]
 pub enum AssistFusion {
     /// The leader's error as one that may be correlated with anything: honest whatever happens.
-    #[default]
     Split,
     /// What the child's error has in common with each leader's is tracked: as accurate as `kf`, and honest where leaders are and learn
-    /// nothing from others. Where nobody can say what became of a leader's error, it counts as one that may be correlated with anything.
+    /// nothing from others; each counts as one that errs by twice what it says. Where nobody can say what became of a leader's error, it
+    /// counts as one that may be correlated with anything.
+    #[default]
     Cross,
     /// As the thesis does: each pose as news. Children come to be surer than they may be.
     Kf,

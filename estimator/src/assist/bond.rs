@@ -38,6 +38,15 @@ pub struct News {
     pub word: Word,
 }
 
+impl News {
+    /// With a leader that errs more than it says ([`cross::DOUBT`]).
+    #[must_use]
+    pub fn doubted(mut self) -> Self {
+        self.word.leader = self.word.leader.doubted();
+        self
+    }
+}
+
 /// With one leader.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 struct Bond {

@@ -27,6 +27,13 @@ use crate::parts::Parts;
 use crate::pose::Pose;
 use crate::symmetric::{Square3, Symmetric3};
 
+/// A child takes a leader's covariance for so many times what the leader says: its errors for twice as large.
+///
+/// What is in it is tracked all the same, so that a leader that errs up to so much more than it says (wheels, fixes, whatever it is) makes
+/// nobody too sure: more noise in an error that goes the same way is no less in any sum. It costs next to no accuracy, as a leader's share
+/// in what it says is small beside the sightings', or goes on for long and is not averaged away by either.
+pub const DOUBT: f64 = 4.0;
+
 /// What a datum says of its leader.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct Leader {
@@ -34,6 +41,17 @@ pub struct Leader {
     pub pose: Pose,
     /// `P_l`
     pub covariance: Covariance3,
+}
+
+impl Leader {
+    /// With [`DOUBT`].
+    #[must_use]
+    pub fn doubted(&self) -> Self {
+        Self {
+            covariance: self.covariance.scaled(DOUBT),
+            ..*self
+        }
+    }
 }
 
 /// Result of [`update`].

@@ -97,6 +97,12 @@ impl Child {
             Method::Kalman => Rule::paper(),
             Method::Split => Rule::default(),
             Method::Cross | Method::Default => {
+                let doubted = news.doubted();
+                let news = if self.method == Method::Default {
+                    &doubted
+                } else {
+                    news
+                };
                 let update = self.bonds.fuse(&self.belief, place, (news, said), gate);
                 self.belief = update.belief;
                 let (accepted, d2) = (update.accepted, update.d2);

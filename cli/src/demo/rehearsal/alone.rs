@@ -61,11 +61,11 @@ impl Robot {
     }
 }
 
-fn stamp(stage: &Stage, step: usize) -> Stamp {
+pub(super) fn stamp(stage: &Stage, step: usize) -> Stamp {
     Stamp::from_nanos(i64::try_from(step).unwrap() * stage.step_ns())
 }
 
-fn fix(stage: &Stage, received: &Received, stamp: Stamp, step: usize) -> Measurement {
+pub(super) fn fix(stage: &Stage, received: &Received, stamp: Stamp, step: usize) -> Measurement {
     let variance = stage.scenario().fixes.sigma_m.powi(2);
     Measurement::Fix(PositionFix {
         stamp,
@@ -80,7 +80,7 @@ fn fix(stage: &Stage, received: &Received, stamp: Stamp, step: usize) -> Measure
     })
 }
 
-fn moment(
+pub(super) fn moment(
     stage: &Stage,
     robot: usize,
     time_s: f64,
