@@ -4,6 +4,7 @@ use std::hint::black_box;
 
 use coloc_estimator::assist::assistant::{self, Assistant, Carried, Counts, Words};
 use coloc_estimator::assist::change::Change;
+use coloc_estimator::assist::news::News;
 use coloc_estimator::assist::ties::{TIES, Tie};
 use coloc_estimator::partial::PositionSettings;
 use coloc_estimator::rounds::RoundSettings;
@@ -68,6 +69,12 @@ impl Estimate {
     #[must_use]
     pub fn assisted(&self) -> Option<Counts> {
         self.assistant.as_ref().map(|it| it.counts())
+    }
+
+    /// What there is to say of that, of the last step.
+    #[must_use]
+    pub fn assist_news(&self) -> &[News] {
+        self.assistant.as_ref().map_or(&[], |it| it.news())
     }
 
     /// What the robot believes after `inputs`.

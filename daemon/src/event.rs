@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use coloc_drivers::canopen::CanopenEvent;
 use coloc_drivers::encoder::Slip;
+use coloc_estimator::assist::news::News;
 use coloc_estimator::{Belief, Decision};
 use coloc_shm_types::{
     BeliefState, BusState, Health, Input, Reject, SourceState, Timing, WhyUnfit,
@@ -94,6 +95,8 @@ pub enum Event {
     Slips(Option<Slip>),
     /// A CANopen node, or who sends SYNC.
     Canopen(CanopenEvent),
+    /// Of leaders and children.
+    Assist(News),
     /// An input changed nothing.
     Rejected {
         /// Of which kind.

@@ -391,6 +391,7 @@ impl Robot {
         self.account.undelivered(self.publish.undelivered);
         if let Some(counts) = self.estimate.assisted() {
             self.account.assisted(&counts);
+            self.account.assist_news(self.estimate.assist_news());
         }
         if self.account.is_report_due(now.as_nanos()) {
             self.collect.tell_sessions(now, &mut self.account);

@@ -4,7 +4,9 @@
 mod by_hand;
 
 use by_hand::{Subject, World, diagonal};
-use coloc_shm_types::{Assist, AssistAck, Header, Health, Input, Neighbour, Reject, RelativePose};
+use coloc_shm_types::{
+    Assist, AssistAck, Header, Health, Input, Neighbour, Readings, Reject, RelativePose,
+};
 
 const PART: &str = "[assist]\nleaders = [1]\nchildren = [2]\n";
 const SLOT_NS: i64 = 200_000_000;
@@ -219,6 +221,155 @@ fn a_robot_that_is_seen_and_mute_is_counted() {
     let counted = child.robot.account().status().assist;
     assert_eq!((counted.accepted, counted.forwarded), (1, 1));
     assert_eq!((counted.timed_out, counted.freed_late), (1, 0));
+    assert_eq!(counted.mutes, 0, "once is no habit");
+    for sequence in 1..=6 {
+        (0..12).for_each(|_| {
+            child.tick();
+        });
+        let seen = RelativePose {
+            observed: 3,
+            ..sighting(world.header(sequence))
+        };
+        laser.send(seen).unwrap();
+        port.send(datum(&world, sequence)).unwrap();
+        (0..10).for_each(|_| {
+            child.tick();
+        });
+    }
+    let counted = child.robot.account().status().assist;
+    assert_eq!((counted.mutes, counted.mute), (1, 3), "{counted:?}");
+}
+
+const FULL: &str =
+    "[assist]\nleaders = [1, 3]\nchildren = [2]\nmode = \"full\"\n[[team]]\nname = \"c\"\nid = 3\n";
+
+/// As the child says it, of an event that is over.
+fn readings(world: &World, sequence: u64) -> Readings {
+    let now_ns = world.header(sequence).stamp_ns;
+    let slot = now_ns.div_euclid(SLOT_NS) - 1;
+    Readings {
+        header: Header {
+            source: 2,
+            session: 77,
+            stamp_ns: slot * SLOT_NS + SLOT_NS / 2,
+            ..world.header(sequence)
+        },
+        slot,
+        ..Readings::default()
+    }
+}
+
+#[test]
+fn where_leaders_know_all_readings_a_leader_tells_a_final_pose_once_the_event_is_over() {
+    let world = World::new();
+    let lines = "[initial]\npose = [0.0, 0.0, 0.0]\nsigma = [0.02, 0.02, 0.01]\n";
+    let mut leader = world.robot("a", 1, &format!("{FULL}{lines}"));
+    let lines = "[initial]\npose = [2.4, 0.0, 0.0]\nsigma = [0.5, 0.5, 0.1]\n";
+    let mut child = world.robot("b", 2, &format!("{FULL}{lines}"));
+    let laser = world.publisher::<RelativePose>("a");
+    pass(&mut [&mut leader, &mut child]);
+    laser.send(sighting(world.header(0))).unwrap();
+    leader.tick();
+    child.tick();
+    let status = |it: &Subject| it.robot.account().status();
+    assert_eq!(status(&leader).assist.forwarded, 0, "the event goes on");
+    for _ in 0..20 {
+        leader.tick();
+        child.tick();
+    }
+    let (leader, child) = (status(&leader), status(&child));
+    assert_eq!((leader.assist.forwarded, leader.assist.accepted), (1, 0));
+    assert_eq!(child.accepted_of(Input::Assist), 1);
+    assert_eq!(child.assist.disagreed, 0);
+    assert_eq!(leader.rejected_total(Input::AssistAck), 0);
+}
+
+/// What makes a word one that is refused, under which input, and why.
+type Forged = (fn(&mut Readings), Input, Reject);
+
+#[test]
+fn what_is_forged_of_readings_is_refused_under_its_reason() {
+    let world = World::new();
+    let mut leader = world.robot("a", 1, FULL);
+    let port = world.publisher::<Readings>("a");
+    pass(&mut [&mut leader]);
+    let cases: [Forged; 9] = [
+        (
+            |it| it.header.source = 9,
+            Input::Readings,
+            Reject::UnknownRobot,
+        ),
+        (|it| it.count = 17, Input::Readings, Reject::Unsupported),
+        (
+            |it| (it.count, it.sights[0].observed) = (1, 9),
+            Input::Readings,
+            Reject::UnknownRobot,
+        ),
+        (|it| it.trace = 1.0, Input::Readings, Reject::Unsupported),
+        (
+            |it| (it.count, it.sights[0].pose[0]) = (1, f64::NAN),
+            Input::Readings,
+            Reject::NotFinite,
+        ),
+        (
+            |it| (it.flags, it.trace) = (Readings::LEADS, 1e-6),
+            Input::Assist,
+            Reject::NotForRole,
+        ),
+        (
+            |it| (it.count, it.sights[0].observed) = (1, 2),
+            Input::Assist,
+            Reject::Looped,
+        ),
+        (
+            |it| (it.count, it.sights[0].observed) = (1, 3),
+            Input::Assist,
+            Reject::NotForRole,
+        ),
+        (|it| it.slot += 1, Input::Assist, Reject::WrongEvent),
+    ];
+    for (sequence, (change, input, reason)) in (0..).zip(cases) {
+        let before = rejected(&leader, input, reason);
+        let mut message = readings(&world, sequence);
+        change(&mut message);
+        if message.count == 1 {
+            message.sights[0].covariance = diagonal([0.0025, 0.0025, 0.0003]);
+        }
+        port.send(message).unwrap();
+        leader.tick();
+        assert_eq!(
+            rejected(&leader, input, reason),
+            before + 1,
+            "case {sequence}: {reason:?}"
+        );
+    }
+    assert_eq!(leader.robot.account().status().assist.forwarded, 0);
+}
+
+/// A final pose is a leader's alone, and nothing else is one here.
+#[test]
+fn where_leaders_know_all_readings_a_pose_that_is_not_final_is_forged() {
+    let world = World::new();
+    let mut child = world.robot("b", 2, FULL);
+    let port = world.publisher::<Assist>("b");
+    pass(&mut [&mut child]);
+    let send = |child: &mut Subject, sequence, flags, digest| {
+        let message = Assist {
+            flags,
+            digest,
+            ..datum(&world, sequence)
+        };
+        port.send(message).unwrap();
+        child.tick();
+        let status = child.robot.account().status();
+        (
+            status.rejected_of(Input::Assist, Reject::Unsupported),
+            status.assist.accepted,
+        )
+    };
+    assert_eq!(send(&mut child, 0, 0, 0), (1, 0));
+    assert_eq!(send(&mut child, 1, 0, 7), (2, 0));
+    assert_eq!(send(&mut child, 2, Assist::FINAL, 7), (2, 1));
 }
 
 /// What comes is not believed before its time.

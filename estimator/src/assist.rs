@@ -23,9 +23,11 @@
 //! | [`readings`], [`trail`], [`gathered`] | what leaders are told for that, and whom they reach |
 //! | `full`, `digest` | a robot's part in it, and what reveals that leaders were told different things |
 //! | [`search`], [`path`] | the same without a centre, at one child and one event |
+//! | [`delays`] | how long an answer is waited for |
 //! | [`events`], [`slot`], [`refusal`] | all events that are open at a child, and what it does not listen to |
 //! | [`assistant`] | a robot's part in all that, beside its estimator |
 //! | `way` | a robot's own way between two moments |
+//! | [`news`] | what somebody should know of it |
 //! | [`wait`] | when the thesis's child fuses what has come |
 //! | [`team`] | robots as bits |
 
@@ -34,12 +36,14 @@ pub mod bond;
 pub mod change;
 pub mod cross;
 pub mod datum;
+pub mod delays;
 mod digest;
 pub mod events;
 mod full;
 pub mod fusion;
 pub mod gathered;
 pub mod kalman;
+pub mod news;
 pub mod path;
 pub mod readings;
 pub mod refusal;

@@ -7,6 +7,7 @@ use std::fmt;
 
 use coloc_estimator::assist::assistant::{Ack, Agreement, Assistant, Heard, Told, Words, step};
 use coloc_estimator::assist::change::Change;
+use coloc_estimator::assist::delays::Bounds;
 use coloc_estimator::assist::fusion::Rule;
 use coloc_estimator::assist::search::Patience;
 use coloc_estimator::assist::ties::{TIES, Tie};
@@ -64,6 +65,10 @@ struct Scenario {
     to: i64,
     /// Children take the leader's error as one that may be correlated with anything.
     is_split: bool,
+    /// So long answers are waited for; 0: as long as they take at most \[ms\].
+    ack_ms: u32,
+    /// How long they are waited for is measured, and that is for the first ones.
+    is_measured: bool,
     /// Each leader's fixes are off by something of its own, as long as it runs, with this variance \[m²\]; it says so.
     apart: f64,
 }
@@ -149,15 +154,26 @@ fn at(tick: i64) -> Stamp {
     Stamp::from_nanos(1_000_000 * (1000 + TICK_MS * tick))
 }
 
-fn agreement() -> Agreement {
+fn agreement(scenario: &Scenario) -> Agreement {
+    let first = match scenario.ack_ms {
+        0 => 1000,
+        ticks => ticks,
+    };
     let patience = Patience {
-        ack_timeout: 1000,
+        ack_timeout: first,
         close_after: 1500,
     };
     let ids: Vec<_> = (0..ROBOTS).map(id).collect();
     let (leaders, children) = ids.split_at(LEADERS);
     let period = Span::from_millis(TICK_MS * EVENT);
-    Agreement::new(leaders, children, period, patience).unwrap()
+    Agreement {
+        ack_bounds: scenario.is_measured.then_some(Bounds {
+            least: 40,
+            first,
+            most: 1000,
+        }),
+        ..Agreement::new(leaders, children, period, patience).unwrap()
+    }
 }
 
 impl Robot {
@@ -188,7 +204,7 @@ impl Robot {
         let storage = places(settings.assist.is_tracked());
         Self {
             estimator: Box::new(Estimator::new(settings, at(0), belief, storage)),
-            assistant: Box::new(Assistant::new(agreement(), id(robot)).unwrap()),
+            assistant: Box::new(Assistant::new(agreement(scenario), id(robot)).unwrap()),
             truth,
             off: [0; 2].map(|_| {
                 if scenario.apart > 0.0 {
@@ -282,6 +298,8 @@ struct Outcome {
     /// Of the children's beliefs, how many there were and how many were outside.
     beliefs: f64,
     outside: f64,
+    /// Sightings that counted as used before the answer "no" was there.
+    freed_late: u64,
     /// Squares of their errors of position and heading.
     squares: [f64; 2],
     /// After the gap: squares of the children's errors of position and heading, and how many they are.
@@ -309,6 +327,7 @@ impl Outcome {
         self.beliefs += other.beliefs;
         self.outside += other.outside;
         self.children += other.children;
+        self.freed_late += other.freed_late;
         for it in 0..2 {
             self.squares[it] += other.squares[it];
             self.after_gap[it] += other.after_gap[it];
@@ -418,6 +437,7 @@ fn run(scenario: &Scenario, seed: u64, outcome: &mut Outcome) {
     for robot in &robots[LEADERS..] {
         let counts = robot.assistant.counts();
         assert!(counts.accepted > 15, "{counts:?}");
+        outcome.freed_late += counts.freed_late;
     }
 }
 
@@ -572,4 +592,24 @@ fn after_a_minute_without_leaders_children_are_where_they_were_within_three_even
     let [position, heading] = outcome.after_gap.map(|it| (it / outcome.children).sqrt());
     println!("{position:.3} m, {heading:.4} rad after the gap");
     assert!(position <= 0.13 && heading <= 0.02, "{position}, {heading}");
+}
+
+/// Who waits for 160 ms on a radio that takes up to 800 ms there and back takes sightings for used that were not; who measures does not.
+#[test]
+fn how_long_an_answer_is_waited_for_can_be_measured() {
+    let scenario = Scenario {
+        ticks: 1000,
+        ack_ms: 160,
+        ..Scenario::default()
+    };
+    let (fixed, _) = seeds(&scenario, true);
+    let scenario = Scenario {
+        is_measured: true,
+        ..scenario
+    };
+    let (measured, _) = seeds(&scenario, true);
+    println!("160 ms: {} freed late, {fixed}", fixed.freed_late);
+    println!("measured: {} freed late, {measured}", measured.freed_late);
+    assert!(measured.share() <= 0.05);
+    assert!(10 * measured.freed_late < fixed.freed_late);
 }

@@ -21,6 +21,7 @@ use std::sync::Arc;
 use coloc_drivers::canopen::CanopenEvent;
 use coloc_drivers::encoder::Slip;
 use coloc_estimator::assist::assistant::Counts;
+use coloc_estimator::assist::news::News;
 use coloc_estimator::{
     Belief, Decision, Estimate, Finding, FindingState, Kind, Measurement, Report, Stamp,
     TickOutputs,
@@ -298,7 +299,17 @@ impl Account {
             freed_late: counts.freed_late,
             closed_early: counts.closed_early,
             disagreed: counts.disagreed,
+            mutes: counts.mutes,
+            mute: counts.mute.0,
+            reserved: [0; 4],
         };
+    }
+
+    /// What there is to say of that.
+    pub fn assist_news(&mut self, news: &[News]) {
+        for it in news {
+            self.teller.tell(Event::Assist(*it));
+        }
     }
 
     /// Whether the next tick that is closed at `now_ns` closes the books of a second.

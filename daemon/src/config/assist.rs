@@ -1,6 +1,8 @@
 //! `[assist]`: who leads and who is carried; written as the sections in [`super::sections`].
 
 use coloc_estimator::assist::assistant::{Agreement, Assistant};
+use coloc_estimator::assist::delays::Bounds;
+use coloc_estimator::assist::events::OPEN_EVENTS;
 use coloc_estimator::assist::fusion::Rule;
 use coloc_estimator::assist::search::Patience;
 use coloc_estimator::gate::CHI2_3_999;
@@ -9,6 +11,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Config, nanos};
+
+/// How long the first answer is waited for, where that time is measured \[ms\].
+const FIRST_ACK_MS: u32 = 160;
 
 /// `[assist]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -27,11 +32,11 @@ pub struct Assist {
     #[schemars(range(min = 0, max = 60))]
     pub phase_s: f64,
     /// A sighting counts as used if the robot seen has not answered in so long: what a datum there and its answer back take at most.
-    /// Say 1000 of a radio that takes 400 \[ms\].
-    #[schemars(range(min = 1, max = 60000))]
+    /// Say 1000 of a radio that takes 400. 0: as long as answers were seen to take, their mean and four deviations \[ms\].
+    #[schemars(range(min = 0, max = 60000))]
     pub ack_timeout_ms: u32,
     /// So long after the sighting a child takes what is said of it, and hands it on; no longer than the history. 0: the answer's time,
-    /// and two ticks for each child and each leader \[ms\].
+    /// and two ticks for each child and each leader; where that time is measured, as long as the history and the events allow \[ms\].
     #[schemars(range(min = 0, max = 60000))]
     pub close_after_ms: u32,
     /// So long after the sighting a child fuses what there is by then, where `mode` is `"bounded-delayed"`: no longer than
@@ -105,18 +110,40 @@ impl Assist {
 
     /// How long a child listens \[ms\].
     #[must_use]
-    pub fn closes_after_ms(&self, rate_hz: f64) -> u32 {
+    pub fn closes_after_ms(&self, rate_hz: f64, history_s: f64) -> u32 {
         if self.close_after_ms > 0 {
             return self.close_after_ms;
+        }
+        if self.ack_timeout_ms == 0 {
+            #[allow(clippy::cast_precision_loss)] // Eight.
+            let open_s = self.period_s * OPEN_EVENTS as f64;
+            return whole_ms(history_s.min(open_s));
         }
         if self.mode == AssistMode::Full {
             let period_ms = whole_ms(self.period_s);
             let deadline_ms = self.deadline_ms(rate_hz);
             return self.ack_timeout_ms.saturating_add(period_ms + deadline_ms);
         }
+        self.ack_timeout_ms.saturating_add(self.search_ms(rate_hz))
+    }
+
+    /// Two ticks for each robot \[ms\].
+    fn search_ms(&self, rate_hz: f64) -> u32 {
         let robots = u32::try_from(self.leaders.len() + self.children.len()).unwrap_or(u32::MAX);
-        self.ack_timeout_ms
-            .saturating_add(2 * robots.saturating_mul(tick_ms(rate_hz)))
+        2 * robots.saturating_mul(tick_ms(rate_hz))
+    }
+
+    /// Between what the time for an answer is chosen, where it is measured: two ticks, and what leaves time to hand on \[ms\].
+    #[must_use]
+    pub fn ack_bounds(&self, rate_hz: f64, history_s: f64) -> Option<Bounds> {
+        let closes_ms = self.closes_after_ms(rate_hz, history_s);
+        let least = 2 * tick_ms(rate_hz);
+        let most = closes_ms.saturating_sub(self.search_ms(rate_hz)).max(least);
+        (self.ack_timeout_ms == 0).then_some(Bounds {
+            least,
+            first: most.min(FIRST_ACK_MS),
+            most,
+        })
     }
 
     /// How long after a period leaders work it out, where they know all readings \[ms\].
@@ -177,9 +204,11 @@ impl Config {
             return None;
         }
         let ids = |list: &[u16]| list.iter().map(|id| RobotId(*id)).collect::<Vec<_>>();
+        let (rate_hz, history_s) = (self.tick.rate_hz, self.history.length_s);
+        let ack_bounds = assist.ack_bounds(rate_hz, history_s);
         let patience = Patience {
-            ack_timeout: assist.ack_timeout_ms,
-            close_after: assist.closes_after_ms(self.tick.rate_hz),
+            ack_timeout: ack_bounds.map_or(assist.ack_timeout_ms, |it| it.first),
+            close_after: assist.closes_after_ms(rate_hz, history_s),
         };
         let [period, phase] =
             [assist.period_s, assist.phase_s].map(|it| Span::from_nanos(nanos(it)));
@@ -188,9 +217,10 @@ impl Config {
         let agreement = Agreement::new(&leaders, &children, period, patience).ok()?;
         let agreement = Agreement {
             phase,
-            delay: assist.delay_ms(self.tick.rate_hz),
+            ack_bounds,
+            delay: assist.delay_ms(rate_hz),
             readings_deadline: (assist.mode == AssistMode::Full).then(|| {
-                let deadline_ms = assist.deadline_ms(self.tick.rate_hz);
+                let deadline_ms = assist.deadline_ms(rate_hz);
                 Span::from_millis(deadline_ms.into())
             }),
             ..agreement

@@ -2,6 +2,7 @@
 //!
 //! A robot runs with it; `colocd check` and the log say it.
 
+mod assist;
 mod buses;
 mod files;
 mod fusion;
@@ -25,6 +26,7 @@ pub(super) fn unlikely(config: &Config) -> Vec<Finding> {
         times::findings(config),
         files::findings(config),
         buses::findings(config),
+        assist::findings(config),
     ]
     .concat()
 }

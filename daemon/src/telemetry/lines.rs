@@ -6,6 +6,7 @@ use super::throttle::Sum;
 use crate::clock::ClockStep;
 use crate::event::{Against, Event, GyroNews};
 use coloc_drivers::canopen::CanopenEvent;
+use coloc_estimator::assist::news::News;
 use coloc_estimator::{Decision, Span};
 use coloc_shm_types::{BeliefState, Health, Input, WhyUnfit};
 
@@ -48,6 +49,7 @@ pub(super) fn write((count, event): Sum) {
             tick,
         } => state(count, [from, to], waits_for_wheels, tick),
         Event::Gyro { news, bias, sigma } => gyro(count, news, [bias, sigma]),
+        Event::Assist(news) => assist(count, news),
         Event::Fitness { why_unfit, tick } => fitness(count, why_unfit, tick),
         Event::Dissent {
             input,
@@ -184,6 +186,27 @@ fn dissent(count: Option<u64>, who: &str, against: Option<Against>) {
             d2,
             "{who} stands against the belief, has the robot {distance_m:.1} m away, and is heard but not fused"
         );
+    }
+}
+
+fn assist(count: Option<u64>, news: News) {
+    match news {
+        News::Disagree { leaders: [a, b] } => warn!(
+            count,
+            "assist: leaders {} and {} were told different things of what robots see; is what is said on readings lost?",
+            a.0,
+            b.0
+        ),
+        News::Mute(robot) => warn!(
+            count,
+            "assist: robot {} is seen and does not answer; does its colocd run, and does it reach this one?",
+            robot.0
+        ),
+        News::Answers(robot) => info!(count, "assist: robot {} answers again", robot.0),
+        News::Unheard => warn!(
+            count,
+            "assist: no leader was heard since the start, of itself or by way of another child; does anybody see this robot?"
+        ),
     }
 }
 

@@ -7,6 +7,7 @@ use crate::clock::ClockStep;
 use crate::event::{Event, GyroNews};
 use coloc_drivers::canopen::CanopenEvent;
 use coloc_estimator::Decision;
+use coloc_estimator::assist::news::News;
 use coloc_shm_types::WhyUnfit;
 
 const PERIOD: Duration = Duration::from_secs(5);
@@ -117,6 +118,15 @@ fn kind(event: &Event) -> Kind {
             };
             [16, word, 0, 0]
         }
+        Event::Assist(news) => match news {
+            News::Disagree { leaders: [a, b] } => {
+                let [a, b] = [a, b].map(|it| (it.0 % OWN_LINES) as u8);
+                [17, 0, a, b]
+            }
+            News::Mute(robot) => [17, 1, (robot.0 % OWN_LINES) as u8, 0],
+            News::Answers(robot) => [17, 2, (robot.0 % OWN_LINES) as u8, 0],
+            News::Unheard => [17, 3, 0, 0],
+        },
         Event::Bus { from, to } => [2, from as u8, to as u8, 0],
         Event::Contested { input, state } => {
             let [high, low] = state.number.to_be_bytes();

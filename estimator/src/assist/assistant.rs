@@ -11,8 +11,10 @@
 //! ```
 
 use super::datum::Reading;
+use super::delays::Bounds;
 use super::events::{Data, Events, Now, OPEN_EVENTS, Terms, Word};
 use super::full::Full;
+use super::news::News;
 use super::path::{LONGEST_PATH, Path};
 use super::readings::{HeardReadings, Readings};
 use super::refusal::Refusal;
@@ -42,6 +44,9 @@ const MOST_HELD: usize = 64;
 /// A leader that was not heard for so many events is not waited for.
 const HEARD_OF_LATE: i64 = 10;
 
+/// A child that hears nobody for so long after its start says so.
+const UNHEARD: Span = Span::from_millis(10_000);
+
 /// So many sightings can wait for their tick.
 const MOST_SEEN: usize = 64;
 
@@ -56,6 +61,8 @@ pub struct Agreement {
     pub phase: Span,
     /// How long a search goes on \[ms\].
     pub patience: Patience,
+    /// An answer is waited for as long as answers were seen to take, within these bounds \[ms\]. `None`: as `patience` says.
+    pub ack_bounds: Option<Bounds>,
     /// What a child takes is fused once a pose of each leader is there that it has heard of late, or so long after the event \[ms\].
     /// `None`: at once.
     pub delay: Option<u32>,
@@ -159,6 +166,10 @@ pub struct Counts {
     pub closed_early: u64,
     /// Data of a leader that knew something else of the event than one whose datum was taken.
     pub disagreed: u64,
+    /// How many children are seen and do not answer now.
+    pub mutes: u16,
+    /// The first of them.
+    pub mute: RobotId,
 }
 
 /// A child that is seen.
@@ -203,6 +214,10 @@ pub struct Assistant {
     heard: [Option<Slot>; MOST_LEADERS],
     /// Where leaders know all readings.
     full: Option<Full>,
+    /// Its first tick.
+    since: Option<Stamp>,
+    /// It was said that nobody was heard.
+    has_missed: bool,
 }
 
 /// One tick of a robot that has a part in a team; as pure as [`crate::step`].
@@ -246,6 +261,8 @@ impl Assistant {
             counted: 0,
             held: FixedList::new(Held::nothing()),
             heard: [None; MOST_LEADERS],
+            since: None,
+            has_missed: false,
             full: agreement.readings_deadline.map(Full::new),
         })
     }
@@ -259,12 +276,21 @@ impl Assistant {
     /// What became of data, since the start.
     #[must_use]
     pub fn counts(&self) -> Counts {
+        let (mutes, mute) = self.events.mutes(&self.agreement.team);
         Counts {
+            mutes,
+            mute,
             freed_late: self.events.freed_late(),
             closed_early: self.events.closed_early(),
             disagreed: self.events.disagreed(),
             ..self.counts
         }
+    }
+
+    /// What there is to say of the last tick.
+    #[must_use]
+    pub fn news(&self) -> &[News] {
+        self.events.news()
     }
 
     fn carried(&self) -> Carried<'_> {
@@ -280,6 +306,8 @@ impl Assistant {
         self.data.clear();
         self.acks.clear();
         self.due.clear();
+        self.events.begin();
+        self.miss(now);
         if let Some(full) = &mut self.full {
             full.begin();
         }
@@ -295,6 +323,16 @@ impl Assistant {
             }
         }
         self.wake(now);
+    }
+
+    /// A child that is not told where it is for a while after its start says so, once.
+    fn miss(&mut self, now: Stamp) {
+        let since = *self.since.get_or_insert(now);
+        let is_unheard = !self.leads() && self.counts.accepted == 0;
+        if is_unheard && !self.has_missed && now - since > UNHEARD {
+            self.has_missed = true;
+            self.events.say(News::Unheard);
+        }
     }
 
     /// Sightings whose tick has come.
@@ -328,10 +366,16 @@ impl Assistant {
     /// Now, and how it searches.
     fn terms(&self, now: Stamp, settings: &Settings) -> Option<(Terms, Now)> {
         let slots = self.slots()?;
+        let patience = self.agreement.patience;
+        let bounds = self.agreement.ack_bounds;
+        let ack_timeout = bounds.map(|it| self.events.ack_timeout(it));
         let terms = Terms {
             team: self.agreement.team,
             slots,
-            patience: self.agreement.patience,
+            patience: Patience {
+                ack_timeout: ack_timeout.unwrap_or(patience.ack_timeout),
+                ..patience
+            },
             is_full: self.full.is_some(),
             propagation: settings.propagation,
         };
@@ -821,6 +865,7 @@ impl Agreement {
             period,
             phase: Span::ZERO,
             patience,
+            ack_bounds: None,
             delay: None,
             readings_deadline: None,
         })

@@ -4,13 +4,16 @@
 
 use super::cross::Leader;
 use super::datum::{Reading, carried, extend};
+use super::delays::{Bounds, Delays};
+use super::news::{Answering, News};
 use super::path::Path;
 use super::refusal::Refusal;
 use super::search::{Answer, MOST_READINGS, Patience, Search, Settled};
 use super::slot::{Slot, Slots};
-use super::team::{MOST_LEADERS, Place, Rank, Team};
+use super::team::{MOST_LEADERS, Place, Rank, Robots, Team};
 use super::transition::Past;
 use crate::convert::GlobalPose;
+use crate::kind::RobotId;
 use crate::list::FixedList;
 use crate::settings::Propagation;
 use crate::stamp::Stamp;
@@ -115,6 +118,8 @@ pub struct Events {
     early: u64,
     late: u64,
     disagreed: u64,
+    delays: Delays,
+    answering: Answering,
 }
 
 impl Event {
@@ -139,13 +144,13 @@ impl Event {
         self.slot.0 > now.slot.0.saturating_sub(SPAN)
     }
 
-    /// Whether a datum was taken here whose leader knew something else.
-    fn disagrees(&self, terms: &Terms, data: &Data) -> bool {
-        let places = terms.team.leaders().each();
-        let ranks = places.filter_map(|place| terms.team.rank(place));
-        let mut taken = ranks.filter(|rank| self.search.path_of(*rank).is_some());
-        taken.any(|rank| {
-            let taken = self.data.get(rank.index());
+    /// Whose datum was taken here that knew something else.
+    fn disagrees(&self, terms: &Terms, data: &Data) -> Option<Place> {
+        let mut leaders = terms.team.leaders().each();
+        leaders.find(|leader| {
+            let rank = terms.team.rank(*leader);
+            let taken = rank.filter(|it| self.search.path_of(*it).is_some());
+            let taken = taken.and_then(|it| self.data.get(it.index()));
             taken.is_some_and(|it| it.digest != data.digest)
         })
     }
@@ -161,7 +166,7 @@ impl Event {
         tick: u32,
         way: &impl Fn(Stamp, Stamp) -> Option<Reading>,
         send: &mut impl FnMut(&Data),
-    ) -> usize {
+    ) -> Robots {
         let (age, patience) = (self.age(tick), terms.patience);
         let late = self.search.time_out(age, patience);
         let Self {
@@ -256,6 +261,8 @@ impl Events {
             early: 0,
             late: 0,
             disagreed: 0,
+            delays: Delays::default(),
+            answering: Answering::default(),
         }
     }
 
@@ -269,6 +276,33 @@ impl Events {
     #[must_use]
     pub fn freed_late(&self) -> u64 {
         self.late
+    }
+
+    /// A tick begins.
+    pub(super) fn begin(&mut self) {
+        self.answering.begin();
+    }
+
+    /// What there is to say of this tick.
+    #[must_use]
+    pub fn news(&self) -> &[News] {
+        self.answering.news()
+    }
+
+    pub(super) fn say(&mut self, news: News) {
+        self.answering.say(news);
+    }
+
+    /// How many children are seen and mute, and the first of them.
+    #[must_use]
+    pub fn mutes(&self, team: &Team) -> (u16, RobotId) {
+        self.answering.mutes(team)
+    }
+
+    /// How long an answer is waited for, by how long they took.
+    #[must_use]
+    pub fn ack_timeout(&self, bounds: Bounds) -> u32 {
+        self.delays.timeout(bounds)
     }
 
     /// How many data came of a leader that knew something else of the event than one whose datum was taken.
@@ -318,9 +352,9 @@ impl Events {
             return Ok(Answer::Closed);
         };
         let age = event.age(now.tick);
-        let is_other = terms.is_full && event.disagrees(terms, data);
+        let other = event.disagrees(terms, data).filter(|_| terms.is_full);
         // Leaders that know the same use no sighting twice; of those that do not the first one is believed.
-        let is_used = is_other && event.search.shares_a_sighting(leader, &data.path);
+        let is_used = other.is_some() && event.search.shares_a_sighting(leader, &data.path);
         let answer = if is_used {
             Answer::Declined
         } else {
@@ -335,7 +369,11 @@ impl Events {
                 word: data.word,
             };
         }
-        self.disagreed += u64::from(is_other);
+        if let Some(other) = other {
+            self.disagreed += 1;
+            let leaders = [other, data.path.leader()].map(|it| terms.team.id(it));
+            self.answering.say(News::Disagree { leaders });
+        }
         Ok(answer)
     }
 
@@ -360,6 +398,10 @@ impl Events {
         };
         let (age, search) = (event.age(now.tick), &mut event.search);
         let was_late = search.has_timed_out(child);
+        if let Some(taken) = search.delay(child, leader, age) {
+            self.delays.add(taken);
+            self.answering.answered(&terms.team, child);
+        }
         let settled = search.answered(child, leader, taken, age, terms.patience);
         self.late += u64::from(was_late && settled == Settled::Freed);
         Ok(settled)
@@ -377,11 +419,14 @@ impl Events {
         if terms.is_full {
             return 0;
         }
+        let mut count = 0;
         let events = self.open.iter_mut().flatten();
-        events
-            .filter(|event| event.is_recent(now))
-            .map(|event| event.work(terms, now.tick, &way, &mut send))
-            .sum()
+        for event in events.filter(|event| event.is_recent(now)) {
+            let late = event.work(terms, now.tick, &way, &mut send);
+            self.answering.silent(&terms.team, late);
+            count += late.count();
+        }
+        count
     }
 
     /// The search of an event, if it is remembered.

@@ -76,6 +76,8 @@ pub struct Sight {
     pub child: Place,
     /// For whom.
     pub used: Use,
+    /// When it was offered last.
+    sent: u32,
     /// The leaders whose data it was offered for, a bit for each rank.
     tried: u8,
 }
@@ -113,6 +115,7 @@ impl Sight {
     fn offer(&mut self, leader: Rank, since: u32) {
         self.tried |= 1 << leader.index();
         self.used = Use::Pending { leader, since };
+        self.sent = since;
     }
 
     fn settle(&mut self, leader: Rank, taken: bool) -> Settled {
@@ -198,6 +201,18 @@ impl Search {
         sight.map_or(Settled::Ignored, |sight| sight.settle(leader, taken))
     }
 
+    /// How long an answer took that comes now; `None` if it is not the first to what was offered last.
+    #[must_use]
+    pub fn delay(&self, child: Place, leader: Rank, tick: u32) -> Option<u32> {
+        let sight = self.sights().iter().find(|it| it.child == child)?;
+        match sight.used {
+            Use::Pending { leader: of, .. } | Use::TimedOut(of) if of == leader => {
+                Some(tick.saturating_sub(sight.sent))
+            }
+            _ => None,
+        }
+    }
+
     /// Whether what was offered to the child counts as used because no answer came.
     #[must_use]
     pub fn has_timed_out(&self, child: Place) -> bool {
@@ -205,18 +220,18 @@ impl Search {
         of.is_some_and(|it| matches!(it.used, Use::TimedOut(_)))
     }
 
-    /// Counts as used what was not answered in time; how many there were.
-    pub fn time_out(&mut self, tick: u32, patience: Patience) -> usize {
+    /// Counts as used what was not answered in time; by whom.
+    pub fn time_out(&mut self, tick: u32, patience: Patience) -> Robots {
         if tick >= patience.close_after {
-            return 0;
+            return Robots::NONE;
         }
-        let mut late = 0;
+        let mut late = Robots::NONE;
         for sight in self.sights.as_mut_slice() {
             if let Use::Pending { leader, since } = sight.used
                 && tick.saturating_sub(since) >= patience.ack_timeout
             {
                 sight.used = Use::TimedOut(leader);
-                late += 1;
+                late = late.with(sight.child);
             }
         }
         late

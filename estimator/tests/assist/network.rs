@@ -116,7 +116,7 @@ impl<'a, D: FnMut(usize, u32) -> Vec<u32>> Network<'a, D> {
                 out.push((message.from, message.leader, body));
             }
         }
-        search.time_out(tick, self.patience);
+        let _ = search.time_out(tick, self.patience);
         search.hand_on(tick, self.patience, |leader, path| {
             out.push((path.end(), leader, Body::Data(*path)));
             true

@@ -124,7 +124,7 @@ impl<'a> Run<'a> {
                 Some(bit) => {
                     search.answered(seen, leader, bit, *tick, PATIENCE);
                 }
-                None => assert_eq!(search.time_out(*tick, PATIENCE), 1),
+                None => assert_eq!(search.time_out(*tick, PATIENCE).count(), 1),
             }
         }
     }

@@ -23,6 +23,13 @@ pub struct AssistCounters {
     pub closed_early: u64,
     /// Poses of a leader that knew something else of the event than one whose pose was taken, where leaders know all readings.
     pub disagreed: u64,
+    /// So many children are seen and do not answer now.
+    pub mutes: u16,
+    /// Team number of the first of them; 0 where there is none.
+    pub mute: u16,
+    /// Zero.
+    pub reserved: [u8; 4],
 }
 
-layout!(AssistCounters, 56; accepted: 0, declined: 8, forwarded: 16, timed_out: 24, freed_late: 32, closed_early: 40, disagreed: 48);
+layout!(AssistCounters, 64; accepted: 0, declined: 8, forwarded: 16, timed_out: 24, freed_late: 32, closed_early: 40, disagreed: 48,
+    mutes: 56, mute: 58, reserved: 60);

@@ -53,7 +53,7 @@ pub struct Status {
     pub assist: AssistCounters,
 }
 
-layout!(Status, 6728;
+layout!(Status, 6736;
     header: 0, tick: 40, deadline_misses: 48, worst_lateness_ns: 56, latency: 64, accepted: 104, rejected: 232,
     can: 4328, losses: 4520, sources: 4584, gyro_bias_radps: 6632, gyro_bias_sigma_radps: 6640, health: 6648, bus: 6664, state: 6665,
     fit: 6666, unfit: 6667, fit_limit: 6668, assist: 6672,

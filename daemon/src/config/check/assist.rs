@@ -95,7 +95,7 @@ fn times(config: &Config) -> Option<Finding> {
         );
         return Some(Finding::new("assist.period_s", problem));
     }
-    let closes_ms = assist.closes_after_ms(rate_hz);
+    let closes_ms = assist.closes_after_ms(rate_hz, config.history.length_s);
     let closes_s = f64::from(closes_ms) / 1e3;
     let open_s = assist.period_s * OPEN_EVENTS as f64;
     let problem = if closes_ms < assist.ack_timeout_ms {
@@ -126,7 +126,7 @@ fn times(config: &Config) -> Option<Finding> {
 
 fn delay(config: &Config) -> Option<Finding> {
     let (assist, rate_hz) = (&config.assist, config.tick.rate_hz);
-    let closes_ms = assist.closes_after_ms(rate_hz);
+    let closes_ms = assist.closes_after_ms(rate_hz, config.history.length_s);
     let delay_ms = assist.delay_ms(rate_hz).filter(|it| *it > closes_ms)?;
     let problem = format!(
         " (or what comes of the default) is {delay_ms} ms: must be {closes_ms} ms or less, when a child stops to take anything"
@@ -157,7 +157,12 @@ mod tests {
         assert!(of("leaders = [1]\nchildren = [2, 3]\n").unwrap().leads());
         assert!(!of("leaders = [3]\nchildren = [1, 2]\n").unwrap().leads());
         let config = said("leaders = [3]\nchildren = [1, 2]\n").unwrap();
-        assert_eq!(config.assist.closes_after_ms(50.0), 160 + 2 * 3 * 20);
+        assert_eq!(config.assist.closes_after_ms(50.0, 1.0), 160 + 2 * 3 * 20);
+        assert_eq!(config.assist.ack_bounds(50.0, 1.0), None);
+        let config = said("leaders = [3]\nchildren = [1, 2]\nack_timeout_ms = 0\n").unwrap();
+        assert_eq!(config.assist.closes_after_ms(50.0, 1.0), 1000);
+        let bounds = config.assist.ack_bounds(50.0, 1.0).unwrap();
+        assert_eq!([bounds.least, bounds.first, bounds.most], [40, 160, 880]);
     }
 
     #[test]
