@@ -272,5 +272,34 @@ fn links_of_two_versions_understand_one_another_and_those_too_far_apart_do_not()
         to_one.say(neighbour);
         hears(&mut to_two, &ears[1]);
     }
-    assert!(all(&ears[0]).is_empty() && all(&ears[2]).is_empty());
+    let [heard, _, last] = ears.each_ref().map(all);
+    assert!(heard.iter().all(|it| it.header.source == 2));
+    assert!(last.iter().all(|it| it.header.source == 2));
+}
+
+#[test]
+fn a_newer_roster_in_a_robots_directory_reaches_those_that_are_connected() {
+    let home = tempfile::tempdir().unwrap();
+    let second = free_address();
+    let (sites, _) = pair(home.path(), second, second);
+    let mut voice = Voice::<Neighbour>::new(&sites[0], 2);
+    let ear = sites[1].space.subscriber::<Neighbour>(&name(2)).unwrap();
+    hears(&mut voice, &ear);
+    let first = sites[0].directory.join("fleet.toml");
+    let members = vec![
+        member(1, Role::Robot, None),
+        member(2, Role::Robot, Some(second)),
+    ];
+    let newer = roster(2, members);
+    std::fs::write(first, &newer).unwrap();
+    let theirs = sites[1].directory.join("fleet.toml");
+    until(
+        "the other has it too",
+        || voice.say(neighbour),
+        || {
+            std::fs::read_to_string(&theirs)
+                .ok()
+                .filter(|it| *it == newer)
+        },
+    );
 }

@@ -8,12 +8,12 @@ mod settings;
 mod window;
 
 use std::io;
-use std::net::{SocketAddr, UdpSocket};
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
 use quinn::crypto::rustls::{NoInitialCipherSuite, QuicClientConfig, QuicServerConfig};
-use quinn::{ClientConfig, Connection, Endpoint, ServerConfig, TokioRuntime, VarInt};
+use quinn::{ClientConfig, Connection, Endpoint, ServerConfig, VarInt};
 use rustls::pki_types::CertificateDer;
 
 use crate::keys::{Identity, PublicKey};
@@ -39,6 +39,8 @@ pub enum Closing {
     Replaced = 2,
     /// Another member was called.
     Mistaken = 3,
+    /// Nothing was said for a while, and the team is large.
+    Idle = 4,
 }
 
 /// Why there is no engine.
@@ -98,11 +100,8 @@ impl Engine {
         let tls = tls::server(own, Arc::clone(members))?;
         let mut server = ServerConfig::with_crypto(Arc::new(QuicServerConfig::try_from(tls)?));
         server.transport_config(Arc::clone(&transport));
-        let opened = UdpSocket::bind(address).and_then(|socket| {
-            let runtime = Arc::new(TokioRuntime);
-            Endpoint::new(settings::endpoint(own), Some(server), socket, runtime)
-        });
-        let endpoint = opened.map_err(|source| EngineError::Listen { address, source })?;
+        let endpoint = Endpoint::server(server, address);
+        let endpoint = endpoint.map_err(|source| EngineError::Listen { address, source })?;
         let tls = tls::client(own, Arc::clone(members))?;
         let mut client = ClientConfig::new(Arc::new(QuicClientConfig::try_from(tls)?));
         client.transport_config(transport);

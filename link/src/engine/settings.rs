@@ -2,11 +2,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use quinn::{EndpointConfig, IdleTimeout, TransportConfig, VarInt};
-use ring::hmac;
+use quinn::{IdleTimeout, TransportConfig, VarInt};
 
 use super::window::Window;
-use crate::keys::Identity;
 
 /// After so long without a packet the other side is gone. Its next call is answered at once, whatever became of this connection.
 const GONE: Duration = Duration::from_millis(2500);
@@ -19,17 +17,6 @@ const STREAMS: u32 = 256;
 const DATAGRAMS: usize = 32 * 1024;
 /// What one member may have on its way to us (bytes).
 const HELD: u32 = 512 * 1024;
-
-/// A link that was killed and runs again tells who still speaks to the one of before that it is gone (a stateless reset, RFC 9000, 10.3): the
-/// key of these words follows from the robot's own, so that they are believed, and nobody waits for [`GONE`].
-pub(super) fn endpoint(own: &Identity) -> EndpointConfig {
-    let key = |bytes: &[u8]| hmac::Key::new(hmac::HMAC_SHA256, bytes);
-    let derived = hmac::sign(
-        &key(own.signing().as_bytes()),
-        b"coloc-link stateless reset",
-    );
-    EndpointConfig::new(Arc::new(key(derived.as_ref())))
-}
 
 pub(super) fn transport() -> TransportConfig {
     let mut transport = TransportConfig::default();

@@ -7,8 +7,9 @@ use std::time::Duration;
 
 use tokio::task::spawn_local;
 
+use super::company::Kept;
 use super::lines;
-use super::office::Office;
+use super::office::{Office, now};
 use crate::engine::{Closing, Engine};
 use crate::roster::{Member, Roster};
 
@@ -19,6 +20,9 @@ const LOOK: Duration = Duration::from_millis(100);
 const AGAIN: u32 = 10;
 /// Calls of one member at once.
 const AT_ONCE: usize = 4;
+
+/// Who has started calls everybody for so long (ns): others may still believe that they are connected to the link that was there before.
+const STARTED_NS: i64 = 3_000_000_000;
 
 /// Who is being called.
 #[derive(Debug, Default)]
@@ -49,9 +53,18 @@ pub(super) async fn call_all(office: Rc<RefCell<Office>>, engine: Engine) {
 }
 
 fn due(office: &Office, calls: &mut Calls) -> Vec<(u16, String)> {
-    let roster = office.roster();
+    let (roster, now_ns) = (office.roster(), now().boot_ns);
+    let kept = Kept::of(&roster, office.own);
+    let has_just_started = now_ns.saturating_sub(office.started_ns) < STARTED_NS;
     let missing = roster.member.iter().filter(|member| {
-        is_called(&roster, office.own, member) && !office.members.contains_key(&member.id)
+        if office.members.contains_key(&member.id) || !can_be_called(office.own, member) {
+            return false;
+        }
+        let is_ours = is_called(&roster, office.own, member) || has_just_started;
+        if kept.has(member.id) {
+            return is_ours;
+        }
+        office.wanted.is_due(member.id, !is_ours, now_ns)
     });
     let mut due = Vec::new();
     for member in missing {
@@ -71,13 +84,16 @@ fn due(office: &Office, calls: &mut Calls) -> Vec<(u16, String)> {
     due
 }
 
-/// Of two that can be called the one with the lower number calls, so that they do not call one another at once.
+/// Of two that can be called the one with the lower number calls, so that they do not always call one another at once.
 fn is_called(roster: &Roster, own: u16, member: &Member) -> bool {
     let can_be_called = roster
         .member(own)
         .is_some_and(|own| !own.addresses.is_empty());
-    let calls = own < member.id || !can_be_called;
-    member.id != own && !member.addresses.is_empty() && calls
+    own < member.id || !can_be_called
+}
+
+fn can_be_called(own: u16, member: &Member) -> bool {
+    member.id != own && !member.addresses.is_empty()
 }
 
 async fn call(office: Rc<RefCell<Office>>, engine: Engine, id: u16, address: &str) {
@@ -90,14 +106,18 @@ async fn call(office: Rc<RefCell<Office>>, engine: Engine, id: u16, address: &st
     let Ok(line) = engine.call(to).await else {
         return;
     };
-    let (is_it, is_missing) = {
+    let (own, is_it, is_missing) = {
         let office = office.borrow();
         let roster = office.roster();
         let is_it = roster.owner(line.key()).is_some_and(|owner| owner.id == id);
-        (is_it, !office.members.contains_key(&id))
+        (office.own, is_it, !office.members.contains_key(&id))
     };
     match (is_it, is_missing) {
         (true, true) => {
+            spawn_local(lines::keep(office, line));
+        }
+        // They have called one another: both stay with the one that the lower number made.
+        (true, false) if own < id => {
             spawn_local(lines::keep(office, line));
         }
         // An earlier call has got through meanwhile.

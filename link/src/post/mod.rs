@@ -8,6 +8,7 @@
 //! All that they share is an [`Office`], which no task holds while it waits.
 
 mod calls;
+mod company;
 mod counts;
 mod lines;
 mod motion;

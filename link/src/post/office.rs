@@ -13,6 +13,7 @@ use coloc_sensors::{EndError, Moment as Present};
 use coloc_shm_types::private::OwnFile;
 use coloc_shm_types::{Age, Channel, Claim, RobotName, Space};
 
+use super::company::{IDLE_NS, Kept, Wanted};
 use super::counts::Counts;
 use super::lines::Member;
 use super::motion::Motion;
@@ -74,11 +75,14 @@ pub struct Office {
     pub(super) motion: Motion,
     pub(super) members: BTreeMap<u16, Member>,
     pub(super) counts: Counts,
+    pub(super) wanted: Wanted,
     pub(super) teller: Teller,
     /// Robots that are in the own space, as it was last looked.
     pub(super) local: Vec<String>,
     /// Whose channels are listened to already.
     pub(super) heard: Vec<(RobotName, Channel)>,
+    /// When it began (ns of `CLOCK_BOOTTIME`).
+    pub(super) started_ns: i64,
     rules: Rules,
     session: u64,
     sequences: BTreeMap<u32, u64>,
@@ -171,9 +175,11 @@ impl Office {
             rules,
             members: BTreeMap::new(),
             counts: Counts::default(),
+            wanted: Wanted::default(),
             teller: Teller::new(NAME),
             local: Vec::new(),
             heard: Vec::new(),
+            started_ns: now().boot_ns,
             session: coloc_shm_types::private::unguessable()
                 .map_err(EndError::of("there are no random numbers"))?,
             sequences: BTreeMap::new(),
@@ -393,13 +399,27 @@ impl Office {
         });
     }
 
+    /// Ends connections of a large team over which nothing is said any more.
+    fn give_up_idle(&mut self) {
+        let now_ns = now().boot_ns;
+        let kept = Kept::of(self.book.roster(), self.own);
+        let idle = self.members.iter().filter(|(id, member)| {
+            !kept.has(**id) && member.company_until_ns.saturating_add(IDLE_NS) < now_ns
+        });
+        idle.for_each(|(_, member)| member.line.close(Closing::Idle));
+        self.wanted
+            .tidy(now_ns, |id| self.members.contains_key(&id));
+    }
+
     /// A file that somebody has exchanged is a roster that is offered.
     fn look_at_the_file(&mut self) {
         let read = std::fs::read_to_string(&self.fleet);
         let Ok(text) = read else { return };
         if text != self.fleet_text && text.len() <= Roster::LONGEST {
             self.fleet_text.clone_from(&text);
-            self.offer(&text, "the file");
+            if self.offer(&text, "the file") {
+                self.hand_on_the_roster();
+            }
         }
     }
 
@@ -407,6 +427,7 @@ impl Office {
     pub(super) fn second(&mut self) -> Result<(), EndError> {
         self.look_at_the_file();
         self.dismiss();
+        self.give_up_idle();
         self.note_members();
         let running = Space::running(&self.root).unwrap_or_default();
         self.local = running.into_iter().map(|it| it.robot.to_string()).collect();

@@ -132,6 +132,7 @@ impl Office {
         let present = now();
         if !self.members.contains_key(&id) {
             self.counts.not_connected += 1;
+            self.wanted.want(id, present.boot_ns);
             return;
         }
         let hello = self

@@ -61,6 +61,7 @@ pub(crate) fn links(extent: Extent) {
             robots[place].start_link();
             let there = talk.until_heard(1, 2);
             took_s.push(there + talk.until_heard(2, 1));
+            talk.go_on(0.5);
         }
         if place == 1 {
             talk.go_on(3.0);
