@@ -408,6 +408,7 @@ fn with_sequence(mut input: Measurement, sequence: u64) -> Measurement {
         Measurement::Odometry(_) => {}
         Measurement::Gyro(sample) => sample.origin.sequence = sequence,
         Measurement::Sighting(sighting) => sighting.origin.sequence = sequence,
+        Measurement::Track(track) => track.0.origin.sequence = sequence,
         Measurement::Neighbour(neighbour) => neighbour.origin.sequence = sequence,
         Measurement::Assist(pose) => pose.slot = assist::slot::Slot(sequence.cast_signed()),
         Measurement::Heading(heading) => heading.origin.sequence = sequence,

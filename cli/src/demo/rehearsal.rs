@@ -119,6 +119,7 @@ fn meet(robots: u16, seconds: f64, seed: u64) -> Vec<RobotSummary> {
         laser: false,
         camera: false,
         leaders: None,
+        mode: coloc_daemon::config::AssistMode::default(),
         out: None,
         json: false,
     };
@@ -187,6 +188,7 @@ fn everybody_is_seen_early_and_often() {
         laser: false,
         camera: false,
         leaders: None,
+        mode: coloc_daemon::config::AssistMode::default(),
         out: None,
         json: false,
     };

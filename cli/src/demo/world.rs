@@ -344,6 +344,7 @@ mod tests {
             laser: false,
             camera: false,
             leaders: None,
+            mode: coloc_daemon::config::AssistMode::default(),
             out: None,
             json: false,
         }

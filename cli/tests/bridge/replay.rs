@@ -7,7 +7,7 @@ use coloc_daemon::record::{RecordedTick, Recording, Step};
 use coloc_estimator::partial::SplitPosition;
 use coloc_estimator::{
     Belief, Decision, FindingState, Measurement, NeighbourPose, PartialSighting, RobotId, Sighting,
-    SightingId, Stamp,
+    SightingId, Stamp, TrackPose,
 };
 use coloc_shm_types::Estimate;
 use coloc_sim::{Fleet, Letter, Note};
@@ -181,6 +181,10 @@ fn received(tick: &RecordedTick, robot: usize, mail: &Mail) -> Option<Vec<Measur
                 observed: number(index(sighting.observed)),
                 ..*sighting
             }),
+            Measurement::Track(track) => Measurement::Track(TrackPose(Sighting {
+                observed: number(index(track.0.observed)),
+                ..track.0
+            })),
             Measurement::Neighbour(neighbour) => sent(neighbour)?.into(),
             Measurement::Partial(sighting) => Measurement::Partial(PartialSighting {
                 observed: number(index(sighting.observed)),

@@ -54,6 +54,7 @@ fn data(ids: &[u16]) -> Data {
         stamp: Stamp::from_nanos(20_000_000_000),
         path: path(ids).unwrap(),
         is_final: false,
+        digest: 0,
         said: GlobalPose {
             pose: Pose::new(1.0, 2.0, 0.3),
             parts: Parts {

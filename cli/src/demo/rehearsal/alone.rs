@@ -122,6 +122,7 @@ fn stage(seed: u64) -> Stage {
         laser: false,
         camera: false,
         leaders: None,
+        mode: coloc_daemon::config::AssistMode::default(),
         out: None,
         json: false,
     };
