@@ -57,6 +57,8 @@ pub struct Finder {
     beams: Beams,
     pieces: Vec<Piece>,
     samples: Vec<Sample>,
+    /// Of the window as it was first, while all of a body is looked at.
+    aside: Vec<Sample>,
     marks: Vec<Mark>,
     places: Vec<Place>,
     candidates: Candidates,
@@ -81,6 +83,7 @@ impl Finder {
             beams: Beams::new(),
             pieces: Vec::with_capacity(MOST_BEAMS),
             samples: Vec::with_capacity(MOST_BEAMS),
+            aside: Vec::with_capacity(MOST_BEAMS),
             marks: Vec::with_capacity(marks::MOST_SEEN),
             places: Vec::with_capacity(MOST_ROBOTS),
             candidates: Candidates::new(),

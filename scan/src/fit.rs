@@ -8,7 +8,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use crate::beams::Ray;
 use crate::finder::Noise;
-use crate::shape::{Body, Hit, cross, left_of};
+use crate::shape::{Body, cross, enter, left_of};
 
 const STEPS: usize = 8;
 /// What is farther off than so many σ belongs to something else.
@@ -55,12 +55,28 @@ pub(crate) struct Fit {
 
 impl Fit {
     /// Whether a point was used.
-    pub(crate) fn uses(&self, sample: &Sample) -> bool {
-        let hit = self.body.hit(&sample.ray, 0.0);
-        let is_lone = hit
-            .zip(self.lone)
-            .is_some_and(|(hit, lone)| hit.normal.dot(&lone).abs() > 0.5);
-        !is_lone
+    fn uses(&self, sample: &Sample, noise: &Noise) -> bool {
+        match self.body {
+            Body::Round { centre, radius } => {
+                let (off, _, variance) = off_round(sample, centre, radius, noise);
+                is_used(off, variance, noise)
+            }
+            Body::Square {
+                centre,
+                half,
+                along,
+            } => {
+                let place = Rectangle {
+                    centre,
+                    half,
+                    along,
+                    left: left_of(along),
+                };
+                let met = place.met(sample, noise);
+                let is_lone = |lone: Vector2<f64>| lone.dot(&place.axes()[met.face]).abs() > 0.5;
+                !self.lone.is_some_and(is_lone) && is_used(met.residual, met.variance, noise)
+            }
+        }
     }
 }
 
@@ -99,10 +115,34 @@ pub(crate) fn off_surface(
     direction: Vector2<f64>,
     normal: Vector2<f64>,
 ) -> f64 {
-    let facing = normal.dot(&direction);
+    facing_variance(noise, range, normal.dot(&direction))
+}
+
+/// The same, of the cosine between the ray and the normal.
+fn facing_variance(noise: &Noise, range: f64, facing: f64) -> f64 {
     let angle = range * noise.angle_sigma_rad;
     let range = noise.range_sigma_m;
     range * range * facing * facing + angle * angle * (1.0 - facing * facing) + ROUGH_M * ROUGH_M
+}
+
+/// Whether a point that is so far off its surface belongs to it.
+fn is_used(residual: f64, variance: f64, noise: &Noise) -> bool {
+    let least = noise.range_sigma_m * noise.range_sigma_m;
+    residual * residual <= OUTLIER_SIGMAS * OUTLIER_SIGMAS * variance.max(least)
+}
+
+/// How far a point is off a circle, the normal there, and the variance of the first.
+fn off_round(
+    sample: &Sample,
+    centre: Vector2<f64>,
+    radius: f64,
+    noise: &Noise,
+) -> (f64, Vector2<f64>, f64) {
+    let off = sample.point - centre;
+    let distance = off.norm().max(1e-9);
+    let normal = off / distance;
+    let variance = off_surface(noise, sample.range, sample.ray.direction, normal);
+    (distance - radius, normal, variance)
 }
 
 /// A cylinder of this radius.
@@ -163,12 +203,8 @@ fn round_sums(
 ) -> Sums {
     let mut sums = Sums::new();
     for sample in samples {
-        let off = sample.point - centre;
-        let distance = off.norm().max(1e-9);
-        let normal = off / distance;
-        let residual = distance - radius;
-        let variance = off_surface(noise, sample.range, sample.ray.direction, normal);
-        if trims && residual.abs() > OUTLIER_SIGMAS * variance.sqrt().max(noise.range_sigma_m) {
+        let (residual, normal, variance) = off_round(sample, centre, radius, noise);
+        if trims && !is_used(residual, variance, noise) {
             continue;
         }
         sums.add(residual, Vector3::new(-normal.x, -normal.y, 0.0), variance);
@@ -184,11 +220,8 @@ fn round_push(
 ) -> Vector2<f64> {
     let mut push = Vector2::zeros();
     for sample in samples {
-        let off = sample.point - centre;
-        let distance = off.norm().max(1e-9);
-        let normal = off / distance;
-        let variance = off_surface(noise, sample.range, sample.ray.direction, normal);
-        if (distance - radius).abs() <= OUTLIER_SIGMAS * variance.sqrt().max(noise.range_sigma_m) {
+        let (residual, normal, variance) = off_round(sample, centre, radius, noise);
+        if is_used(residual, variance, noise) {
             push += normal / variance;
         }
     }
@@ -205,9 +238,8 @@ pub(crate) fn rectangle(
 ) -> Option<Fit> {
     let (mut centre, mut heading) = start;
     for step in 0..STEPS {
-        let body = square(centre, half, heading);
-        let lone = lone_face(samples, &body).filter(|_| step > 1);
-        let sums = square_sums(samples, ends, &body, noise, (step > 2, lone));
+        let place = Rectangle::new(centre, half, heading);
+        let (sums, _) = place.sums(samples, ends, noise, step > 2, step > 1);
         let moved = sums.information.try_inverse()? * sums.pull;
         let far = moved.x.hypot(moved.y);
         if !far.is_finite() || far > 4.0 * half.norm() {
@@ -219,16 +251,19 @@ pub(crate) fn rectangle(
             break;
         }
     }
-    let body = square(centre, half, heading);
-    let lone = lone_face(samples, &body);
-    let sums = square_sums(samples, ends, &body, noise, (true, lone));
+    let place = Rectangle::new(centre, half, heading);
+    let (sums, lone) = place.sums(samples, ends, noise, true, true);
     let freedom = (sums.count - 3.0).max(1.0);
     let mut covariance = sums.information.try_inverse()? * widened(sums.chi2, freedom);
     let shape = noise.shape_sigma_m * noise.shape_sigma_m;
     covariance[(0, 0)] += shape;
     covariance[(1, 1)] += shape;
     Some(Fit {
-        body,
+        body: Body::Square {
+            centre,
+            half,
+            along: place.along,
+        },
         covariance,
         heading: Some(heading),
         chi2: sums.chi2,
@@ -237,111 +272,175 @@ pub(crate) fn rectangle(
     })
 }
 
-/// Which way the faces go of which one beam alone was met.
-fn lone_face(samples: &[Sample], body: &Body) -> Option<Vector2<f64>> {
-    let Body::Square {
-        centre,
-        half,
-        along,
-    } = *body
-    else {
-        return None;
-    };
-    let is_along = |sample: &&Sample| {
-        let normal = face(sample, body, sample.point - centre, half, along);
-        normal.dot(&along).abs() > 0.5
-    };
-    let met = samples.iter().filter(is_along).count();
-    match (met, samples.len() - met) {
-        (1, _) => Some(along),
-        (_, 1) => Some(left_of(along)),
-        _ => None,
-    }
-}
-
-/// Of the surface that a beam has met.
-fn face(
-    sample: &Sample,
-    body: &Body,
-    off: Vector2<f64>,
+/// A rectangle that stands somewhere.
+#[derive(Copy, Clone, Debug)]
+struct Rectangle {
+    centre: Vector2<f64>,
     half: Vector2<f64>,
+    /// Which way its length goes, and to the left of that.
     along: Vector2<f64>,
-) -> Vector2<f64> {
-    match body.hit(&sample.ray, 0.0) {
-        Some(Hit { normal, .. }) => normal,
-        None => nearest_face(off, half, along),
+    left: Vector2<f64>,
+}
+
+/// Where a beam has met a rectangle.
+#[derive(Copy, Clone, Debug)]
+struct MetFace {
+    /// Place of its axis.
+    face: usize,
+    /// −1: it looks the other way.
+    sign: f64,
+    /// How far the point is off the face, with its variance, and how far to the left of the middle of the axis' face.
+    residual: f64,
+    variance: f64,
+    turn: f64,
+}
+
+/// What the points on both faces that look the same way, or the opposite one, say. All of them have the same normal but for its sign, so
+/// that of the normal equations five sums are left.
+#[derive(Copy, Clone, Debug, Default)]
+struct FaceSums {
+    /// So many points are on it, whether they are used or not.
+    met: usize,
+    used: f64,
+    chi2: f64,
+    weight: f64,
+    turn: f64,
+    turn_turn: f64,
+    pull: f64,
+    pull_turn: f64,
+}
+
+impl FaceSums {
+    fn add(&mut self, met: &MetFace) {
+        let MetFace {
+            residual,
+            sign,
+            turn,
+            variance,
+            ..
+        } = *met;
+        let weight = 1.0 / variance;
+        let (turned, pull) = (weight * turn, weight * sign * residual);
+        self.used += 1.0;
+        self.chi2 += weight * residual * residual;
+        self.weight += weight;
+        self.turn += turned;
+        self.turn_turn += turned * turn;
+        self.pull += pull;
+        self.pull_turn += pull * turn;
+    }
+
+    /// Adds them to the normal equations: the slope of a residual is −`axis` and its turn.
+    fn add_to(&self, sums: &mut Sums, axis: Vector2<f64>) {
+        let (plane, mixed) = (axis * axis.transpose() * self.weight, axis * -self.turn);
+        sums.information += Matrix3::new(
+            plane.m11,
+            plane.m12,
+            mixed.x,
+            plane.m21,
+            plane.m22,
+            mixed.y,
+            mixed.x,
+            mixed.y,
+            self.turn_turn,
+        );
+        sums.pull += Vector3::new(axis.x * self.pull, axis.y * self.pull, -self.pull_turn);
+        sums.chi2 += self.chi2;
+        sums.count += self.used;
     }
 }
 
-fn square(centre: Vector2<f64>, half: Vector2<f64>, heading: f64) -> Body {
-    let (sin, cos) = heading.sin_cos();
-    Body::Square {
-        centre,
-        half,
-        along: Vector2::new(cos, sin),
-    }
-}
-
-fn square_sums(
-    samples: &[Sample],
-    ends: &[End],
-    body: &Body,
-    noise: &Noise,
-    (trims, lone): (bool, Option<Vector2<f64>>),
-) -> Sums {
-    let mut sums = Sums::new();
-    let Body::Square {
-        centre,
-        half,
-        along,
-    } = *body
-    else {
-        return sums;
-    };
-    for sample in samples {
-        let off = sample.point - centre;
-        let normal = face(sample, body, off, half, along);
-        if lone.is_some_and(|lone| normal.dot(&lone).abs() > 0.5) {
-            continue;
+impl Rectangle {
+    fn new(centre: Vector2<f64>, half: Vector2<f64>, heading: f64) -> Self {
+        let (sin, cos) = heading.sin_cos();
+        let along = Vector2::new(cos, sin);
+        Self {
+            centre,
+            half,
+            along,
+            left: left_of(along),
         }
-        let depth = if normal.dot(&along).abs() > 0.5 {
-            half.x
-        } else {
-            half.y
+    }
+
+    fn own(&self, vector: Vector2<f64>) -> Vector2<f64> {
+        Vector2::new(vector.dot(&self.along), vector.dot(&self.left))
+    }
+
+    /// The normal equations of all points and ends, and which way the faces go of which one beam alone was met: its point is left out
+    /// if `drops`, and those far off their face if `trims`.
+    fn sums(
+        &self,
+        samples: &[Sample],
+        ends: &[End],
+        noise: &Noise,
+        trims: bool,
+        drops: bool,
+    ) -> (Sums, Option<Vector2<f64>>) {
+        let mut faces = [FaceSums::default(); 2];
+        for sample in samples {
+            let met = self.met(sample, noise);
+            faces[met.face].met += 1;
+            if !trims || is_used(met.residual, met.variance, noise) {
+                faces[met.face].add(&met);
+            }
+        }
+        let axes = self.axes();
+        let lone = (0..2).find(|face| faces[*face].met == 1);
+        let mut sums = Sums::new();
+        for (face, axis) in axes.into_iter().enumerate() {
+            if !drops || lone != Some(face) {
+                faces[face].add_to(&mut sums, axis);
+            }
+        }
+        for end in ends {
+            add_end(&mut sums, end, self);
+        }
+        (sums, lone.map(|face| axes[face]))
+    }
+
+    fn axes(&self) -> [Vector2<f64>; 2] {
+        [self.along, self.left]
+    }
+
+    #[inline]
+    fn met(&self, sample: &Sample, noise: &Noise) -> MetFace {
+        let off = self.own(sample.point - self.centre);
+        let way = self.own(sample.ray.direction);
+        let from = self.own(sample.ray.origin - self.centre);
+        let (is_along, sign) = match enter(from, way, self.half) {
+            Some(entry) => (entry.is_along, entry.sign),
+            None => self.nearest_face(off),
         };
-        let residual = normal.dot(&off) - depth;
-        let variance = off_surface(noise, sample.range, sample.ray.direction, normal);
-        if trims && residual.abs() > OUTLIER_SIGMAS * variance.sqrt().max(noise.range_sigma_m) {
-            continue;
+        let (face, depth, half, turn, facing) = if is_along {
+            (0, off.x, self.half.x, off.y, way.x)
+        } else {
+            (1, off.y, self.half.y, -off.x, way.y)
+        };
+        MetFace {
+            face,
+            sign,
+            turn,
+            residual: sign * depth - half,
+            variance: facing_variance(noise, sample.range, facing),
         }
-        let turn = left_of(normal).dot(&off);
-        sums.add(residual, Vector3::new(-normal.x, -normal.y, turn), variance);
     }
-    for end in ends {
-        add_end(&mut sums, end, centre, half, along);
-    }
-    sums
-}
 
-fn nearest_face(off: Vector2<f64>, half: Vector2<f64>, along: Vector2<f64>) -> Vector2<f64> {
-    let left = left_of(along);
-    let (x, y) = (off.dot(&along), off.dot(&left));
-    if x.abs() - half.x > y.abs() - half.y {
-        along * x.signum()
-    } else {
-        left * y.signum()
+    /// To a point beside it.
+    fn nearest_face(&self, off: Vector2<f64>) -> (bool, f64) {
+        let is_along = off.x.abs() - self.half.x > off.y.abs() - self.half.y;
+        let depth = if is_along { off.x } else { off.y };
+        (is_along, depth.signum())
     }
 }
 
 /// The corner that is farthest to that side is where the end was seen.
-fn add_end(
-    sums: &mut Sums,
-    end: &End,
-    centre: Vector2<f64>,
-    half: Vector2<f64>,
-    along: Vector2<f64>,
-) {
-    let left = left_of(along);
+fn add_end(sums: &mut Sums, end: &End, place: &Rectangle) {
+    let Rectangle {
+        centre,
+        half,
+        along,
+        left,
+    } = *place;
     let mut farthest: Option<(f64, Vector2<f64>)> = None;
     for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
         let arm = along * (x * half.x) + left * (y * half.y);
@@ -360,6 +459,9 @@ fn add_end(
     let turn = slope.dot(&left_of(arm));
     sums.add(residual, Vector3::new(slope.x, slope.y, turn), end.variance);
 }
+
+/// As many as there are.
+pub(crate) const STARTS: usize = 4;
 
 /// Where a rectangle may be that has these points: middle and heading, of each of the two ways in which its length may go.
 pub(crate) fn rectangle_starts(
@@ -460,7 +562,7 @@ fn middle(samples: &[Sample], axes: [Vector2<f64>; 2], halves: [f64; 2]) -> Vect
 
 /// How badly a straight line fits the points that a fit has used: its sum of squared residuals, each in its σ.
 pub(crate) fn flatness(samples: &[Sample], fit: &Fit, noise: &Noise) -> f64 {
-    let used = || samples.iter().filter(|it| fit.uses(it));
+    let used = || samples.iter().filter(|it| fit.uses(it, noise));
     #[allow(clippy::cast_precision_loss)] // At most 2048.
     let count = used().count().max(1) as f64;
     let mean = used().map(|it| it.point).sum::<Vector2<f64>>() / count;

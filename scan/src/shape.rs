@@ -208,37 +208,55 @@ fn hit_round(ray: &Ray, centre: Vector2<f64>, radius: f64) -> Option<Hit> {
     })
 }
 
+/// Where a ray meets a rectangle, in the rectangle's own frame: through which face, and its range as a fraction.
+#[derive(Copy, Clone, Debug)]
+pub(crate) struct Entry {
+    /// Whether through a face that looks along its length, not across.
+    pub(crate) is_along: bool,
+    /// 1: that face looks the way of its axis; −1: the other way.
+    pub(crate) sign: f64,
+    over: f64,
+    under: f64,
+}
+
+/// Through which face a ray that starts at `from` and goes along `way` enters a rectangle around the origin. No division: it is asked of
+/// every beam in every step of a fit.
+#[inline]
+pub(crate) fn enter(from: Vector2<f64>, way: Vector2<f64>, half: Vector2<f64>) -> Option<Entry> {
+    let (sign_x, sign_y) = (1.0_f64.copysign(way.x), 1.0_f64.copysign(way.y));
+    let (speed_x, speed_y) = (way.x.abs(), way.y.abs());
+    // How far it is to the near and to the far face, as often as the speed.
+    let (place_x, place_y) = (from.x * sign_x, from.y * sign_y);
+    let (near_x, near_y) = (-half.x - place_x, -half.y - place_y);
+    let (far_x, far_y) = (half.x - place_x, half.y - place_y);
+    let is_along = near_x * speed_y > near_y * speed_x;
+    let (over, under, sign, enters, leaves) = if is_along {
+        (near_x, speed_x, -sign_x, near_x * speed_y, far_y * speed_x)
+    } else {
+        (near_y, speed_y, -sign_y, near_y * speed_x, far_x * speed_y)
+    };
+    (over > 0.0 && enters <= leaves).then_some(Entry {
+        is_along,
+        sign,
+        over,
+        under,
+    })
+}
+
 fn hit_square(
     ray: &Ray,
     centre: Vector2<f64>,
     half: Vector2<f64>,
     along: Vector2<f64>,
 ) -> Option<Hit> {
-    let axes = [along, left_of(along)];
-    let off = ray.origin - centre;
-    let (mut enters, mut leaves) = (f64::NEG_INFINITY, f64::INFINITY);
-    let mut normal = along;
-    for (axis, half) in axes.into_iter().zip([half.x, half.y]) {
-        let (place, speed) = (off.dot(&axis), ray.direction.dot(&axis));
-        if speed.abs() < 1e-12 {
-            if place.abs() > half {
-                return None;
-            }
-            continue;
-        }
-        let (near, far) = (
-            (-half * speed.signum() - place) / speed,
-            (half * speed.signum() - place) / speed,
-        );
-        if near > enters {
-            enters = near;
-            normal = -axis * speed.signum();
-        }
-        leaves = leaves.min(far);
-    }
-    (enters > 0.0 && enters <= leaves).then_some(Hit {
-        range: enters,
-        normal,
+    let (left, off) = (left_of(along), ray.origin - centre);
+    let from = Vector2::new(off.dot(&along), off.dot(&left));
+    let way = Vector2::new(ray.direction.dot(&along), ray.direction.dot(&left));
+    let entry = enter(from, way, half)?;
+    let axis = if entry.is_along { along } else { left };
+    Some(Hit {
+        range: entry.over / entry.under,
+        normal: axis * entry.sign,
     })
 }
 
@@ -281,6 +299,19 @@ mod tests {
         assert!(body.contains(Vector2::new(2.19, 0.39), 0.0));
         assert!(!body.contains(Vector2::new(2.21, 0.1), 0.0));
         assert!(body.contains(Vector2::new(2.21, 0.1), 0.02));
+    }
+
+    #[test]
+    fn a_ray_along_a_face_meets_the_one_across_or_none() {
+        let half = Vector2::new(0.3, 0.2);
+        let way = Vector2::new(1.0, 0.0);
+        for (y, meets) in [(0.19, true), (-0.19, true), (0.21, false), (-0.21, false)] {
+            let entry = enter(Vector2::new(-1.0, y), way, half);
+            assert_eq!(entry.is_some(), meets, "{y}");
+            assert!(entry.is_none_or(|it| it.is_along && it.sign < 0.0));
+        }
+        let inside = enter(Vector2::zeros(), way, half);
+        assert!(inside.is_none());
     }
 
     #[test]

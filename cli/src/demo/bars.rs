@@ -27,6 +27,8 @@ pub(crate) struct Expectation {
     pub(crate) error: Option<[f64; 3]>,
     /// Smallest share of the time inside ±3σ.
     pub(crate) inside: f64,
+    /// Smallest share of the time in which others tell something to whom they help.
+    pub(crate) told: f64,
 }
 
 impl Expectation {
@@ -45,6 +47,11 @@ impl Expectation {
             .iter()
             .any(|share| share.is_nan() || *share < self.inside)
             .then(|| format!("{x:.1} %, {y:.1} %, {phi:.1} %"))
+    }
+
+    fn too_rarely_told(&self, robot: &RobotSummary) -> Option<String> {
+        let told = robot.told.filter(|_| robot.help.is_from_others())?;
+        (told < self.told).then(|| format!("{:.0} %", 100.0 * told))
     }
 }
 
@@ -109,7 +116,15 @@ fn own_bars(group: &[&RobotSummary]) -> Vec<Bar> {
         100.0 * expected.inside
     );
     let honest = hold(promise, group, |robot| expected.too_often_outside(robot));
-    near.into_iter().chain([honest]).collect()
+    let is_helped = |robot: &&RobotSummary| robot.help.is_from_others();
+    let told = group.iter().any(is_helped).then(|| {
+        let promise = format!(
+            "{whose}: told something by others in {:.0} % of the time",
+            100.0 * expected.told
+        );
+        hold(promise, group, |robot| expected.too_rarely_told(robot))
+    });
+    near.into_iter().chain([honest]).chain(told).collect()
 }
 
 /// What is promised of one robot to which something happens.
@@ -168,6 +183,7 @@ mod tests {
             whose: "told",
             error: Some([0.10; 3]),
             inside: 0.99,
+            told: 0.5,
         }),
         tale: None,
     };
@@ -181,6 +197,7 @@ mod tests {
         };
         RobotSummary {
             accuracy: Some(accuracy),
+            told: Some(0.9),
             ..RobotSummary::of(0, PART, &Record::new(), true, &[])
         }
     }
@@ -205,6 +222,7 @@ mod tests {
             whose: "untold",
             error: None,
             inside: 0.6,
+            told: 0.5,
         };
         let drifting = |inside| RobotSummary {
             expected: Some(lost),
@@ -224,8 +242,8 @@ mod tests {
         let two_kinds = promises(&[good(), drifting(1.0), good()]);
         assert_eq!(
             two_kinds.len(),
-            5,
-            "two of the told, one of the untold, two of all: {two_kinds:?}"
+            7,
+            "three of the told, two of the untold, two of all: {two_kinds:?}"
         );
         assert_eq!(
             two_kinds[0],
@@ -239,10 +257,34 @@ mod tests {
     }
 
     #[test]
+    fn nobody_has_to_tell_a_robot_something_that_others_do_not_help() {
+        for help in [Help::Receiver, Help::Leader, Help::Nobody] {
+            let untold = RobotSummary {
+                help,
+                told: Some(0.0),
+                ..good()
+            };
+            assert!(broken(untold).is_empty(), "{help:?}");
+        }
+        let of_a_short_run = RobotSummary {
+            told: None,
+            ..good()
+        };
+        assert!(broken(of_a_short_run).is_empty());
+    }
+
+    #[test]
     fn each_bar_can_fail() {
         assert_eq!(broken(robot(0.10, 1.0)).len(), 1);
         assert_eq!(broken(robot(f64::NAN, 1.0)).len(), 1);
         assert_eq!(broken(robot(0.01, 0.98)).len(), 1);
+        assert_eq!(
+            broken(RobotSummary {
+                told: Some(0.4),
+                ..good()
+            }),
+            ["told: told something by others in 50 % of the time"]
+        );
         assert_eq!(
             broken(RobotSummary {
                 deadlines_missed_by_more_than_a_period: 1,

@@ -12,6 +12,8 @@ use super::summary::RobotSummary;
 use crate::args::DemoArgs;
 
 /// One event in so long \[s\]; robots see one another as often.
+/// Of the time in which robots are told something.
+const TOLD: f64 = 0.2;
 const PERIOD_S: f64 = 0.2;
 /// So often they see one another \[Hz\].
 pub(super) const SIGHTINGS_HZ: f64 = 5.0;
@@ -78,6 +80,7 @@ impl Lead {
                 whose,
                 error: None,
                 inside: 0.99,
+                told: TOLD,
             }),
             tale: None,
         }

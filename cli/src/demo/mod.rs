@@ -35,6 +35,7 @@ mod spaces;
 mod summary;
 mod table;
 mod tale;
+mod told;
 mod watch;
 mod wheels;
 mod world;

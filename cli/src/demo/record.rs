@@ -7,6 +7,7 @@ use coloc_shm_types::{Estimate, Input, Reject, Status, Timing};
 use hdrhistogram::Histogram;
 
 use super::bystanders::{Stall, stalled_ns};
+use super::told::Told;
 use crate::comparison::{Accuracy, Comparison, Moment};
 
 /// After so long without an estimate \[s\] its daemon was dead, or as good as.
@@ -20,6 +21,8 @@ pub(crate) struct Record {
     pub(crate) latest: Option<(Estimate, Instant)>,
     /// Who stood against the belief since the world started, and when that was first heard \[s\].
     pub(crate) against: BTreeMap<(Input, u16), f64>,
+    /// How often others told it something.
+    pub(crate) told: Told,
     /// When which robot was found in this one's scans \[s\].
     seen: Vec<(f64, usize)>,
     /// The newest counters of every start of the daemon, by its session.
@@ -65,6 +68,7 @@ impl Record {
             moments: Vec::new(),
             latest: None,
             against: BTreeMap::new(),
+            told: Told::default(),
             seen: Vec::new(),
             statuses: BTreeMap::new(),
             missed: BTreeMap::new(),
@@ -216,6 +220,13 @@ impl Record {
     /// How well it knew where it was.
     pub(crate) fn accuracy(&self) -> Option<Accuracy> {
         Accuracy::of(self.moments.iter().map(|moment| moment.comparison))
+    }
+
+    /// Share of the time in which others told it something; none of a short run.
+    pub(crate) fn told_share(&self) -> Option<f64> {
+        let last = self.latest_comparison()?;
+        self.told
+            .share(last.time_s - self.moments[0].comparison.time_s)
     }
 
     /// Root of the time mean of the squared error of its wheels alone \[m, m, rad\].

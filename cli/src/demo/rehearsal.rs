@@ -57,6 +57,8 @@ struct Heard {
     record: Record,
     wheels: WheelsAlone,
     driven: Pose,
+    /// So many sightings of it that were told.
+    words: u64,
 }
 
 impl Default for Heard {
@@ -65,6 +67,7 @@ impl Default for Heard {
             record: Record::new(),
             wheels: WheelsAlone::default(),
             driven: Pose::default(),
+            words: 0,
         }
     }
 }
@@ -79,6 +82,12 @@ impl Heard {
             odometry: [self.driven.x, self.driven.y, self.driven.phi],
             ..Estimate::default()
         };
+        let told = inputs.sightings.iter();
+        let told = told.filter(|it| it.observed == robot && it.arrives.is_some());
+        self.words += told.count() as u64;
+        if inputs.step.is_multiple_of(STEPS_A_SECOND) {
+            self.record.told.hear(1, time_s, self.words);
+        }
         let Some(truth) = stage.truth_at(robot, time_s) else {
             return;
         };
@@ -103,6 +112,8 @@ impl Heard {
     }
 }
 
+/// Daemons tell their counters once a second.
+const STEPS_A_SECOND: usize = 50;
 const SEEDS: u64 = 15;
 
 fn meet(robots: u16, seconds: f64, seed: u64) -> Vec<RobotSummary> {

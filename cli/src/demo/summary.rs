@@ -100,6 +100,8 @@ pub(crate) struct RobotSummary {
     pub(crate) expected: Option<Expectation>,
     /// What was promised of it, where something happens to it.
     pub(crate) trials: Vec<Trial>,
+    /// Share of the time in which what others said changed its belief; nothing of a short run.
+    pub(crate) told: Option<f64>,
     /// Against the truth; nothing if it was never heard.
     pub(crate) accuracy: Option<Accuracy>,
     /// Root of the time mean of the squared error of its wheels alone \[m, m, rad\].
@@ -142,6 +144,7 @@ impl RobotSummary {
             help: part.help,
             expected: part.expected,
             trials: part.tale.map_or_else(Vec::new, |tale| tale.trials(record)),
+            told: record.told_share(),
             accuracy: record.accuracy(),
             wheels_alone_rms_error: record.rms_error_of_wheels(),
             deadlines_missed: record.missed(),
@@ -306,6 +309,7 @@ mod tests {
             whose: "told nothing",
             error: Some([0.5; 3]),
             inside: 0.9,
+            told: 0.5,
         }),
         tale: None,
     };

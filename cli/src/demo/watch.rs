@@ -92,6 +92,11 @@ impl Watch {
                     let time_s = world_time_s(status.header.stamp_ns, start_ns);
                     let rows = status.sources().filter(|(_, row)| row.is_against());
                     rows.for_each(|(input, row)| record.hear_against((input, row.source), time_s));
+                    if self.stage.is_cut(time_s) {
+                        record.told.pass_over();
+                    } else {
+                        record.told.hear_status(&status, time_s);
+                    }
                 }
                 record.hear_status(&status);
             }

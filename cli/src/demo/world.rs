@@ -36,6 +36,8 @@ pub(crate) struct Received {
 pub(crate) struct Stage {
     scene: Scene,
     seed: u64,
+    /// From when to when nobody reaches anybody \[s\].
+    cut_s: Option<[f64; 2]>,
 }
 
 impl Stage {
@@ -44,6 +46,7 @@ impl Stage {
         let stage = Self {
             scene: Scene::new(args)?,
             seed: args.seed,
+            cut_s: args.partition,
         };
         stage.check(args.length_s())?;
         Ok(stage)
@@ -121,6 +124,12 @@ impl Stage {
         pairs
             .filter_map(|((a, from), (b, seen))| camera.glance(step, (*a, from), (*b, seen)))
             .collect()
+    }
+
+    /// Whether nobody reaches anybody then.
+    pub(crate) fn is_cut(&self, time_s: f64) -> bool {
+        self.cut_s
+            .is_some_and(|[from_s, until_s]| (from_s..=until_s).contains(&time_s))
     }
 
     /// What the daemons believe of the wheels.

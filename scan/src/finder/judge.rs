@@ -3,23 +3,17 @@
 use nalgebra::Matrix2;
 
 use super::Finder;
-use super::candidate::{Candidate, MODES};
-use super::reading::wrapped;
+use super::candidate::{CLEARLY_BETTER, Candidate, MODES, Mode};
 use super::verdict::Verdict;
 use crate::fit::{Fit, flatness, most_chi2};
 use crate::shape::Body;
 
-/// Fits that differ by less are one \[m, rad\].
-const ALIKE_M: f64 = 0.03;
-const ALIKE_RAD: f64 = 0.05;
 /// A straight line must fit worse than a circle by so much, where none, one or both of its ends are seen in front of something farther.
 const CURVED: [f64; 3] = [12.0, 2.0, 0.0];
 /// The same of a rectangle of which no end is seen: where along a face it stands is told by its other face alone.
 const CORNERED: f64 = 25.0;
 /// By so much more often does something else look like a robot of which that is seen.
 const CLUTTER: [f64; 3] = [4.0, 2.0, 1.0];
-/// Of two fits, one whose score is higher by that.
-const CLEARLY_BETTER: f64 = 16.0;
 /// And of which one face alone.
 const FLAT: f64 = 5.0;
 
@@ -34,53 +28,24 @@ impl Finder {
         flatness(&self.samples, fit, &self.settings.noise) > fit.chi2 + bent
     }
 
-    /// Takes a fit into a candidate, if it stands up to every beam.
-    pub(super) fn judge(&self, candidate: &mut Candidate, fit: Option<Fit>, middle: usize) {
-        let Some(fit) = fit else {
-            return;
-        };
-        let is_good = fit.chi2 <= most_chi2(fit.freedom) && self.is_sharp(&fit);
+    /// What all beams say of a fit to the samples, if it stands up to them, and its score.
+    pub(super) fn weigh(&self, fit: &Fit, window: [usize; 2]) -> Option<(Verdict, f64)> {
+        let is_good = fit.chi2 <= most_chi2(fit.freedom) && self.is_sharp(fit);
         if !is_good {
-            return;
+            return None;
         }
-        let verdict = Verdict::of(
-            &self.beams,
-            &self.settings.noise,
-            &fit,
-            candidate.time_s,
-            middle,
-        );
+        let middle = usize::midpoint(window[0], window[1]);
+        let time_s = self.beams.time_s(middle);
+        let verdict = Verdict::of(&self.beams, &self.settings.noise, fit, time_s, middle);
         // One that grazes the rim, or gives a range in between, is a beam that met it all the same.
-        let is_one = verdict.hits + 1 >= self.settings.least_beams
+        let grazing = usize::from(verdict.ends() > 0);
+        let is_one = verdict.hits + grazing >= self.settings.least_beams
             && verdict.through * 8 <= verdict.hits
             && !(verdict.beside[0] && verdict.beside[1])
-            && self.is_no_wall(&fit, verdict.ends());
-        if !is_one {
-            return;
-        }
+            && self.is_no_wall(fit, verdict.ends());
         #[allow(clippy::cast_precision_loss)] // At most 2048.
         let score = 8.0 * verdict.hits as f64 - 16.0 * verdict.through as f64 - fit.chi2;
-        if score > candidate.score + CLEARLY_BETTER {
-            candidate.fits = [None; MODES];
-        } else if score < candidate.score - CLEARLY_BETTER {
-            return;
-        }
-        candidate.score = candidate.score.max(score);
-        candidate.beams = candidate.beams.max(verdict.hits);
-        candidate.clutter = CLUTTER[verdict.ends()] * if verdict.is_flat() { FLAT } else { 1.0 };
-        let same = candidate
-            .fits
-            .iter()
-            .flatten()
-            .any(|other| fit.is_like(other));
-        if let Some(free) = candidate
-            .fits
-            .iter_mut()
-            .find(|it| it.is_none())
-            .filter(|_| !same)
-        {
-            *free = Some(fit);
-        }
+        is_one.then_some((verdict, score))
     }
 
     pub(super) fn is_sharp(&self, fit: &Fit) -> bool {
@@ -92,14 +57,17 @@ impl Finder {
     }
 }
 
-impl Fit {
-    /// Whether it stands as another one does.
-    fn is_like(&self, other: &Self) -> bool {
-        let apart = (self.body.centre() - other.body.centre()).norm();
-        let turned = self.heading.zip(other.heading).map_or(0.0, |(a, b)| {
-            let turned = 2.0 * (a - b);
-            0.5 * wrapped(turned).abs()
-        });
-        apart < ALIKE_M && turned < ALIKE_RAD
+impl Candidate {
+    /// Takes in a fit that stands up to every beam.
+    pub(super) fn take(&mut self, mode: Mode, verdict: &Verdict, score: f64) {
+        if score > self.score + CLEARLY_BETTER {
+            self.modes = [None; MODES];
+        } else if score < self.score - CLEARLY_BETTER {
+            return;
+        }
+        self.score = self.score.max(score);
+        self.beams = self.beams.max(verdict.hits);
+        self.clutter = CLUTTER[verdict.ends()] * if verdict.is_flat() { FLAT } else { 1.0 };
+        self.add(mode);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, Mode};
 use super::place::{GATES, Place};
 use super::reading::Reading;
 use super::seen::Seen;
@@ -54,17 +54,24 @@ impl Finder {
             Look::Rectangle { centre_m, .. } => (2, centre_m),
             Look::Cylinder { .. } | Look::Marks(_) => (1, [0.0; 2]),
         };
-        let least = candidate
-            .fits
-            .iter()
-            .flatten()
-            .map(|fit| fit.chi2)
+        let modes = || candidate.modes.iter().flatten();
+        let least = modes()
+            .map(|mode| mode.fit.chi2)
             .fold(f64::INFINITY, f64::min);
         let (mut best, mut second): (Option<(f64, f64, Reading)>, _) = (None, f64::INFINITY);
         let mut nearest: Option<(f64, Reading)> = None;
-        for fit in candidate.fits.iter().flatten() {
+        for Mode {
+            fit,
+            time_s,
+            is_settled,
+        } in modes()
+        {
             for turn in 0..turns {
-                let reading = fit.reading(f64::from(turn) * PI, centre_m);
+                let reading = Reading {
+                    time_s: *time_s,
+                    is_clear: *is_settled,
+                    ..fit.reading(f64::from(turn) * PI, centre_m)
+                };
                 let far = place.distance(&reading);
                 let cost = far + fit.chi2 - least;
                 let is_better = best.as_ref().is_none_or(|(best, ..)| cost < *best);
@@ -99,7 +106,7 @@ impl Finder {
             weight += seen * place.likelihood(&reading, far) / clutter;
             terms[1] = Some((reading, seen / clutter));
         }
-        reading.is_clear = !reading.has_heading || is_clear;
+        reading.is_clear &= !reading.has_heading || is_clear;
         // Nobody asks for it where the own heading is known.
         let terms = if self.own_heading.variance > 0.0 {
             terms
@@ -144,7 +151,7 @@ impl Finder {
             if self.seen.len() < MOST_ROBOTS {
                 self.seen.push(Seen {
                     robot: self.places[pair.robot].prior.robot,
-                    time_s: candidate.time_s,
+                    time_s: reading.time_s,
                     beams: candidate.beams,
                     pose: reading.told_pose(),
                     covariance: reading.told_covariance(),

@@ -1,7 +1,7 @@
 //! Patterns of marks.
 
 use super::Finder;
-use super::candidate::Candidate;
+use super::candidate::{Candidate, modes};
 use super::settings::Settings;
 use crate::fit::most_chi2;
 use crate::marks;
@@ -32,8 +32,7 @@ impl Finder {
             if is_good {
                 self.keep(&Candidate {
                     look,
-                    fits: [Some(fit), None, None, None],
-                    time_s: self.beams.time_s(middle),
+                    modes: modes(fit, self.beams.time_s(middle)),
                     beams,
                     score: 1000.0 - fit.chi2,
                     clutter: 0.1,

@@ -169,6 +169,7 @@ mod tests {
         let place = Place::of(&prior(0.04), &LOOKS, &OwnHeading::default()).unwrap();
         let reading = Reading {
             candidate: 0,
+            time_s: 0.0,
             pose: Vector3::new(2.0, 0.2, -3.1),
             covariance: Matrix3::zeros(),
             has_heading: true,

@@ -11,6 +11,8 @@ use crate::fit::Fit;
 pub(super) struct Reading {
     /// Place of the candidate that says so.
     pub(super) candidate: usize,
+    /// Of which moment.
+    pub(super) time_s: f64,
     pub(super) pose: Vector3<f64>,
     pub(super) covariance: Matrix3<f64>,
     pub(super) has_heading: bool,
@@ -29,6 +31,7 @@ impl Fit {
         let Some(heading) = self.heading else {
             return Reading {
                 candidate: 0,
+                time_s: 0.0,
                 pose: Vector3::new(centre.x, centre.y, 0.0),
                 covariance: self.covariance,
                 has_heading: false,
@@ -42,6 +45,7 @@ impl Fit {
         let slope = Matrix3::new(1.0, 0.0, arm.y, 0.0, 1.0, -arm.x, 0.0, 0.0, 1.0);
         Reading {
             candidate: 0,
+            time_s: 0.0,
             pose: Vector3::new(centre.x - arm.x, centre.y - arm.y, heading),
             covariance: slope * self.covariance * slope.transpose(),
             has_heading: true,

@@ -31,6 +31,21 @@ const MOST_ANGLES: i32 = 48;
 /// So often is the most likely δ of one pair bettered.
 const STEPS: usize = 3;
 
+/// δ, with what it takes to turn by it.
+#[derive(Copy, Clone, Debug)]
+struct Turn {
+    delta: f64,
+    sin: f64,
+    cos: f64,
+}
+
+impl Turn {
+    fn by(delta: f64) -> Self {
+        let (sin, cos) = delta.sin_cos();
+        Self { delta, sin, cos }
+    }
+}
+
 /// What a place has in common with all others.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Swing {
@@ -84,18 +99,18 @@ impl Swing {
         };
         let mut delta = 0.0;
         for _ in 0..STEPS {
-            let (off, slope) = self.off(&reading.pose, delta);
+            let (off, slope) = self.off(&reading.pose, &Turn::by(delta));
             let information = (slope.transpose() * inverse * slope)[0] + 1.0 / self.variance;
             let pull = (slope.transpose() * inverse * off)[0] - delta / self.variance;
             delta += pull / information;
         }
-        let (off, _) = self.off(&reading.pose, delta);
+        let (off, _) = self.off(&reading.pose, &Turn::by(delta));
         (off.transpose() * inverse * off)[0] + delta * delta / self.variance
     }
 
     /// How far `pose` is from the place that has swung by δ, and which way it swings there.
-    fn off(&self, pose: &Vector3<f64>, delta: f64) -> (Vector3<f64>, Vector3<f64>) {
-        let (sin, cos) = delta.sin_cos();
+    fn off(&self, pose: &Vector3<f64>, turn: &Turn) -> (Vector3<f64>, Vector3<f64>) {
+        let Turn { delta, sin, cos } = *turn;
         let arm = self.mean.xy() - self.about;
         let arm = Vector2::new(cos * arm.x - sin * arm.y, sin * arm.x + cos * arm.y);
         let place = self.about + arm;
@@ -147,11 +162,11 @@ impl Likeness {
     }
 
     /// The weight of the pair, if the heading is off by δ.
-    fn at(&self, delta: f64) -> f64 {
+    fn at(&self, turn: &Turn) -> f64 {
         let terms = self.terms.iter().flatten();
         terms
             .map(|it| {
-                let (off, _) = self.swing.off(&it.pose, delta);
+                let (off, _) = self.swing.off(&it.pose, turn);
                 it.factor * (-0.5 * (off.transpose() * it.inverse * off)[0]).exp()
             })
             .sum()
@@ -193,8 +208,9 @@ impl Finder {
             if delta.abs() > FARTHEST_SIGMAS * variance.sqrt() {
                 continue;
             }
+            let turn = Turn::by(delta);
             for (pair, likeness) in self.pairs.iter_mut().zip(&self.likenesses) {
-                pair.weight = likeness.at(delta);
+                pair.weight = likeness.at(&turn);
             }
             let evidence = self
                 .associator
@@ -265,6 +281,7 @@ mod tests {
     fn seen(angle: f64) -> Reading {
         Reading {
             candidate: 0,
+            time_s: 0.0,
             pose: Vector3::new(4.0 * angle.cos(), 4.0 * angle.sin(), 0.0),
             covariance: Matrix3::identity() * 1e-4,
             has_heading: false,
@@ -281,12 +298,13 @@ mod tests {
         };
         let (place, reading) = (place(&own), seen(0.2));
         let likeness = Likeness::of(&place, [Some((reading, 1.0)), None]);
-        assert!(likeness.at(0.2) > 10.0 * likeness.at(0.05));
+        let at = |delta| likeness.at(&Turn::by(delta));
+        assert!(at(0.2) > 10.0 * at(0.05));
         let mut sum = 0.0;
         for it in -800..=800 {
             let delta = f64::from(it) * 0.001;
             let density = (-0.5 * delta * delta / VARIANCE).exp();
-            sum += 0.001 * density / (TAU * VARIANCE).sqrt() * likeness.at(delta);
+            sum += 0.001 * density / (TAU * VARIANCE).sqrt() * at(delta);
         }
         let whole = place.likelihood(&reading, place.distance(&reading));
         // As far as a circle is a straight line.

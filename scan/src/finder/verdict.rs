@@ -26,6 +26,8 @@ pub(super) struct Verdict {
     pub(super) hits: usize,
     /// They went through it.
     pub(super) through: usize,
+    /// From the first to the last of these, in beams from the middle.
+    met: Option<[isize; 2]>,
     /// Whether something begins right beside it, to the one side and to the other.
     pub(super) beside: [bool; 2],
     /// Whether something farther is seen beside it.
@@ -38,9 +40,24 @@ pub(super) struct Verdict {
 }
 
 impl Verdict {
-    fn note(&mut self, normal: Vector2<f64>) {
+    fn note(&mut self, beam: isize, normal: Vector2<f64>) {
+        let [first, last] = self.met.unwrap_or([beam; 2]);
+        self.met = Some([first.min(beam), last.max(beam)]);
         let face = *self.face.get_or_insert(normal);
         self.has_faces |= face.dot(&normal) < 0.999;
+    }
+
+    /// From the first beam that met it to behind the last one, if the middle is there.
+    pub(super) fn window(&self, middle: usize, beams: &Beams) -> Option<[usize; 2]> {
+        let [first, last] = self.met?;
+        let middle = middle.cast_signed();
+        let round = if middle + first < 0 {
+            beams.count().cast_signed()
+        } else {
+            0
+        };
+        let window = [middle + first + round, middle + last + round + 1];
+        Some(window.map(isize::cast_unsigned))
     }
 
     /// Whether only one face was met.
@@ -68,7 +85,7 @@ impl Verdict {
             let mut off = isize::from(by > 0);
             while let Some(place) = beams.beside(middle, by * off).filter(|_| off <= half) {
                 let ray = beams.ray(place, time_s);
-                verdict.weigh(body, &ray, &loose, noise, side);
+                verdict.weigh(body, &ray, &loose, noise, (side, by * off));
                 if body.hit(&ray, loose.ring).is_none() {
                     break;
                 }
@@ -78,7 +95,14 @@ impl Verdict {
         verdict
     }
 
-    fn weigh(&mut self, body: &Body, ray: &Ray, loose: &Loose, noise: &Noise, side: usize) {
+    fn weigh(
+        &mut self,
+        body: &Body,
+        ray: &Ray,
+        loose: &Loose,
+        noise: &Noise,
+        (side, beam): (usize, isize),
+    ) {
         let range = match ray.met {
             Met::Surface(range) => range,
             Met::Nothing => f64::INFINITY,
@@ -98,7 +122,7 @@ impl Verdict {
         if off.abs() <= 5.0 * sigma.max(noise.range_sigma_m) {
             self.hits += 1;
             self.is_hidden = false;
-            self.note(hit.normal);
+            self.note(beam, hit.normal);
         } else if range > hit.range && body.hit(ray, -loose.rim.min(0.3 * body.reach())).is_some() {
             self.through += 1;
         } else if range < hit.range {

@@ -3,9 +3,9 @@
 use nalgebra::Vector2;
 
 use super::Finder;
-use super::candidate::{Candidate, MODES};
+use super::candidate::{Candidate, MODES, Mode};
 use crate::beams::Ray;
-use crate::fit::{End, Sample, cylinder, rectangle, rectangle_starts};
+use crate::fit::{End, Fit, STARTS, Sample, cylinder, rectangle, rectangle_starts};
 use crate::pieces::Piece;
 use crate::shape::{Look, cross};
 use crate::view::Met;
@@ -16,6 +16,8 @@ const MOST_PIECES_OF_ONE: usize = 8;
 const WIDEST_GAP: usize = 2;
 /// What is farther than an end by that is behind it \[m\].
 const ENDS_M: f64 = 0.15;
+/// Every fit with which all beams agree has a better score.
+const UNSETTLED: f64 = 1e4;
 
 impl Finder {
     /// All windows of a few pieces that are no larger than a robot.
@@ -85,45 +87,102 @@ impl Finder {
         if !self.are_places(look, |it| it.may_be(about)) {
             return;
         }
-        let time_s = self.beams.time_s(middle);
-        self.gather(first, end, time_s);
+        let window = [first, end];
+        self.gather(window);
         if self.samples.len() < self.settings.least_beams {
             return;
         }
         let mut candidate = Candidate {
             look,
-            fits: [None; MODES],
-            time_s,
+            modes: [None; MODES],
             beams: 0,
             score: f64::NEG_INFINITY,
             clutter: 1.0,
         };
+        let mut starts = [None; STARTS];
         match shape {
-            Look::Cylinder { radius_m } => {
-                let fit = cylinder(&self.samples, radius_m, &self.settings.noise);
-                self.judge(&mut candidate, fit, middle);
+            Look::Cylinder { .. } => starts[0] = Some((about, 0.0)),
+            Look::Rectangle { .. } => {
+                let half = half(&shape);
+                let all = rectangle_starts(&self.samples, half);
+                starts
+                    .iter_mut()
+                    .zip(all)
+                    .for_each(|(it, start)| *it = Some(start));
             }
-            Look::Rectangle {
-                length_m, width_m, ..
-            } => {
-                let half = Vector2::new(0.5 * length_m, 0.5 * width_m);
-                let ends = self.ends(first, end, time_s);
+            Look::Marks(_) => {}
+        }
+        for start in starts.into_iter().flatten() {
+            self.try_start(&mut candidate, &shape, window, start);
+        }
+        self.keep(&candidate);
+    }
+
+    /// Fits a body to the samples of a window, and again to all beams that met what was found: where a piece is missing, or one of
+    /// something else is there, an end of the window is none of the body.
+    fn try_start(
+        &mut self,
+        candidate: &mut Candidate,
+        shape: &Look,
+        mut window: [usize; 2],
+        start: (Vector2<f64>, f64),
+    ) {
+        let Some(mut fit) = self.fit(shape, window, start) else {
+            return;
+        };
+        let Some((mut verdict, mut score)) = self.weigh(&fit, window) else {
+            return;
+        };
+        let middle = usize::midpoint(window[0], window[1]);
+        let whole = verdict.window(middle, &self.beams);
+        let mut is_settled = true;
+        if let Some(whole) = whole.filter(|whole| *whole != window) {
+            std::mem::swap(&mut self.samples, &mut self.aside);
+            self.gather(whole);
+            let start = (fit.body.centre(), fit.heading.unwrap_or(0.0));
+            let again = self.fit(shape, whole, start);
+            let again = again.and_then(|fit| Some((fit, self.weigh(&fit, whole)?)));
+            std::mem::swap(&mut self.samples, &mut self.aside);
+            is_settled = again.is_some();
+            if let Some(again) = again {
+                (fit, (verdict, score)) = again;
+                window = whole;
+            } else {
+                score -= UNSETTLED;
+            }
+        }
+        let time_s = self.beams.time_s(usize::midpoint(window[0], window[1]));
+        let mode = Mode {
+            fit,
+            time_s,
+            is_settled,
+        };
+        candidate.take(mode, &verdict, score);
+    }
+
+    fn fit(&self, shape: &Look, window: [usize; 2], start: (Vector2<f64>, f64)) -> Option<Fit> {
+        let noise = &self.settings.noise;
+        if self.samples.len() < self.settings.least_beams {
+            return None;
+        }
+        match shape {
+            Look::Cylinder { radius_m } => cylinder(&self.samples, *radius_m, noise),
+            Look::Rectangle { .. } => {
+                let ends = self.ends(window);
                 let ends: &[End] = match &ends {
                     [Some(a), Some(b)] => &[*a, *b],
                     [Some(a), None] | [None, Some(a)] => &[*a],
                     _ => &[],
                 };
-                for start in rectangle_starts(&self.samples, half) {
-                    let fit = rectangle(&self.samples, ends, half, start, &self.settings.noise);
-                    self.judge(&mut candidate, fit, middle);
-                }
+                rectangle(&self.samples, ends, half(shape), start, noise)
             }
-            Look::Marks(_) => {}
+            Look::Marks(_) => None,
         }
-        self.keep(&candidate);
     }
 
-    fn gather(&mut self, first: usize, end: usize, time_s: f64) {
+    /// Seen from where the scanner was at the window's middle.
+    fn gather(&mut self, [first, end]: [usize; 2]) {
+        let time_s = self.beams.time_s(usize::midpoint(first, end));
         self.samples.clear();
         for place in first..end {
             let ray = self.beams.ray(place, time_s);
@@ -134,7 +193,8 @@ impl Finder {
     }
 
     /// The ends of a window that stand in front of something farther.
-    fn ends(&self, first: usize, end: usize, time_s: f64) -> [Option<End>; 2] {
+    fn ends(&self, [first, end]: [usize; 2]) -> [Option<End>; 2] {
+        let time_s = self.beams.time_s(usize::midpoint(first, end));
         [(first, -1), (end - 1, 1)].map(|(last, by)| {
             let beside = self.beams.beside(last, by)?;
             let (own, other) = (self.beams.ray(last, time_s), self.beams.ray(beside, time_s));
@@ -159,5 +219,15 @@ impl Finder {
                 variance: step * step / 12.0 + angle * angle,
             })
         })
+    }
+}
+
+/// Of a rectangle, along and across.
+fn half(shape: &Look) -> Vector2<f64> {
+    match shape {
+        Look::Rectangle {
+            length_m, width_m, ..
+        } => Vector2::new(0.5 * length_m, 0.5 * width_m),
+        Look::Cylinder { .. } | Look::Marks(_) => Vector2::zeros(),
     }
 }

@@ -11,6 +11,8 @@ use crate::args::DemoArgs;
 use crate::demo::bars::Expectation;
 
 /// How far a robot sees: not from one side of the floor to the other \[m\].
+/// Of the time in which robots are told something.
+const TOLD: f64 = 0.2;
 const RANGE_M: f64 = 4.0;
 const TOP_SPEED_MPS: f64 = 0.8;
 const TOP_TURN_RADPS: f64 = 1.5;
@@ -137,6 +139,7 @@ fn expected(help: Help) -> Expectation {
         whose,
         error,
         inside,
+        told: TOLD,
     }
 }
 

@@ -65,6 +65,11 @@ pub(crate) enum Help {
 }
 
 impl Help {
+    /// Whether what others say is what it has to go by.
+    pub(crate) fn is_from_others(self) -> bool {
+        matches!(self, Self::Told | Self::Child)
+    }
+
     /// By what or whom, in a word.
     pub(crate) fn by(self) -> &'static str {
         match self {
