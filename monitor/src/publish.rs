@@ -5,20 +5,16 @@ use coloc_bounds::evidence::{Area, Seen};
 use coloc_daemon::collect::sensors::Sensors;
 use coloc_daemon::config::{ClockSource, Config};
 use coloc_estimator::HeadingOf;
-use coloc_sensors::{EndError, Moment, Report};
+use coloc_sensors::{EndError, Hearing, Moment, Report};
 use coloc_shm_types::{
-    Clock, Estimate, Evidence, Header, Heading, Integrity, Limits, Message, Odometry, PortError,
-    Position, Present, Publisher, Reject, RelativePose, Sender, Sessions, Space, Subscriber, boot,
+    Clock, Estimate, Evidence, Header, Heading, Integrity, Message, Odometry, PortError, Position,
+    Publisher, RelativePose, Sender, Sessions, Space, Subscriber,
 };
 
 use crate::refusal::Refusal;
 use crate::section::Bounds;
 use crate::watch::{Event, Moved, Said, Watch};
 use crate::wheels::Wheels;
-
-/// How far back messages are understood \[ns\], and by how much clocks of the team may differ.
-const HISTORY_NS: i64 = 5_000_000_000;
-const TOLERANCE_NS: i64 = 100_000_000;
 
 /// Names of the figures in the driver's status, in their order.
 pub const FIGURES: [&str; 5] = ["slots", "skipped", "state", "distance_m", "area_m2"];
@@ -39,25 +35,12 @@ pub struct Channels {
     integrity: Publisher<Integrity>,
     sender: Sender,
     judge: Sender,
-    own: u16,
-    own_boot: u64,
-    team: Vec<u16>,
     clock: ClockSource,
     /// Of the four kinds of sensors, and of the team.
-    heard: [Sessions; 5],
-    tally: Tally,
+    hearing: Hearing<Refusal>,
 }
 
-#[derive(Copy, Clone, Debug, Default)]
-struct Tally {
-    whole: u64,
-    broken: u64,
-    said: u64,
-    said_ns: i64,
-    refused: [u64; 16],
-}
-
-/// Places in [`Channels::heard`].
+/// Kinds of messages, for [`Hearing`].
 const ODOMETRY: usize = 0;
 const SIGHTINGS: usize = 1;
 const FIXES: usize = 2;
@@ -82,8 +65,10 @@ impl Channels {
         let others: Result<_, PortError> =
             peers.iter().map(|it| space.subscriber(&it.name)).collect();
         let sources = peers.len().max(1);
-        let sensors = [Sessions::SENSORS; 4].map(Sessions::new);
-        let [odometry, sightings, fixes, headings] = sensors;
+        let sensors = Sessions::SENSORS;
+        let speakers = [sensors, sensors, sensors, sensors, sources];
+        let team = peers.iter().map(|it| it.id).chain([config.robot.id]);
+        let hearing = Hearing::new(config.robot.id, team.collect(), &speakers);
         Ok(Self {
             sensors: Sensors::of(config),
             bounds: bounds.clone(),
@@ -98,16 +83,8 @@ impl Channels {
             integrity: space.publisher(name)?,
             judge: sender.beside(),
             sender,
-            own: config.robot.id,
-            own_boot: boot(),
-            team: peers
-                .iter()
-                .map(|it| it.id)
-                .chain([config.robot.id])
-                .collect(),
             clock: config.clock.source,
-            heard: [odometry, sightings, fixes, headings, Sessions::new(sources)],
-            tally: Tally::default(),
+            hearing,
         })
     }
 
@@ -151,12 +128,12 @@ impl Channels {
         }
         for place in 0..self.others.len() {
             while let Some(message) = next(&self.others[place], &mut bytes) {
-                let checked = self.check(now, |limits| message.validate(limits));
+                let checked = self.hearing.check(now, |limits| message.validate(limits));
                 if checked.is_some()
-                    && self.accept(TEAM, &message.header, now).is_some()
+                    && self.hearing.accept(TEAM, &message.header, now).is_some()
                     && !watch.hear_evidence(&message)
                 {
-                    self.refuse(Refusal::Late);
+                    self.hearing.refuse(Refusal::Late);
                 }
             }
         }
@@ -164,8 +141,10 @@ impl Channels {
     }
 
     fn hear_odometry(&mut self, mut message: Odometry, watch: &mut Watch, now: Moment) {
-        let checked = self.check(now, |limits| message.validate(limits));
-        let Some(at_ns) = checked.and_then(|()| self.accept(ODOMETRY, &message.header, now)) else {
+        let checked = self.hearing.check(now, |limits| message.validate(limits));
+        let Some(at_ns) =
+            checked.and_then(|()| self.hearing.accept(ODOMETRY, &message.header, now))
+        else {
             return;
         };
         message.move_stamps(at_ns.saturating_sub(message.header.stamp_ns));
@@ -181,8 +160,10 @@ impl Channels {
     }
 
     fn hear_heading(&mut self, message: &Heading, watch: &mut Watch, now: Moment) {
-        let checked = self.check(now, |limits| message.validate(limits));
-        let Some(at_ns) = checked.and_then(|()| self.accept(HEADINGS, &message.header, now)) else {
+        let checked = self.hearing.check(now, |limits| message.validate(limits));
+        let Some(at_ns) =
+            checked.and_then(|()| self.hearing.accept(HEADINGS, &message.header, now))
+        else {
             return;
         };
         let (heading, HeadingOf::Body) = self.sensors.looking(message) else {
@@ -194,8 +175,9 @@ impl Channels {
     }
 
     fn hear_fix(&mut self, message: &Position, watch: &mut Watch, now: Moment) {
-        let checked = self.check(now, |limits| message.validate(limits));
-        let Some(at_ns) = checked.and_then(|()| self.accept(FIXES, &message.header, now)) else {
+        let checked = self.hearing.check(now, |limits| message.validate(limits));
+        let Some(at_ns) = checked.and_then(|()| self.hearing.accept(FIXES, &message.header, now))
+        else {
             return;
         };
         let slow = self.sensors.slow_of_fix(message).variance;
@@ -212,8 +194,9 @@ impl Channels {
     }
 
     fn hear_sighting(&mut self, message: &RelativePose, watch: &mut Watch, now: Moment) {
-        let checked = self.check(now, |limits| message.validate(limits));
-        let Some(at_ns) = checked.and_then(|()| self.accept(SIGHTINGS, &message.header, now))
+        let checked = self.hearing.check(now, |limits| message.validate(limits));
+        let Some(at_ns) =
+            checked.and_then(|()| self.hearing.accept(SIGHTINGS, &message.header, now))
         else {
             return;
         };
@@ -257,7 +240,11 @@ impl Channels {
             ..message.header
         };
         let own = Estimate { header, ..*message };
-        if self.check(now, |limits| own.validate(limits)).is_some() {
+        if self
+            .hearing
+            .check(now, |limits| own.validate(limits))
+            .is_some()
+        {
             let [x, y, _] = own.pose;
             let at_ns = message.boot_ns.saturating_add(self.ahead_ns(now));
             watch.hear(at_ns, Event::Estimate([x, y]));
@@ -268,55 +255,8 @@ impl Channels {
     fn tell(&mut self, watch: &mut Watch, at_ns: i64, event: Event, now: Moment) {
         let at_ns = at_ns.saturating_add(self.ahead_ns(now));
         if !watch.hear(at_ns, event) {
-            self.refuse(Refusal::Late);
+            self.hearing.refuse(Refusal::Late);
         }
-    }
-
-    fn check(
-        &mut self,
-        now: Moment,
-        validate: impl FnOnce(&Limits) -> Result<(), Reject>,
-    ) -> Option<()> {
-        let limits = Limits {
-            now: Present {
-                boottime_ns: Some(now.boottime_ns),
-                realtime_ns: Some(now.realtime_ns),
-                tai_ns: None,
-            },
-            boot: self.own_boot,
-            history_ns: HISTORY_NS,
-            future_tolerance_ns: TOLERANCE_NS,
-            own: self.own,
-            robots: &self.team,
-        };
-        let Err(reason) = validate(&limits) else {
-            self.tally.whole += 1;
-            return Some(());
-        };
-        self.tally.broken += 1;
-        self.refuse(match reason {
-            Reject::ForeignClock | Reject::UnknownClock => Refusal::Clock,
-            Reject::TooOld | Reject::FromFuture => Refusal::Late,
-            _ => Refusal::Invalid,
-        });
-        None
-    }
-
-    /// The moment by `CLOCK_BOOTTIME` of a message that is valid and was not here before.
-    fn accept(&mut self, kind: usize, header: &Header, now: Moment) -> Option<i64> {
-        if self.heard[kind].accept(header, now.boottime_ns).is_err() {
-            self.refuse(Refusal::Repeated);
-            return None;
-        }
-        let at_ns = now.boottime_of(header, self.own_boot);
-        if at_ns.is_none() {
-            self.refuse(Refusal::Clock);
-        }
-        at_ns
-    }
-
-    fn refuse(&mut self, refusal: Refusal) {
-        self.tally.refused[refusal as usize] += 1;
     }
 
     /// The time of the common clock, of which slots are cut \[ns\].
@@ -341,10 +281,9 @@ impl Channels {
                 }
             };
             if sent {
-                self.tally.said += 1;
-                self.tally.said_ns = stamp_ns;
+                self.hearing.note_said(stamp_ns);
             } else {
-                self.refuse(Refusal::Channel);
+                self.hearing.refuse(Refusal::Channel);
             }
         }
     }
@@ -354,26 +293,18 @@ impl Channels {
     #[allow(clippy::cast_precision_loss)] // Counts.
     pub fn report(&self, watch: &Watch) -> Report {
         let (closed, skipped, last) = watch.closed();
-        let mut refused = self.tally.refused;
-        refused[Refusal::Skipped as usize] = skipped;
-        Report {
-            whole: self.tally.whole,
-            broken: self.tally.broken,
-            said: self.tally.said,
-            nothing_to_say: 0,
-            said_ns: self.tally.said_ns,
-            refused,
-            figures: [
-                closed as f64,
-                skipped as f64,
-                f64::from(last.state),
-                last.distance_m,
-                last.area_m2,
-                f64::NAN,
-                f64::NAN,
-                f64::NAN,
-            ],
-        }
+        let mut report = self.hearing.report([
+            closed as f64,
+            skipped as f64,
+            f64::from(last.state),
+            last.distance_m,
+            last.area_m2,
+            f64::NAN,
+            f64::NAN,
+            f64::NAN,
+        ]);
+        report.refused[Refusal::Skipped as usize] = skipped;
+        report
     }
 }
 

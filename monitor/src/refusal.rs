@@ -1,5 +1,7 @@
 //! Why a message is not used.
 
+use coloc_sensors::Refuses;
+
 /// The reasons; their numbers are places in `refused` of the driver's status.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
@@ -60,6 +62,17 @@ impl Refusal {
             }
             Self::Channel => "refused as channel: a channel did not take a message",
         }
+    }
+}
+
+impl Refuses for Refusal {
+    const INVALID: Self = Self::Invalid;
+    const CLOCK: Self = Self::Clock;
+    const LATE: Self = Self::Late;
+    const REPEATED: Self = Self::Repeated;
+
+    fn place(self) -> usize {
+        self as usize
     }
 }
 

@@ -5,19 +5,15 @@ use coloc_daemon::collect::sensors::Sensors;
 use coloc_daemon::config::{ClockSource, Config};
 use coloc_estimator::Sighting;
 use coloc_rounds::{Going, Message, Post, Standing};
-use coloc_sensors::{EndError, Moment, Report};
+use coloc_sensors::{EndError, Hearing, Moment, Report};
 use coloc_shm_types::{
-    self as shm, Call, Clock, Correction, Estimate, Header, Limits, PortError, Present, Publisher,
-    Reject, RelativePose, Round, Sender, Sessions, Share, Shared, Space, Subscriber, boot,
+    self as shm, Call, Clock, Correction, Estimate, Header, Limits, PortError, Publisher, Reject,
+    RelativePose, Round, Sender, Sessions, Share, Shared, Space, Subscriber,
 };
 
 use crate::refusal::Refusal;
 use crate::wire::{self, Team};
 use coloc_rounds::seat::{Deed, Seat, Seen, Word};
-
-/// How far back messages are understood \[ns\], and by how much clocks of the team may differ.
-const HISTORY_NS: i64 = 5_000_000_000;
-const TOLERANCE_NS: i64 = 100_000_000;
 
 /// Names of the figures in the driver's status, in their order.
 pub const FIGURES: [&str; 8] = [
@@ -51,22 +47,12 @@ pub struct Channels {
     senders: [Sender; 4],
     team: Team,
     own: u16,
-    own_boot: u64,
     clock: ClockSource,
     /// Of sightings, `colocd`, shares, rounds and calls.
-    heard: [Sessions; 5],
-    tally: Tally,
+    hearing: Hearing<Refusal>,
 }
 
-#[derive(Copy, Clone, Debug, Default)]
-struct Tally {
-    whole: u64,
-    broken: u64,
-    said: u64,
-    said_ns: i64,
-    refused: [u64; 16],
-}
-
+/// Kinds of messages, for [`Hearing`].
 const SIGHTINGS: usize = 0;
 const SHARED: usize = 1;
 const SHARES: usize = 2;
@@ -100,7 +86,10 @@ impl Channels {
                 })
             })
             .collect();
-        let robots = config.peers().count().max(1);
+        let (sensors, robots) = (Sessions::SENSORS, config.peers().count().max(1));
+        let team = team(config);
+        let speakers = [sensors, sensors, robots, robots, robots];
+        let hearing = Hearing::new(config.robot.id, team.numbers().to_vec(), &speakers);
         Ok(Self {
             sensors: Sensors::of(config),
             reference_period_s: config.motion.reference_period_s,
@@ -113,18 +102,10 @@ impl Channels {
             call: space.publisher(name)?,
             correction: space.publisher(name)?,
             senders: [sender.beside(), sender.beside(), sender, to_own],
-            team: team(config),
+            team,
             own: config.robot.id,
-            own_boot: boot(),
             clock: config.clock.source,
-            heard: [
-                Sessions::new(Sessions::SENSORS),
-                Sessions::new(Sessions::SENSORS),
-                Sessions::new(robots),
-                Sessions::new(robots),
-                Sessions::new(robots),
-            ],
-            tally: Tally::default(),
+            hearing,
         })
     }
 
@@ -218,11 +199,11 @@ impl Channels {
 
     fn hear_sighting(&mut self, message: &RelativePose, seat: &mut Seat, now: Moment) {
         let mut seen: Option<Sighting> = None;
-        let checked = self.check(now, |limits| {
+        let checked = self.hearing.check(now, |limits| {
             seen = Some(sighting(message, limits)?);
             Ok(())
         });
-        let at_ns = checked.and_then(|()| self.accept(SIGHTINGS, &message.header, now));
+        let at_ns = checked.and_then(|()| self.hearing.accept(SIGHTINGS, &message.header, now));
         let (Some(at_ns), Some(seen)) = (at_ns, seen) else {
             return;
         };
@@ -239,8 +220,8 @@ impl Channels {
     }
 
     fn hear_shared(&mut self, message: &Shared, seat: &mut Seat, now: Moment) -> Vec<Word> {
-        let checked = self.check(now, |limits| message.validate(limits));
-        let at_ns = checked.and_then(|()| self.accept(SHARED, &message.header, now));
+        let checked = self.hearing.check(now, |limits| message.validate(limits));
+        let at_ns = checked.and_then(|()| self.hearing.accept(SHARED, &message.header, now));
         let Some(at_ns) = at_ns else {
             return Vec::new();
         };
@@ -257,60 +238,12 @@ impl Channels {
         made: impl FnOnce(&Team, usize) -> Option<Message>,
     ) -> Option<Message> {
         if self.others[place].number != header.source {
-            self.refuse(Refusal::Foreign);
+            self.hearing.refuse(Refusal::Foreign);
             return None;
         }
-        self.check(now, validate)?;
-        self.accept(kind, header, now)?;
+        self.hearing.check(now, validate)?;
+        self.hearing.accept(kind, header, now)?;
         made(&self.team, self.team.place(self.own)?)
-    }
-
-    fn check(
-        &mut self,
-        now: Moment,
-        validate: impl FnOnce(&Limits<'_>) -> Result<(), Reject>,
-    ) -> Option<()> {
-        let limits = Limits {
-            now: Present {
-                boottime_ns: Some(now.boottime_ns),
-                realtime_ns: Some(now.realtime_ns),
-                tai_ns: None,
-            },
-            boot: self.own_boot,
-            history_ns: HISTORY_NS,
-            future_tolerance_ns: TOLERANCE_NS,
-            own: self.own,
-            robots: self.team.numbers(),
-        };
-        let Err(reason) = validate(&limits) else {
-            self.tally.whole += 1;
-            return Some(());
-        };
-        self.tally.broken += 1;
-        self.refuse(match reason {
-            Reject::ForeignClock | Reject::UnknownClock => Refusal::Clock,
-            Reject::TooOld | Reject::FromFuture => Refusal::Late,
-            Reject::UnknownRobot => Refusal::Foreign,
-            _ => Refusal::Invalid,
-        });
-        None
-    }
-
-    /// The moment by `CLOCK_BOOTTIME` of a message that is valid and was not here before.
-    fn accept(&mut self, kind: usize, header: &Header, now: Moment) -> Option<i64> {
-        if self.heard[kind].accept(header, now.boottime_ns).is_err() {
-            self.refuse(Refusal::Repeated);
-            return None;
-        }
-        let at_ns = now.boottime_of(header, self.own_boot);
-        if at_ns.is_none() {
-            self.refuse(Refusal::Clock);
-        }
-        at_ns
-    }
-
-    fn refuse(&mut self, refusal: Refusal) {
-        self.tally.refused[refusal as usize] += 1;
     }
 
     /// Says what is to be said.
@@ -321,10 +254,9 @@ impl Channels {
                 Word::Deed(deed) => self.correct(deed, now),
             };
             if is_said {
-                self.tally.said += 1;
-                self.tally.said_ns = now.boottime_ns;
+                self.hearing.note_said(now.boottime_ns);
             } else {
-                self.refuse(Refusal::Channel);
+                self.hearing.refuse(Refusal::Channel);
             }
         }
     }
@@ -379,24 +311,16 @@ impl Channels {
             Some(Standing::Since(slot)) => slot as f64,
             Some(Standing::Joining(_)) | None => f64::NAN,
         };
-        Report {
-            whole: self.tally.whole,
-            broken: self.tally.broken,
-            said: self.tally.said,
-            nothing_to_say: 0,
-            said_ns: self.tally.said_ns,
-            refused: self.tally.refused,
-            figures: [
-                seat.slot() as f64,
-                seat.round().slot as f64,
-                since,
-                counts.shared as f64,
-                counts.led as f64,
-                counts.followed as f64,
-                counts.joined as f64,
-                counts.refused as f64,
-            ],
-        }
+        self.hearing.report([
+            seat.slot() as f64,
+            seat.round().slot as f64,
+            since,
+            counts.shared as f64,
+            counts.led as f64,
+            counts.followed as f64,
+            counts.joined as f64,
+            counts.refused as f64,
+        ])
     }
 }
 

@@ -1,5 +1,8 @@
 //! Why a message is not used.
 
+use coloc_sensors::Refuses;
+use coloc_shm_types::Reject;
+
 /// The reasons; their numbers are places in `refused` of the driver's status.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
@@ -40,6 +43,26 @@ impl Refusal {
             Self::Foreign => "foreign",
             Self::Channel => "channel",
         }
+    }
+}
+
+impl Refuses for Refusal {
+    const INVALID: Self = Self::Invalid;
+    const CLOCK: Self = Self::Clock;
+    const LATE: Self = Self::Late;
+    const REPEATED: Self = Self::Repeated;
+
+    fn of(reason: Reject) -> Self {
+        match reason {
+            Reject::UnknownRobot => Self::Foreign,
+            Reject::ForeignClock | Reject::UnknownClock => Self::Clock,
+            Reject::TooOld | Reject::FromFuture => Self::Late,
+            _ => Self::Invalid,
+        }
+    }
+
+    fn place(self) -> usize {
+        self as usize
     }
 }
 

@@ -6,11 +6,13 @@
 //!   ([`run`]) or what is said on channels ([`listen`]), ends at once when it is asked to ([`stop`]), with a status that says why ([`end`]), says
 //!   at most one line a second ([`teller`]), and publishes how it is doing ([`status`]); asked, it prints that, and what its configuration
 //!   means ([`page`]).
+//! * **What is told on channels** is checked, known again if it was here before, and counted ([`hearing`]).
 //! * **Nothing that comes in ends it.** A driver is given bytes, whole or not, and counts what it cannot use.
 
 pub mod backoff;
 pub mod end;
 pub mod health;
+pub mod hearing;
 pub mod input;
 pub mod listen;
 pub mod moment;
@@ -24,6 +26,7 @@ pub mod teller;
 pub mod voice;
 
 pub use end::EndError;
+pub use hearing::{Hearing, Refuses};
 pub use input::{Input, InputSpec};
 pub use moment::Moment;
 pub use run::{Driver, Report};

@@ -10,7 +10,6 @@ use coloc_daemon::config::Config;
 use coloc_sensors::listen::{Listener, listen};
 use coloc_sensors::program::{self, Program, Start};
 use coloc_sensors::{EndError, Moment, Report, run};
-use coloc_shm_types::boot;
 
 use crate::publish::Channels;
 use crate::refusal::Refusal;
@@ -52,7 +51,7 @@ impl Program for TrackProgram {
 
     fn run(mut start: Start<'_, Track>) -> Result<(), EndError> {
         let mut life = Life {
-            tracker: Tracker::new(start.config, &start.settings, boot()),
+            tracker: Tracker::new(start.config, &start.settings),
             channels: Channels::open(start.space, start.config)?,
             period_s: start.settings.period_s,
             told: Instant::now(),

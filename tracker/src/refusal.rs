@@ -1,5 +1,7 @@
 //! Why a message, or a sighting, is not used.
 
+use coloc_sensors::Refuses;
+
 use coloc_track::Verdict;
 
 /// The reasons; their numbers are places in `refused` of the driver's status.
@@ -93,6 +95,17 @@ impl Refusal {
             Verdict::Unassigned => Some(Self::Unassigned),
             Verdict::OutOfStep => Some(Self::Late),
         }
+    }
+}
+
+impl Refuses for Refusal {
+    const INVALID: Self = Self::Invalid;
+    const CLOCK: Self = Self::Clock;
+    const LATE: Self = Self::Late;
+    const REPEATED: Self = Self::Repeated;
+
+    fn place(self) -> usize {
+        self as usize
     }
 }
 

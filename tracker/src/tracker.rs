@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use coloc_daemon::config::{self, Config};
 use coloc_estimator::{Pose, RobotId, Stamp};
-use coloc_sensors::{Moment, Report};
-use coloc_shm_types::{self as shm, Clock, Estimate, Limits, Present, Reject, Sessions, Tracked};
+use coloc_sensors::{Hearing, Moment, Report};
+use coloc_shm_types::{self as shm, Clock, Estimate, Sessions, Tracked};
 use coloc_track::manager::{MOST_TRACKS, Odometry};
 use coloc_track::{
     Core, Increment, MOST_SENSORS, Manager, Published, Rate, Reading, Seen, Sensor, Sensors,
@@ -17,10 +17,6 @@ use crate::feed::{Fed, Feed};
 use crate::refusal::Refusal;
 use crate::section;
 use crate::way::Way;
-
-/// How far back messages are understood \[ns\], and by how much clocks of the team may differ.
-const HISTORY_NS: i64 = 5_000_000_000;
-const TOLERANCE_NS: i64 = 100_000_000;
 
 /// A longer step is taken in pieces: velocities are held over one \[ns\].
 const PIECE_NS: i64 = 50_000_000;
@@ -59,9 +55,7 @@ pub struct Moved {
 /// It.
 #[derive(Debug)]
 pub struct Tracker {
-    own: u16,
     team: Vec<u16>,
-    own_boot: u64,
     section: section::Track,
     mounts: config::Sighting,
     reference_s: f64,
@@ -75,34 +69,23 @@ pub struct Tracker {
     waiting: Vec<Sighting>,
     /// What `colocd` hears by way of it, if it does.
     feed: Option<Feed>,
-    heard: [Sessions; 2],
+    hearing: Hearing<Refusal>,
     told_ns: Option<i64>,
-    tally: Tally,
     remarks: Vec<String>,
 }
 
-#[derive(Copy, Clone, Debug, Default)]
-struct Tally {
-    whole: u64,
-    broken: u64,
-    said: u64,
-    said_ns: i64,
-    refused: [u64; 16],
-}
-
-/// Which of [`Tracker::heard`].
+/// Kinds of messages, for [`Hearing`].
 const SIGHTINGS: usize = 0;
 const INCREMENTS: usize = 1;
 
 impl Tracker {
     /// Of the robot of a configuration.
     #[must_use]
-    pub fn new(config: &Config, section: &section::Track, own_boot: u64) -> Self {
+    pub fn new(config: &Config, section: &section::Track) -> Self {
         let team: Vec<u16> = config.peers().map(|it| it.id).collect();
-        let sources = team.len().max(1);
+        let speakers = [Sessions::SENSORS, team.len().max(1)];
+        let robots: Vec<u16> = team.iter().copied().chain([config.robot.id]).collect();
         Self {
-            own: config.robot.id,
-            own_boot,
             section: section.clone(),
             mounts: config.sighting.clone(),
             reference_s: config.motion.reference_period_s,
@@ -114,10 +97,9 @@ impl Tracker {
             ways: team.iter().map(|it| (*it, Way::default())).collect(),
             waiting: Vec::new(),
             feed: config.sighting.through_track.then(Feed::default),
-            heard: [Sessions::SENSORS, sources].map(Sessions::new),
+            hearing: Hearing::new(config.robot.id, robots.clone(), &speakers),
             told_ns: None,
-            team: team.into_iter().chain([config.robot.id]).collect(),
-            tally: Tally::default(),
+            team: robots,
             remarks: Vec::new(),
         }
     }
@@ -134,10 +116,10 @@ impl Tracker {
             header,
             ..*estimate
         };
-        if self.check(now, |limits| own.validate(limits)).is_err() {
+        let checked = self.hearing.check(now, |limits| own.validate(limits));
+        if checked.is_none() {
             return;
         }
-        self.tally.whole += 1;
         if self.session != estimate.header.session {
             self.session = estimate.header.session;
             self.own_way = Way::default();
@@ -153,9 +135,9 @@ impl Tracker {
         if [shm::Sighting::LANDMARK, shm::Sighting::PASSED_ON].contains(&message.who) {
             return None;
         }
-        self.check(now, |limits| message.validate_of_robot(limits))
-            .ok()?;
-        let at_ns = self.accept(SIGHTINGS, &message.header, now)?;
+        self.hearing
+            .check(now, |limits| message.validate_of_robot(limits))?;
+        let at_ns = self.hearing.accept(SIGHTINGS, &message.header, now)?;
         let Some(sensor) = self.sensor(message) else {
             self.pass_on(message);
             return None;
@@ -183,10 +165,9 @@ impl Tracker {
 
     /// Another robot says how it moved, or at which bearing it saw this one.
     pub fn hear_increment(&mut self, message: &shm::Increment, now: Moment) {
-        if self.check(now, |limits| message.validate(limits)).is_err() {
-            return;
-        }
-        let Some(at_ns) = self.accept(INCREMENTS, &message.header, now) else {
+        let checked = self.hearing.check(now, |limits| message.validate(limits));
+        let at_ns = checked.and_then(|()| self.hearing.accept(INCREMENTS, &message.header, now));
+        let Some(at_ns) = at_ns else {
             return;
         };
         let source = message.header.source;
@@ -209,49 +190,6 @@ impl Tracker {
         }
     }
 
-    fn check(
-        &mut self,
-        now: Moment,
-        validate: impl FnOnce(&Limits) -> Result<(), Reject>,
-    ) -> Result<(), Reject> {
-        let limits = Limits {
-            now: Present {
-                boottime_ns: Some(now.boottime_ns),
-                realtime_ns: Some(now.realtime_ns),
-                tai_ns: None,
-            },
-            boot: self.own_boot,
-            history_ns: HISTORY_NS,
-            future_tolerance_ns: TOLERANCE_NS,
-            own: self.own,
-            robots: &self.team,
-        };
-        let checked = validate(&limits);
-        if let Err(reason) = checked {
-            self.tally.broken += 1;
-            self.refuse(match reason {
-                Reject::ForeignClock | Reject::UnknownClock => Refusal::Clock,
-                Reject::TooOld | Reject::FromFuture => Refusal::Late,
-                _ => Refusal::Invalid,
-            });
-        }
-        checked
-    }
-
-    /// The moment of a message that is valid and was not here before.
-    fn accept(&mut self, kind: usize, header: &shm::Header, now: Moment) -> Option<i64> {
-        self.tally.whole += 1;
-        if self.heard[kind].accept(header, now.boottime_ns).is_err() {
-            self.refuse(Refusal::Repeated);
-            return None;
-        }
-        let at_ns = now.boottime_of(header, self.own_boot);
-        if at_ns.is_none() {
-            self.refuse(Refusal::Clock);
-        }
-        at_ns
-    }
-
     /// Which of the sensors it is. With a new one all tracks begin anew, because its slow errors are a part of them.
     fn sensor(&mut self, message: &shm::Sighting) -> Option<u16> {
         let source = message.header.source;
@@ -263,7 +201,7 @@ impl Tracker {
     fn new_sensor(&mut self, source: u16, message: &shm::Sighting) -> Option<usize> {
         let place = self.sensors.len();
         if place == MOST_SENSORS {
-            self.refuse(Refusal::Sensors);
+            self.hearing.refuse(Refusal::Sensors);
             return None;
         }
         let sensor = Sensor {
@@ -302,7 +240,7 @@ impl Tracker {
     fn wait(&mut self, at_ns: i64, sequence: u64, seen: Seen) -> bool {
         let is_over = self.at_ns.is_some_and(|now_ns| at_ns < now_ns);
         if is_over || self.waiting.len() >= MOST_WAITING {
-            self.refuse(Refusal::Late);
+            self.hearing.refuse(Refusal::Late);
             return false;
         }
         self.waiting.push(Sighting {
@@ -359,7 +297,7 @@ impl Tracker {
         };
         self.manager.step(until, &odometry, &mut due, tell);
         for refusal in refused {
-            self.refuse(refusal);
+            self.hearing.refuse(refusal);
         }
         if let Some(feed) = &mut self.feed {
             let manager = &self.manager;
@@ -402,18 +340,9 @@ impl Tracker {
     /// A message went out, or did not.
     pub fn note_said(&mut self, at_ns: i64, is_taken: bool) {
         if is_taken {
-            self.tally.said += 1;
-            self.tally.said_ns = at_ns;
+            self.hearing.note_said(at_ns);
         } else {
-            self.refuse(Refusal::Channel);
-        }
-    }
-
-    fn refuse(&mut self, refusal: Refusal) {
-        let count = &mut self.tally.refused[refusal as usize];
-        *count += 1;
-        if *count == 1 {
-            self.remarks.push(refusal.said().into());
+            self.hearing.refuse(Refusal::Channel);
         }
     }
 
@@ -425,28 +354,23 @@ impl Tracker {
             u16::try_from(number).map_or(f64::NAN, f64::from)
         };
         let nan = f64::NAN;
-        Report {
-            whole: self.tally.whole,
-            broken: self.tally.broken,
-            said: self.tally.said,
-            nothing_to_say: 0,
-            said_ns: self.tally.said_ns,
-            refused: self.tally.refused,
-            figures: [
-                count(&|_| true),
-                count(&|it| it.status == Status::Confirmed),
-                count(&|it| it.status == Status::Coasted),
-                count(&|it| it.state.core == Core::Heading),
-                nan,
-                nan,
-                nan,
-                nan,
-            ],
-        }
+        self.hearing.report([
+            count(&|_| true),
+            count(&|it| it.status == Status::Confirmed),
+            count(&|it| it.status == Status::Coasted),
+            count(&|it| it.state.core == Core::Heading),
+            nan,
+            nan,
+            nan,
+            nan,
+        ])
     }
 
     /// What a person should hear, since it was last asked.
     pub fn remarks(&mut self) -> Vec<String> {
+        let refused = self.hearing.fresh();
+        self.remarks
+            .extend(refused.into_iter().map(|it| it.said().into()));
         std::mem::take(&mut self.remarks)
     }
 }
