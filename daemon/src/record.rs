@@ -324,7 +324,7 @@ pub enum Record {
     /// What became of its error since an event, the last one first.
     Transition {
         /// Φ
-        phi: [f64; 9],
+        phi: [f32; 9],
     },
     /// What became of what this robot handed on.
     AssistAck {

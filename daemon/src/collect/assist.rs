@@ -169,6 +169,6 @@ pub fn ack(message: &AssistAck, limits: &Limits<'_>) -> Result<Ack, Reject> {
     })
 }
 
-fn rows([a, b, c, d, e, f, g, h, i]: [f64; 9]) -> [[f64; 3]; 3] {
+fn rows([a, b, c, d, e, f, g, h, i]: [f32; 9]) -> [[f32; 3]; 3] {
     [[a, b, c], [d, e, f], [g, h, i]]
 }

@@ -72,8 +72,16 @@ impl Robot {
         }
         let measurements = self.measured(stage, robot, inputs, received);
         let step = inputs.step;
-        let data: Vec<Heard> = self.data.extract_if(.., |it| it.0 <= step).map(|it| it.1).collect();
-        let acks: Vec<Ack> = self.acks.extract_if(.., |it| it.0 <= step).map(|it| it.1).collect();
+        let data: Vec<Heard> = self
+            .data
+            .extract_if(.., |it| it.0 <= step)
+            .map(|it| it.1)
+            .collect();
+        let acks: Vec<Ack> = self
+            .acks
+            .extract_if(.., |it| it.0 <= step)
+            .map(|it| it.1)
+            .collect();
         let words = Words {
             ahead: Span::ZERO,
             data: &data,
@@ -208,9 +216,22 @@ fn hold(seconds: f64, seeds: std::ops::RangeInclusive<u64>, data: Option<&str>) 
         };
         let robots: Vec<_> = records.iter().enumerate().map(summary).collect();
         if std::env::var("LOOK").is_ok() {
-            let least = |it: &RobotSummary| it.accuracy.unwrap().inside_3_sigma.into_iter().fold(1.0, f64::min);
-            let nees = |it: &Record| it.moments.iter().map(|it| it.nees).sum::<f64>() / it.moments.len() as f64;
-            println!("{seconds} {seed} {} {:.3?} {:.2?}", data.is_some(), robots.iter().map(least).collect::<Vec<_>>(), records.iter().map(nees).collect::<Vec<_>>());
+            let least = |it: &RobotSummary| {
+                it.accuracy
+                    .unwrap()
+                    .inside_3_sigma
+                    .into_iter()
+                    .fold(1.0, f64::min)
+            };
+            let nees = |it: &Record| {
+                it.moments.iter().map(|it| it.nees).sum::<f64>() / it.moments.len() as f64
+            };
+            println!(
+                "{seconds} {seed} {} {:.3?} {:.2?}",
+                data.is_some(),
+                robots.iter().map(least).collect::<Vec<_>>(),
+                records.iter().map(nees).collect::<Vec<_>>()
+            );
             continue;
         }
         let broken: Vec<_> = bars(&robots)
