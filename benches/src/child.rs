@@ -9,7 +9,7 @@ use coloc_estimator::assist::cross::Leader;
 use coloc_estimator::assist::events::Word;
 use coloc_estimator::assist::search::Patience;
 use coloc_estimator::assist::slot::Slot;
-use coloc_estimator::assist::transition::Past;
+use coloc_estimator::assist::transition::{Past, TRANSITIONS};
 use coloc_estimator::convert::GlobalPose;
 use coloc_estimator::history::Slot as Place;
 use coloc_estimator::{
@@ -239,9 +239,9 @@ impl Child {
 fn standing() -> Past {
     let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     Past {
-        transitions: [unit; 4],
-        said: 4,
-        known: 4,
+        transitions: [unit; TRANSITIONS],
+        said: 8,
+        known: 8,
     }
 }
 

@@ -428,7 +428,7 @@ impl Assists {
 
     fn tell(&mut self, stamp_ns: i64, told: &Told) -> bool {
         let AssistMessage { said, word, .. } = &told.message;
-        let row = |[[a, b, c], [d, e, f], [g, h, i]]: [[f64; 3]; 3]| [a, b, c, d, e, f, g, h, i];
+        let row = |[[a, b, c], [d, e, f], [g, h, i]]: [[f32; 3]; 3]| [a, b, c, d, e, f, g, h, i];
         let message = shm::Assist {
             header: self.data_sender.header(stamp_ns),
             slot: told.message.slot.0,

@@ -330,7 +330,7 @@ pub enum Record {
     /// What became of its error since an event, the last one first.
     Transition {
         /// Φ
-        phi: [f64; 9],
+        phi: [f32; 9],
     },
     /// What another robot saw of children in one event; its sights follow.
     Readings {

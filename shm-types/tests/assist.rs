@@ -36,7 +36,10 @@ fn assist() -> Assist {
         independent: SOUND,
         dependent: SOUND,
         leader_covariance: SOUND,
-        transitions: [SOUND, [0.0; 9], [0.0; 9], [0.0; 9]],
+        transitions: core::array::from_fn(|place| match place {
+            0 => SOUND.map(|it| it as f32),
+            _ => [0.0; 9],
+        }),
         path,
         robots: 3,
         known: 200,
@@ -51,7 +54,7 @@ fn every_field_of_what_a_leader_says_is_checked() {
     let cases: [Case<Assist>; 17] = [
         (|it| it.pose[2] = f64::NAN, Reject::NotFinite),
         (|it| it.leader_pose[0] = f64::INFINITY, Reject::NotFinite),
-        (|it| it.transitions[0][4] = f64::NAN, Reject::NotFinite),
+        (|it| it.transitions[0][4] = f32::NAN, Reject::NotFinite),
         (|it| it.independent[1] = 0.2, Reject::Asymmetric),
         (|it| it.leader_covariance[1] = 0.2, Reject::Asymmetric),
         (

@@ -256,7 +256,8 @@ fn datum(from: u16, to: u16, message: &Message) -> Datum {
     ];
     let numbers = poses.into_iter().flatten();
     let numbers = numbers.chain(covariances.into_iter().flat_map(|it| it.to_row_major()));
-    let numbers = numbers.chain(word.past.transitions.into_iter().flatten().flatten());
+    let transitions = word.past.transitions.into_iter().flatten().flatten();
+    let numbers = numbers.chain(transitions.map(f64::from));
     let way = message.robots().iter().map(|it| it.0).collect();
     let key = (from, to, message.slot.0, message.stamp.as_nanos(), way);
     (key, numbers.map(f64::to_bits).collect())

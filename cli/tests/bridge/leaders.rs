@@ -117,7 +117,8 @@ fn bits(message: &Message) -> (i64, i64, Vec<u16>, Vec<u64>) {
     ];
     let numbers = poses.into_iter().flatten();
     let numbers = numbers.chain(covariances.into_iter().flat_map(|it| it.to_row_major()));
-    let numbers = numbers.chain(word.past.transitions.into_iter().flatten().flatten());
+    let transitions = word.past.transitions.into_iter().flatten().flatten();
+    let numbers = numbers.chain(transitions.map(f64::from));
     (
         message.slot.0,
         message.stamp.as_nanos(),

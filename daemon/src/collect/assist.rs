@@ -246,6 +246,6 @@ pub fn readings(message: &shm::Readings, limits: &Limits<'_>) -> Result<HeardRea
     })
 }
 
-fn rows([a, b, c, d, e, f, g, h, i]: [f64; 9]) -> [[f64; 3]; 3] {
+fn rows([a, b, c, d, e, f, g, h, i]: [f32; 9]) -> [[f32; 3]; 3] {
     [[a, b, c], [d, e, f], [g, h, i]]
 }

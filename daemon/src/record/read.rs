@@ -547,7 +547,7 @@ mod tests {
         let past = &mut heard.message.word.past;
         (past.said, past.known) = (known, known);
         for (place, scale) in past.transitions.iter_mut().zip(0..known) {
-            *place = [[1.0 / 3.0 + f64::from(scale), 0.1, -0.0]; 3];
+            *place = [[1.0 / 3.0 + f32::from(scale), 0.1, -0.0]; 3];
         }
         heard
     }

@@ -341,7 +341,9 @@ mod tests {
             past = leader.at_event();
         }
         let news = news(5, &past);
-        let expected = child * before * (by * by * by * by).transpose();
+        let said_by = past.from(4).unwrap();
+        assert!((said_by - by * by * by * by).abs().max() < 1e-6);
+        let expected = child * before * said_by.transpose();
         let mut heard = bonds;
         heard.hear(0, &news);
         assert!((heard.each[0].cross - expected).abs().max() < 1e-15);
@@ -357,7 +359,7 @@ mod tests {
     fn a_chain_that_broke_is_taken_up_at_once_and_nothing_becomes_news_by_it() {
         let (mut bonds, mut taken_up, mut naive) = (Bonds::default(), own(), own());
         for slot in 0..30 {
-            let news = news(7 * slot, &Past::default());
+            let news = news(9 * slot, &Past::default());
             naive = fused(&mut Bonds::default(), &naive, &news);
             taken_up = fused(&mut bonds, &taken_up, &news);
             assert_eq!(bonds.each[0].met, Some(news.slot));

@@ -1,4 +1,4 @@
-//! What a leader says of its error: at each event Φ of the error that it *sent* at each of the last four, whatever came since.
+//! What a leader says of its error: at each event Φ of the error that it *sent* at each of the last eight, whatever came since.
 //!
 //! One event has one error: the belief at the stamp of the first child that is seen in it. What is seen later in the event, or came to be
 //! known of it, does not change it. Sent with the covariance P, of which by what came later P′ is left, it becomes
@@ -7,14 +7,15 @@
 //! e′ = P′ P⁻¹ e + news     Φ = Ψ P′ P⁻¹     Ψ of the history from there to here (change.rs)
 //! ```
 //!
-//! as the error after more data is uncorrelated with all that is known then, and so with the difference of the two.
+//! as the error after more data is uncorrelated with all that is known then, and so with the difference of the two. Of an event that the
+//! history has forgotten, Φ is that of the last one that it has not, after what was said there.
 
 use nalgebra::Matrix3;
 
 use super::cross::Leader;
 use super::events::Word;
 use super::slot::Slot;
-use super::transition::{Past, SAID, TRANSITIONS};
+use super::transition::{Past, SAID, TRANSITIONS, said};
 use crate::belief::Belief;
 use crate::estimator::{Estimator, Since};
 use crate::history::Storage;
@@ -88,12 +89,13 @@ impl Sent {
 
     fn past<S: Storage>(&mut self, estimator: &Estimator<S>, slot: Slot, stamp: Stamp) -> Past {
         let mut past = Past {
-            transitions: [Matrix3::identity().into(); TRANSITIONS],
+            transitions: [said(&Matrix3::identity()); TRANSITIONS],
             said: SAID,
             known: 0,
         };
         let mut began = self.began;
         let mut oldest = slot;
+        let mut last: Option<(Reference, Matrix3<f64>)> = None;
         for it in &mut self.events {
             let Some(reference) = *it else {
                 continue;
@@ -106,8 +108,14 @@ impl Sent {
                     began = Some(oldest);
                     break;
                 }
-                Since::Known(by) => past.say(events, &by),
-                Since::Forgotten => past.end(events),
+                Since::Known(by) => {
+                    past.say(events, &by);
+                    last = Some((reference, by));
+                }
+                Since::Forgotten => match last.as_ref().and_then(|it| through(it, &reference)) {
+                    Some(by) => past.say(events, &by),
+                    None => past.end(events),
+                },
             }
             oldest = reference.slot;
         }
@@ -124,12 +132,19 @@ impl Sent {
     }
 }
 
+/// Φ since `earlier`, by what was said at a later event and by what became of the error since.
+fn through((later, by): &(Reference, Matrix3<f64>), earlier: &Reference) -> Option<Matrix3<f64>> {
+    let between = later.slot.0.checked_sub(earlier.slot.0)?;
+    let before = later.word.past.from(u8::try_from(between).ok()?)?;
+    Some(by * before)
+}
+
 impl Past {
     /// Since so many events.
     fn say(&mut self, events: i64, by: &Matrix3<f64>) {
         let place = usize::try_from(events - 1).ok();
         if let Some(it) = place.and_then(|place| self.transitions.get_mut(place)) {
-            *it = by.transpose().into(); // An array of columns is read as one of rows.
+            *it = said(by);
         }
     }
 

@@ -149,7 +149,7 @@ fn what_is_no_datum_for_this_child() {
             Refusal::NotFinite,
         ),
         (
-            spoilt(|it| it.word.past.transitions[3][2][1] = f64::INFINITY),
+            spoilt(|it| it.word.past.transitions[3][2][1] = f32::INFINITY),
             2,
             Refusal::NotFinite,
         ),

@@ -10,7 +10,7 @@ use crate::{Limits, Reject};
 /// no belief of a child has a part in it. It is answered by [`AssistAck`](crate::AssistAck), but for a leader's own.
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("coloc.Assist.v1")]
+#[type_name("coloc.Assist.v2")]
 pub struct Assist {
     /// When it holds, by which clock; `source` is the sender's team number.
     pub header: Header,
@@ -27,7 +27,7 @@ pub struct Assist {
     /// Of that, likewise.
     pub leader_covariance: [f64; 9],
     /// What became of the leader's error since the last event, since the last but one, and so on: 3×3 each, full row-major.
-    pub transitions: [[f64; 9]; 4],
+    pub transitions: [[f32; 9]; 8],
     /// Team numbers: the leader, every child on the way, and the receiving robot; what follows is zero.
     pub path: [u16; 16],
     /// How many they are.
@@ -65,9 +65,11 @@ impl Assist {
     /// # Errors
     /// The first reason, in the order of [`Reject`].
     pub fn validate(&self, limits: &Limits) -> Result<(), Reject> {
-        let transitions = self.transitions.as_flattened();
-        for numbers in [&self.pose[..], &self.leader_pose, transitions] {
+        for numbers in [&self.pose[..], &self.leader_pose] {
             Limits::check_finite(numbers)?;
+        }
+        for transition in &self.transitions {
+            Limits::check_finite(&transition.map(f64::from))?;
         }
         let [independent, dependent, leader] =
             [self.independent, self.dependent, self.leader_covariance]
@@ -87,7 +89,7 @@ impl Assist {
         let unsaid = self.transitions.get(usize::from(self.said)..);
         let unused = self.path.get(usize::from(self.robots)..);
         self.said <= self.known
-            && unsaid.is_some_and(|it| all_zero(it.as_flattened()))
+            && unsaid.is_some_and(|it| it.iter().all(|it| all_zero(&it.map(f64::from))))
             && unused.is_some_and(|it| it.iter().all(|robot| *robot == 0))
             && self.flags <= Self::FINAL
             && (self.digest == 0 || self.flags == Self::FINAL)

@@ -191,8 +191,8 @@ impl Kind {
             Self::SplitCi | Self::Damped | Self::Coloc | Self::ColocStep | Self::LeaderSplit => {
                 8 * (3 + 6 + 6)
             }
-            // The leader's own pose, its covariance and four transitions too.
-            Self::LeaderCross => 8 * (3 + 6 + 6 + 3 + 6 + 4 * 9),
+            // The leader's own pose, its covariance and eight transitions too, those of four bytes a number.
+            Self::LeaderCross => 8 * (3 + 6 + 6 + 3 + 6) + 4 * (8 * 9),
             Self::Ccl => 8 * 3,
         }
     }

@@ -171,9 +171,9 @@ fn assist(bytes: &mut Bytes<'_>, now_ns: i64) -> Assist {
         *place = robot(bytes.byte());
     }
     let (said, known) = (bytes.byte() % 3, bytes.byte() % 3);
-    let mut transitions = [[0.0; 9]; 4];
+    let mut transitions = [[0.0; 9]; 8];
     for rows in transitions.iter_mut().take(usize::from(said)) {
-        *rows = bytes.covariance();
+        *rows = bytes.covariance().map(|it| it as f32);
     }
     Assist {
         header,
