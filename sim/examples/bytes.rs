@@ -141,7 +141,7 @@ fn draw(rows: &[Row]) -> Result<String, std::fmt::Error> {
     )?;
     writeln!(
         svg,
-        "<text x=\"290\" y=\"18\" text-anchor=\"middle\">RMS position, mean of five robots; 10, 2, 0.5 and 0.1 messages a second and pair, from right to left</text>"
+        "<text x=\"290\" y=\"18\" text-anchor=\"middle\">RMS position, mean of five robots, by what they say</text>"
     )?;
     let colours = [
         ("#888", Kind::Sl),
@@ -179,7 +179,7 @@ fn draw(rows: &[Row]) -> Result<String, std::fmt::Error> {
         }
         let y = 60 + 22 * line;
         let name = match method {
-            Kind::Sl => "alone: nothing said",
+            Kind::Sl => "alone",
             method => method.name(),
         };
         writeln!(
