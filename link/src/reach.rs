@@ -1,5 +1,5 @@
 //! How far a kind of message goes.
-use coloc_shm_types::{Matters, Speaker};
+use coloc_shm_types::{Audience, Matters, Speaker};
 
 use crate::kinds::Kind;
 
@@ -10,7 +10,7 @@ pub enum Reach {
     Here,
     /// For the robot on whose channel it is said.
     Addressee,
-    /// For all robots: it is said on the speaker's own channel, and every one matters.
+    /// For all robots: it is said on the speaker's own channel.
     Team,
     /// For stations, which listen: the newest is enough, now and then.
     Stations,
@@ -24,6 +24,8 @@ impl Reach {
         match told.by {
             Speaker::Neighbours | Speaker::Trackers => Self::Addressee,
             Speaker::Bounds if matches!(told.matters, Matters::All) => Self::Team,
+            // What is for the own daemon alone is no word of a round.
+            Speaker::Rounds if matches!(told.to, Audience::Anyone) => Self::Team,
             Speaker::Own | Speaker::Bounds if told.late_joiner => Self::Stations,
             _ => Self::Here,
         }
@@ -47,7 +49,9 @@ mod tests {
         ] {
             assert_eq!(reach(name), Some(Reach::Addressee), "{name}");
         }
-        assert_eq!(reach("evidence"), Some(Reach::Team));
+        for name in ["evidence", "share", "round", "call"] {
+            assert_eq!(reach(name), Some(Reach::Team), "{name}");
+        }
         for name in ["estimate", "status", "integrity"] {
             assert_eq!(reach(name), Some(Reach::Stations), "{name}");
         }
@@ -58,6 +62,8 @@ mod tests {
             "driver",
             "timing",
             "tracked",
+            "correction",
+            "shared",
         ] {
             assert_eq!(reach(name), Some(Reach::Here), "{name}");
         }

@@ -9,7 +9,8 @@ use coloc_link::roster::Role;
 use coloc_link::weather::{Cloud, Weather};
 use coloc_link::wire::Versions;
 use coloc_shm_types::{
-    Answer, Clock, Estimate, Header, Message, Neighbour, Publisher, Sender, Subscriber,
+    Answer, Call, Clock, Estimate, Header, Message, Neighbour, Publisher, Round, Sender, Share,
+    Subscriber,
 };
 use support::{Site, all, free_address, member, name, roster, until, wall_ns};
 
@@ -275,6 +276,42 @@ fn links_of_two_versions_understand_one_another_and_those_too_far_apart_do_not()
     let [heard, _, last] = ears.each_ref().map(all);
     assert!(heard.iter().all(|it| it.header.source == 2));
     assert!(last.iter().all(|it| it.header.source == 2));
+}
+
+/// Says something on a robot's own channel until it is heard on the channel of that robot in the other's space.
+fn crosses<M: Message>(from: &Site, to: &Site, message: fn(Header) -> M) {
+    let mut voice = Voice::<M>::new(from, from.id);
+    let ear = to.space.subscriber::<M>(&name(from.id)).unwrap();
+    let heard = until(
+        M::TYPE_NAME,
+        || voice.say(message),
+        || all(&ear).into_iter().next(),
+    );
+    let said = message(*heard.header());
+    let [mut said_bytes, mut heard_bytes] = [(); 2].map(|()| vec![0; M::BYTES]);
+    assert!(said.put(&mut said_bytes).is_some() && heard.put(&mut heard_bytes).is_some());
+    assert_eq!(said_bytes, heard_bytes);
+}
+
+#[test]
+fn a_team_makes_its_rounds_over_links() {
+    let home = tempfile::tempdir().unwrap();
+    let second = free_address();
+    let ([one, two], _) = pair(home.path(), second, second);
+    for (from, to) in [(&one, &two), (&two, &one)] {
+        crosses(from, to, |header| Call {
+            header,
+            ..Call::default()
+        });
+        crosses(from, to, |header| Share {
+            header,
+            ..Share::default()
+        });
+        crosses(from, to, |header| Round {
+            header,
+            ..Round::default()
+        });
+    }
 }
 
 #[test]

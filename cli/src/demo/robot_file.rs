@@ -52,6 +52,7 @@ pub(crate) fn write_all(
         if let Some(plan) = plan {
             if let Ok(config) = &mut config {
                 config.clock.source = ClockSource::Realtime;
+                config.telemetry.record = recording(directory, index);
             }
             let section = plan.section(index, &link_directory(directory, index));
             write_below(&path, config, LinkSection::NAME, &section)?;

@@ -55,7 +55,7 @@ pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<Status, Demo
     if !ended.links.is_empty() {
         console.say(&ended.links.join("\n"));
     }
-    let (facts, records) = facts(&stage, buses, ended, broke_down);
+    let (facts, records) = facts(&stage, buses, ended, broke_down, plan.is_some());
     let summary = Summary::of(facts, interrupt.is_there());
     Ok(report(
         args, console, &out, &stage, summary, &records, &interrupt,
@@ -79,19 +79,26 @@ fn facts(
     buses: Buses,
     ended: Ended,
     broke_down: Option<DemoError>,
+    in_spaces: bool,
 ) -> (Facts, Vec<Record>) {
     let heard = stage.parts().iter().zip(&ended.records).zip(ended.up);
     let robot = |(robot, ((part, record), up)): (usize, ((&Part, &Record), bool))| {
         RobotSummary::of(robot, *part, record, up, &ended.stalls)
     };
     let robots: Vec<_> = heard.enumerate().map(robot).collect();
-    let bars = stage.lead().map_or_else(Vec::new, |lead| {
-        let anew = Anew::of(&ended.files).bars();
-        std::iter::once(lead.bar(&robots)).chain(anew).collect()
-    });
+    let bars = match (stage.lead(), in_spaces) {
+        (Some(lead), _) => {
+            let anew = Anew::of(&ended.files).bars();
+            std::iter::once(lead.bar(&robots)).chain(anew).collect()
+        }
+        // Nobody leads: beliefs are all that can be worked out anew.
+        (None, true) => Anew::of(&ended.files).bars().into_iter().take(1).collect(),
+        (None, false) => Vec::new(),
+    };
     let facts = Facts {
         robots,
         bars,
+        links: ended.links,
         seconds: ended.seconds,
         world: stage.description().to_owned(),
         bus: buses.kind,

@@ -30,6 +30,9 @@ pub(crate) struct Summary {
     pub(crate) robots: Vec<RobotSummary>,
     /// What is promised, and how it came out.
     pub(crate) bars: Vec<Bar>,
+    /// What each link knew of each other at the end: round trip, lost packets, clock.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) links: Vec<String>,
     /// What is left of the run's shared memory: files that should not be there.
     pub(crate) left_in_shared_memory: Vec<PathBuf>,
     /// For how long the machine did not serve threads that do nothing \[ms\].
@@ -84,6 +87,8 @@ pub(crate) struct Facts {
     pub(crate) broke_down: Option<String>,
     /// What else is promised, of all of them.
     pub(crate) bars: Vec<Bar>,
+    /// What the links say of one another.
+    pub(crate) links: Vec<String>,
 }
 
 /// One robot's part.
@@ -196,6 +201,7 @@ impl Summary {
             bus_reason: facts.bus_reason,
             robots,
             bars,
+            links: facts.links,
             left_in_shared_memory: facts.left,
             machine_stood_still_ms: facts.machine_stood_still_ms,
             broke_down: facts.broke_down,
@@ -336,6 +342,7 @@ mod tests {
             left: Vec::new(),
             broke_down: None,
             bars: Vec::new(),
+            links: Vec::new(),
         }
     }
 

@@ -221,6 +221,8 @@ pub struct FilterSettings {
     pub longest_delay: usize,
     /// Robots that have a receiver.
     pub receivers: Vec<usize>,
+    /// `rounds` at another rate than 2 Hz \[Hz\].
+    pub rounds_hz: Option<f64>,
     /// What happens to messages of methods that have a network of their own …
     pub radio: Radio,
     /// … and its chance.
@@ -242,6 +244,7 @@ impl FilterSettings {
             product: Settings::default(),
             longest_delay: (scenario.radio.delay_s[1] / dt_s).ceil() as usize,
             receivers: scenario.fixes.robots.clone(),
+            rounds_hz: None,
             radio: scenario.radio,
             noise: Noise::new(1, 0),
         }
@@ -389,7 +392,11 @@ pub fn build(kind: Kind, settings: &FilterSettings, initial: &[Belief]) -> Box<d
         Kind::LeaderCross => leaders(leader::Fusion::Default),
         Kind::Ccl => Box::new(joint::Joint::new(settings.clone(), initial)),
         Kind::Dkf => Box::new(crate::dkf::Dkf::new(settings.clone(), initial)),
-        Kind::Rounds => Box::new(Crew::new(settings.clone(), initial, Plan::at(2.0))),
+        Kind::Rounds => Box::new(Crew::new(
+            settings.clone(),
+            initial,
+            Plan::at(settings.rounds_hz.unwrap_or(2.0)),
+        )),
         Kind::Rounds5 => Box::new(Crew::new(settings.clone(), initial, Plan::at(5.0))),
         Kind::RoundsStep => Box::new(Flight::new(settings.clone(), initial, Plan::at(2.0))),
         Kind::RoundsStep5 => Box::new(Flight::new(settings.clone(), initial, Plan::at(5.0))),
