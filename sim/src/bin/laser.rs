@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use coloc_sim::campaign::{Page, Part, recordings, run};
-use coloc_sim::laser::{Form, find};
+use coloc_sim::laser::{Form, find, picture};
 
 /// Are robots found in laser scans, with their right names and honest errors?
 #[derive(Parser)]
@@ -23,7 +23,13 @@ struct Args {
     /// Write the table between the marks of this document
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
+    /// Draw one scan into this file, and do nothing else
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
 }
+
+/// So many robots are named in the scan that is drawn.
+const NAMED: usize = 4;
 
 /// What it consists of.
 const PARTS: [Part<Form>; 1] = [("rooms", find)];
@@ -31,6 +37,11 @@ const PARTS: [Part<Form>; 1] = [("rooms", find)];
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let args = Args::parse();
     let data = recordings(args.data);
+    if let Some(path) = args.picture {
+        let data = data.ok_or("there are no recordings")?;
+        std::fs::write(path, picture(&data, args.seed, NAMED)?)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let form = if args.short {
         Form::short(args.seed, data)
     } else {
