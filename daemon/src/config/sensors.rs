@@ -58,8 +58,8 @@ pub struct Sighting {
     /// Whether the robot takes part: hears its own sensors on the channel `sighting`, and other robots on `seen` and `answer`. Let all
     /// robots of a team take part that have such a sensor or are seen by one.
     pub heard: bool,
-    /// Whether sightings of other robots come by way of `coloc-track`, which has to run: the pose of a track in the place of each
-    /// sighting after which its heading is known, and all others as they are. Landmarks are heard as ever.
+    /// Whether sightings of other robots come by way of `coloc-track`, which has to run: the pose of a track in the place of a sighting
+    /// where its heading is known well, once a second at most, and all others as they are. Landmarks are heard as ever.
     pub through_track: bool,
     /// Where the sensor sits in the robot's body frame: forward, left, and how far it is turned to the left; used where a message says
     /// zero \[m, m, rad\].

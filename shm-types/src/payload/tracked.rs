@@ -9,7 +9,7 @@ use crate::{Limits, Reject};
 /// `coloc/<robot>/tracked`: where a neighbour is in this robot's body frame, as `coloc-track` has it of what was seen of it in part.
 ///
 /// For controllers, and for who has to know which robot is which. It is made of sightings that `colocd` uses as well: whoever takes it
-/// as a measurement of its own counts them twice.
+/// as a measurement of its own counts them twice. What may feed `colocd` goes another way, [`RelativePose::OF_TRACK`](super::RelativePose).
 #[derive(Copy, Clone, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("coloc.Tracked.v1")]

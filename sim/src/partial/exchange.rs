@@ -6,6 +6,8 @@ pub mod ideas;
 mod method;
 mod team;
 
+use std::fmt::Write as _;
+
 use rayon::prelude::*;
 
 use method::{FED, METHODS, Method};
@@ -33,51 +35,58 @@ pub fn find(form: &Form) -> Finding {
     rows(form, title, &METHODS, |_, _| ())
 }
 
-/// The exchange by itself, and fed by tracks.
+/// The exchange by itself, and fed by tracks. Fed it is worse off if it is so in the mean of the draws, by more than that is uncertain.
 #[must_use]
 pub fn find_fed(form: &Form) -> Finding {
     let title = "The same with `coloc-track` feeding `colocd`";
-    let mut all: Vec<(String, Vec<Sums>)> = Vec::new();
-    let mut finding = rows(form, title, &FED, |recorded, sums| {
-        all.push((recorded.title(), sums.to_vec()));
+    let mut all: Vec<(String, Vec<f64>)> = Vec::new();
+    let mut finding = rows(form, title, &FED, |recorded, draws| {
+        let off = draws.iter().map(|it| off(it, FED[0].receivers));
+        all.push((recorded.title(), off.collect()));
     });
     for pair in all.chunks_exact(2) {
-        let (recording, [without, fed]) = (&pair[0].0, [&pair[0].1, &pair[1].1]);
-        let [without_cm, fed_cm] = [without, fed].map(|it| 100.0 * off(it, FED[0].receivers));
-        let ratio = fed_cm / without_cm;
-        finding.text += &format!(
-            "\nRecording {recording}: position of those without a receiver {without_cm:.2} cm, fed {fed_cm:.2} cm.\n"
+        let (recording, without, fed) = (&pair[0].0, &pair[0].1, &pair[1].1);
+        let more: Vec<f64> = fed.iter().zip(without).map(|(a, b)| a - b).collect();
+        let ([without, _], [more, uncertain]) = (mean(without), mean(&more));
+        let line = format!(
+            "recording {recording}: position of those without a receiver {:.2} cm, fed {:.2} ± {:.2} cm more",
+            100.0 * without,
+            100.0 * more,
+            100.0 * uncertain
         );
-        if ratio > 1.0 {
-            let name = format!("recording {recording}, {}", FED[1].name);
-            finding
-                .missed
-                .push(format!("{name}: {ratio:.3} times as far off"));
+        let _ = write!(finding.text, "\n* {line}");
+        if more > 2.0 * uncertain {
+            finding.missed.push(line);
         }
     }
+    finding.text.push('\n');
     finding
 }
 
-/// RMS of the position of those without a receiver \[m\].
+/// RMS of the position of those without a receiver, in a draw \[m\].
 fn off(sums: &[Sums], receivers: usize) -> f64 {
-    let all: Vec<f64> = sums
-        .iter()
-        .skip(receivers)
-        .map(|it| {
-            let [x, y, _] = it.rms();
-            x * x + y * y
-        })
-        .collect();
-    #[allow(clippy::cast_precision_loss)] // Some robots.
-    let count = all.len() as f64;
-    (all.iter().sum::<f64>() / count).sqrt()
+    let squares = sums.iter().skip(receivers).map(|it| {
+        let [x, y, _] = it.rms();
+        x * x + y * y
+    });
+    let [mean, _] = mean(&squares.collect::<Vec<_>>());
+    mean.sqrt()
+}
+
+/// Mean, and its standard error.
+#[allow(clippy::cast_precision_loss)] // Some draws.
+fn mean(of: &[f64]) -> [f64; 2] {
+    let count = of.len() as f64;
+    let mean = of.iter().sum::<f64>() / count;
+    let squares: f64 = of.iter().map(|it| (it - mean) * (it - mean)).sum();
+    [mean, (squares / (count * (count - 1.0))).sqrt()]
 }
 
 fn rows(
     form: &Form,
     title: &str,
     methods: &[Method],
-    mut each: impl FnMut(&Recorded, &[Sums]),
+    mut each: impl FnMut(&Recorded, &[Vec<Sums>]),
 ) -> Finding {
     let recordings = match form.recordings(title) {
         Ok(recordings) => recordings,
@@ -112,7 +121,7 @@ fn rows(
                 .collect();
             let sums = summed(&draws);
             judge(recorded, method, (index, allowed), &sums, &mut missed);
-            each(recorded, &sums);
+            each(recorded, &draws);
             table.row(row(recorded, method, &sums));
         }
     }

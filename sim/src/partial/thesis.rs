@@ -21,6 +21,8 @@ use crate::random::{Draws, Noise, Purpose};
 
 /// Of the whole campaign.
 const RUNS: u16 = 1000;
+/// Of the reference.
+const SET: usize = 50;
 const DT_S: f64 = 0.01;
 const STEPS: usize = 3000;
 const EVERY: usize = 10;
@@ -61,6 +63,8 @@ struct Course {
     heading: Vec<f64>,
     position: Vec<f64>,
     outside: f64,
+    /// Standard deviation of that from one set of [`SET`] runs to the next.
+    of_set: f64,
 }
 
 /// One world: the truth at each reading, and what is measured.
@@ -242,8 +246,10 @@ impl Course {
             heading: vec![0.0; READINGS],
             position: vec![0.0; READINGS],
             outside: 0.0,
+            of_set: f64::NAN,
         };
         let runs: Vec<_> = worlds.par_iter().map(|it| it.run(rules, begins)).collect();
+        course.of_set = deviation(&runs);
         for run in runs {
             for (index, (error, outside)) in run.into_iter().enumerate() {
                 course.heading[index] += error.z * error.z;
@@ -261,6 +267,20 @@ impl Course {
         course.outside /= runs * readings;
         course
     }
+}
+
+/// Standard deviation of the share outside from one set of [`SET`] runs to the next; NaN of fewer than two sets.
+#[allow(clippy::cast_precision_loss)] // Tens of sets, thousands of readings.
+fn deviation(runs: &[Vec<(Vector3<f64>, bool)>]) -> f64 {
+    let share = |set: &[Vec<(Vector3<f64>, bool)>]| {
+        let outside = set.iter().flatten().filter(|(_, outside)| *outside).count();
+        outside as f64 / (set.len() * READINGS) as f64
+    };
+    let shares: Vec<f64> = runs.chunks_exact(SET).map(share).collect();
+    let count = shares.len() as f64;
+    let mean = shares.iter().sum::<f64>() / count;
+    let squares: f64 = shares.iter().map(|it| (it - mean) * (it - mean)).sum();
+    (squares / (count - 1.0)).sqrt()
 }
 
 /// With how many readings `errors` are below what `known` come to at most; `None`: never.
@@ -322,6 +342,7 @@ pub fn find(form: &Form) -> Finding {
         "readings until the heading is known",
         "the position",
         "outside",
+        "of fifty runs ±",
     ]);
     let (mut missed, mut rivals) = (Vec::new(), Vec::new());
     let mut tell = |name: &str, filter: &str, course: &Course, stated: f64| {
@@ -334,6 +355,11 @@ pub fn find(form: &Form) -> Finding {
             number(heading),
             position,
             percent(course.outside),
+            if course.of_set.is_nan() {
+                "–".into()
+            } else {
+                percent(course.of_set)
+            },
         ]);
         if (course.outside - stated).abs() > within {
             missed.push(format!(
