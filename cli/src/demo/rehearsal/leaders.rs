@@ -1,6 +1,8 @@
 //! Leaders and children in one process: the estimators as daemons set them up, on a bus that takes a tick.
 
-use coloc_daemon::config::{AssistFusion, Config};
+use std::ops::RangeInclusive;
+
+use coloc_daemon::config::Config;
 use coloc_daemon::estimate::{Estimate, start};
 use coloc_estimator::assist::assistant::{Ack, Heard, Told, Words};
 use coloc_estimator::{
@@ -8,6 +10,7 @@ use coloc_estimator::{
     SlowError, Span, Stamp, TickInputs,
 };
 use coloc_sim::StepInputs;
+use coloc_sim::campaign::recordings;
 
 use super::super::bars::bars;
 use super::super::lead::COMPASS_SIGMA_RAD;
@@ -19,7 +22,7 @@ use super::super::world::{Received, Stage};
 use super::alone::{fix, moment, stamp};
 use crate::args::DemoArgs;
 
-/// Its leaders' messages are there after so many steps.
+/// Messages are there after so many steps.
 const UNDER_WAY: usize = 1;
 
 struct Robot {
@@ -34,11 +37,9 @@ struct Robot {
 }
 
 impl Robot {
-    fn new(stage: &Stage, robot: usize, fusion: AssistFusion) -> Self {
-        let mut config = believed(stage, robot).unwrap();
-        config.assist.fusion = fusion;
+    fn new(stage: &Stage, robot: usize) -> Self {
         Self {
-            config,
+            config: believed(stage, robot).unwrap(),
             estimator: None,
             record: Record::new(),
             session: 0,
@@ -155,9 +156,9 @@ fn compass(heading_rad: f64, stamp: Stamp, step: usize) -> Measurement {
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // A minute or two.
-fn play(stage: &Stage, seconds: f64, fusion: AssistFusion) -> Vec<Record> {
+fn play(stage: &Stage, seconds: f64) -> Vec<Record> {
     let all = 0..stage.robots();
-    let mut robots: Vec<_> = all.map(|it| Robot::new(stage, it, fusion)).collect();
+    let mut robots: Vec<_> = all.map(|it| Robot::new(stage, it)).collect();
     let (sensors, mut inputs) = (stage.sensors(), StepInputs::default());
     let mut received = Vec::new();
     let steps = (seconds / stage.step_s()) as usize;
@@ -209,33 +210,14 @@ fn stage(seconds: f64, seed: u64, data: Option<&str>) -> Stage {
 }
 
 /// What is promised of everybody holds in these worlds.
-fn hold(seconds: f64, seeds: std::ops::RangeInclusive<u64>, data: Option<&str>) {
+fn hold(seconds: f64, seeds: RangeInclusive<u64>, data: Option<&str>) {
     for seed in seeds {
         let stage = stage(seconds, seed, data);
-        let records = play(&stage, seconds, AssistFusion::default());
+        let records = play(&stage, seconds);
         let summary = |(robot, record): (usize, &Record)| {
             RobotSummary::of(robot, stage.parts()[robot], record, true, &[])
         };
         let robots: Vec<_> = records.iter().enumerate().map(summary).collect();
-        if std::env::var("LOOK").is_ok() {
-            let least = |it: &RobotSummary| {
-                it.accuracy
-                    .unwrap()
-                    .inside_3_sigma
-                    .into_iter()
-                    .fold(1.0, f64::min)
-            };
-            let nees = |it: &Record| {
-                it.moments.iter().map(|it| it.nees).sum::<f64>() / it.moments.len() as f64
-            };
-            println!(
-                "{seconds} {seed} {} {:.3?} {:.2?}",
-                data.is_some(),
-                robots.iter().map(least).collect::<Vec<_>>(),
-                records.iter().map(nees).collect::<Vec<_>>()
-            );
-            continue;
-        }
         let broken: Vec<_> = bars(&robots)
             .into_iter()
             .filter(|bar| !bar.broken_by.is_empty())
@@ -251,10 +233,11 @@ fn what_is_promised_of_leaders_and_children_holds() {
 
 #[test]
 fn what_is_promised_of_recorded_leaders_and_children_holds() {
-    let Ok(folder) = std::env::var("COLOC_DATA") else {
-        return; // Nobody has recordings.
+    let Some(folder) = recordings(None).map(|it| it.join("mrclam1")) else {
+        println!("SKIPPED: no recording mrclam1: set COLOC_DATA to the folder that has it");
+        return;
     };
-    let folder = folder + "/mrclam1";
-    hold(30.0, 1..=3, Some(&folder));
-    hold(60.0, 1..=1, Some(&folder));
+    let folder = folder.to_str().unwrap();
+    hold(30.0, 1..=3, Some(folder));
+    hold(60.0, 1..=1, Some(folder));
 }

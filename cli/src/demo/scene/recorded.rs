@@ -59,9 +59,8 @@ pub(super) fn scene(folder: &Path, args: &DemoArgs) -> Result<Scene, DemoError> 
         world: Box::new(world),
         sensors,
         eyes: Eyes::Poses,
-        // As the paper has them, so that its figures can be compared. They err more than that where they hardly turn, and who finds
-        // itself would be surer than it may be.
-        wheels: if lead.is_some() && std::env::var("OLD").is_err() {
+        // The paper's make a robot that hardly moves surer than it may be, and a leader must not be (docs/leaders.md).
+        wheels: if lead.is_some() {
             Preset::Mrclam
         } else {
             Preset::Paper
