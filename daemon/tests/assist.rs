@@ -299,7 +299,15 @@ fn what_is_forged_of_readings_is_refused_under_its_reason() {
             Input::Readings,
             Reject::UnknownRobot,
         ),
-        (|it| it.count = 17, Input::Readings, Reject::Unsupported),
+        (
+            |it| {
+                it.count = 17;
+                let covariance = diagonal([0.0025, 0.0025, 0.0003]);
+                it.sights.iter_mut().for_each(|it| it.covariance = covariance);
+            },
+            Input::Readings,
+            Reject::Unsupported,
+        ),
         (
             |it| (it.count, it.sights[0].observed) = (1, 9),
             Input::Readings,
