@@ -1,16 +1,19 @@
 //! Step 4 of the tick: the estimate to anyone, and to each robot that was seen what is known about it.
 
+mod companion;
+
 use coloc_estimator::assist::assistant::{Ack, Carried, Message as AssistMessage, Told};
 use coloc_estimator::assist::readings::Readings;
 use coloc_estimator::partial::SplitPosition;
 use coloc_estimator::rounds::{AtSlot, Sharing, Standing as RoundStanding, row_major};
-use coloc_estimator::{Estimate, OutgoingAnswer, OutgoingPose, OutgoingSeen, TickOutputs};
+use coloc_estimator::{Estimate, OutgoingAnswer, OutgoingPose, OutgoingSeen, Stamp, TickOutputs};
 use coloc_shm_types::{
     self as shm, GroupPage, Health, Input, Message, Neighbour, PortError, Publisher, RobotName,
     Sender, Space,
 };
 use tracing::warn;
 
+use self::companion::Companion;
 use crate::clock::Moment;
 use crate::config::{self, AssistMode, Config};
 use crate::health::Standing;
@@ -37,6 +40,8 @@ struct Peer {
     /// None if there was no place for it: then this robot cannot be told where it is seen.
     port: Option<Publisher<Neighbour>>,
     sender: Sender,
+    /// Where this robot may make rounds.
+    companion: Option<Companion>,
     /// Where this robot takes part in the exchange of what is seen in part.
     parts: Option<Parts>,
     /// Where this robot has a part in `[assist]`.
@@ -207,11 +212,16 @@ impl Publish {
     }
 
     fn neighbours(&mut self, outgoing: &[OutgoingPose], moment: &Moment) {
+        let clock = self.sender.clock().into();
+        let common = Stamp::from_nanos(moment.on(clock, moment.stamp.as_nanos()));
         for pose in outgoing {
             let Some(peer) = self.peers.iter_mut().find(|peer| peer.id == pose.to.0) else {
                 continue;
             };
-            let stamp_ns = moment.on(self.sender.clock().into(), pose.stamp.as_nanos());
+            if peer.makes_rounds(common) {
+                continue;
+            }
+            let stamp_ns = moment.on(clock, pose.stamp.as_nanos());
             self.undelivered += u64::from(!peer.send(stamp_ns, pose));
         }
     }
@@ -273,6 +283,7 @@ impl Peer {
             id,
             port: port(space, name)?,
             sender: sender.beside(),
+            companion: Companion::open(space, (id, name), config)?,
             parts: config
                 .sighting
                 .heard
@@ -297,6 +308,11 @@ impl Peer {
             assists.acks.iter().for_each(Publisher::ring);
             assists.readings.iter().for_each(Publisher::ring);
         }
+    }
+
+    /// Whether it fuses nothing of what it is told, at `now` of the common clock.
+    fn makes_rounds(&mut self, now: Stamp) -> bool {
+        self.companion.as_mut().is_some_and(|it| it.is_here(now))
     }
 
     fn send(&mut self, stamp_ns: i64, pose: &OutgoingPose) -> bool {

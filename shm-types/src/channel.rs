@@ -465,6 +465,8 @@ impl Channel {
             name: "call",
             what: "who is there at a slot, and the question for a round that was missed",
             size: size_of::<Call>(),
+            // Their colocd too: who makes rounds is told no neighbour's pose.
+            subscribers: 40,
             buffer: 16,
             ..ROUNDS
         },

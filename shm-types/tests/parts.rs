@@ -304,7 +304,12 @@ fn evidence() -> Evidence {
 fn evidence_is_refused_for_its_reason() {
     let check = after(evidence(), Evidence::validate);
     assert_eq!(check(|_| ()), Ok(()));
-    let all: [Case<Evidence>; 11] = [
+    let all: [Case<Evidence>; 16] = [
+        (|it| it.fix_half = [0.3, 0.0], Reject::NoCovariance),
+        (|it| it.compass[1] = 0.0, Reject::NoCovariance),
+        (|it| it.seen[0].half[0] = 0.0, Reject::NoCovariance),
+        (|it| it.seen[0].turn_half = 0.0, Reject::NoCovariance),
+        (|it| it.fix_half[0] = f64::NAN, Reject::NotFinite),
         (|it| it.moved[3] = f64::NAN, Reject::NotFinite),
         (|it| it.seen[0].centre[1] = f64::INFINITY, Reject::NotFinite),
         (

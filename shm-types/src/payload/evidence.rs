@@ -92,12 +92,31 @@ impl Evidence {
         }
         Limits::check_not_negative(&[self.turn[1], self.compass[1]])?;
         Limits::check_not_negative(&self.fix_half)?;
+        self.check_bounds()?;
         Limits::check_supported(self.is_supported())?;
         limits.check_other(self.header.source)?;
         for it in self.seen() {
             limits.check_member(it.observed)?;
         }
         limits.check_time(&self.header)
+    }
+
+    /// A bound of zero is one of somebody who does not know it: no sensor is exact.
+    fn check_bounds(&self) -> Result<(), Reject> {
+        let has = |what: u8| self.has & what != 0;
+        let is_exact = |half: &[f64]| half.contains(&0.0);
+        let is_exact = has(Self::FIX) && is_exact(&self.fix_half)
+            || has(Self::COMPASS) && is_exact(&self.compass[1..])
+            || self
+                .seen
+                .iter()
+                .take_while(|_| usize::from(self.seen_count) <= self.seen.len())
+                .take(usize::from(self.seen_count))
+                .any(|it| is_exact(&it.half) || it.turn_half == 0.0);
+        if is_exact {
+            return Err(Reject::NoCovariance);
+        }
+        Ok(())
     }
 
     fn is_supported(&self) -> bool {
