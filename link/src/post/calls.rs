@@ -17,7 +17,7 @@ use crate::roster::{Member, Roster};
 const LOOK: Duration = Duration::from_millis(100);
 /// From one call of a member to the next, which does not wait for the first to fail: of calls into a radio that loses every second
 /// packet one gets through soon.
-const AGAIN: u32 = 10;
+const AGAIN: u32 = 5;
 /// Calls of one member at once.
 const AT_ONCE: usize = 4;
 
@@ -66,6 +66,8 @@ fn due(office: &Office, calls: &mut Calls) -> Vec<(u16, String)> {
         }
         office.wanted.is_due(member.id, !is_ours, now_ns)
     });
+    // Who is lost is called at once.
+    calls.pause.retain(|id, _| !office.members.contains_key(id));
     let mut due = Vec::new();
     for member in missing {
         let pause = calls.pause.entry(member.id).or_default();

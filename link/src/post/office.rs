@@ -77,6 +77,8 @@ pub struct Office {
     pub(super) counts: Counts,
     pub(super) wanted: Wanted,
     pub(super) teller: Teller,
+    /// Numbers of the robots in `[[team]]`, to which alone the robot's programs speak; none: to everybody.
+    pub(super) listed: Vec<u16>,
     /// Robots that are in the own space, as it was last looked.
     pub(super) local: Vec<String>,
     /// Whose channels are listened to already.
@@ -177,6 +179,7 @@ impl Office {
             counts: Counts::default(),
             wanted: Wanted::default(),
             teller: Teller::new(NAME),
+            listed: config.team.iter().map(|it| it.id).collect(),
             local: Vec::new(),
             heard: Vec::new(),
             started_ns: now().boot_ns,

@@ -83,7 +83,8 @@ impl Office {
             match Reach::of(kind) {
                 Reach::Here => {}
                 Reach::Addressee => {
-                    let robots = others().filter(|it| it.role == Role::Robot);
+                    let is_listed = |id| self.listed.is_empty() || self.listed.contains(&id);
+                    let robots = others().filter(|it| it.role == Role::Robot && is_listed(it.id));
                     wanted.extend(robots.map(|it| (it.name.clone(), *kind, Some(it.id))));
                 }
                 Reach::Team | Reach::Stations => {

@@ -44,15 +44,16 @@ impl Robot {
         fs::create_dir_all(&directory).unwrap();
         let (root, listens) = (directory.join("shm"), free_address());
         let others = team.iter().filter(|other| **other != id);
-        let others: String = others
+        let others: Vec<_> = others
             .map(|other| format!("[[team]]\nname = \"robot{other}\"\nid = {other}\n"))
             .collect();
+        let others = others.concat();
+        let (shm, own) = (root.display(), directory.display());
         let text = format!(
-            "[robot]\nname = \"robot{id}\"\nid = {id}\n{others}[shm]\nroot = {root:?}\nprefix = \"{PREFIX}\"\n\
+            "[robot]\nname = \"robot{id}\"\nid = {id}\n{others}[shm]\nroot = \"{shm}\"\nprefix = \"{PREFIX}\"\n\
              [clock]\nsource = \"realtime\"\n[initial]\npose = [0.0, 0.0, 0.0]\n\
-             [telemetry]\nstate_file = {:?}\n[link]\nlisten = \"{listens}\"\ndirectory = {directory:?}\ninsecure = true\n\
-             max_offset_s = 1.0\n",
-            directory.join("belief.toml")
+             [telemetry]\nstate_file = \"{own}/belief.toml\"\n\
+             [link]\nlisten = \"{listens}\"\ndirectory = \"{own}\"\ninsecure = true\nmax_offset_s = 1.0\n"
         );
         let file = directory.join("robot.toml");
         fs::write(&file, text).unwrap();

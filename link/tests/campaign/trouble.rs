@@ -10,11 +10,12 @@ use crate::support::{PATIENCE, free_address, roster};
 use crate::talk::Talk;
 use crate::team::{Robot, members, team};
 
-/// Two robots that talk; what is between them is called at the second's address.
+/// Two robots that talk; what is between them is called at the second's address, and the first has none.
 pub(crate) fn pair(home: &std::path::Path, seed: u64) -> (Vec<Robot>, Cloud) {
     let mut robots = team(home, 2);
     let cloud = Cloud::open(free_address(), robots[1].listens, Weather::default(), seed).unwrap();
     let mut listed = members(&robots);
+    listed[0].addresses.clear();
     listed[1].addresses = vec![cloud.address().to_string()];
     let text = roster(1, listed);
     for robot in &mut robots {
@@ -49,7 +50,8 @@ fn grown(what: &str, before: Usage, after: Usage) {
 /// Links are killed in turn and run again at once.
 pub(crate) fn links(extent: Extent) {
     let home = tempfile::tempdir().unwrap();
-    let (mut robots, _cloud) = pair(home.path(), 1);
+    let mut robots = team(home.path(), 2);
+    robots.iter_mut().for_each(Robot::start_link);
     let mut talk = Talk::new(&robots, |_, _| true, 10.0);
     talk.until_all_are_heard();
     let mut took_s = [Vec::new(), Vec::new()];
