@@ -15,7 +15,7 @@ const TOP_TURN_RADPS: f64 = 1.0;
 const ARRIVED_M: f64 = 0.3;
 /// So many of the first robots have receivers.
 const RECEIVERS: usize = 2;
-/// Of the time in which robots are told something. Over 30 s of seed 1 it came to all of it by scans, to 89 % by cameras at worst.
+/// Of the time in which robots are told something. Three to five robots were told something in all of it by scans, and in 65 to 100 % by cameras.
 const TOLD: f64 = 0.5;
 const FIX_SIGMA_M: f64 = 0.1;
 
