@@ -292,6 +292,35 @@ fn nothing_is_allocated_after_the_start() {
     }
 }
 
+/// As it was recorded: of a rectangle that looks to the left, the long side is seen between the last beam of the scan and what stands in
+/// front of its other end. The noise of its last beams is no short side.
+#[test]
+fn of_a_face_both_ends_of_which_are_hidden_nothing_is_said_that_was_not_seen() {
+    let seen = [
+        1.504, 1.494, 1.484, 1.274, 1.283, 1.343, 1.343, 1.433, 1.890, 1.900, 1.880, 1.900, 1.900,
+        1.890, 1.880, 1.930, 1.920, 1.940, 1.930, 1.940, 1.980, 1.960, 1.960,
+    ];
+    let mut ranges = [f32::NAN; 180];
+    ranges[180 - seen.len()..].copy_from_slice(&seen);
+    #[allow(clippy::cast_possible_truncation)]
+    let view = View::check(Raw {
+        angle_min_rad: -FRAC_PI_2 as f32,
+        angle_increment_rad: STEP as f32,
+        range_max_m: 30.0,
+        ranges: &ranges,
+        ..Raw::default()
+    });
+    let look = Look::Rectangle {
+        length_m: 0.7,
+        width_m: 0.5,
+        centre_m: [0.1, 0.0],
+    };
+    let team = [prior(1, 0, [0.155, 2.182, -0.289])];
+    let mut finder = Finder::new(Settings::of(vec![look]));
+    let found = finder.find(&view.unwrap(), ScannerMotion::default(), &team);
+    assert!(found.is_empty(), "{found:?}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, rng_seed: proptest::test_runner::RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
 

@@ -15,7 +15,7 @@ pub(crate) struct Told {
     /// Of each session of the daemon: when it last said how many words there were \[s\].
     last: BTreeMap<u64, (f64, u64)>,
     known_s: f64,
-    told_s: f64,
+    heard_s: f64,
     was_cut: bool,
 }
 
@@ -35,7 +35,7 @@ impl Told {
         let passed_s = time_s - before_s.max(0.0);
         self.known_s += passed_s;
         if words > said {
-            self.told_s += passed_s;
+            self.heard_s += passed_s;
         }
     }
 
@@ -48,7 +48,7 @@ impl Told {
     /// Share of the time in which it was told something, if it drove for so long; none where nothing can be said.
     pub(super) fn share(&self, drove_s: f64) -> Option<f64> {
         let is_short = drove_s < LEAST_S || (self.was_cut && self.known_s < LEAST_S);
-        (!is_short).then(|| self.told_s / self.known_s.max(LEAST_S))
+        (!is_short).then(|| self.heard_s / self.known_s.max(LEAST_S))
     }
 }
 
@@ -112,7 +112,7 @@ mod tests {
         let mut hear = |input: Input, time_s| {
             status.accepted[input as usize] += 1;
             told.hear_status(&status, time_s);
-            told.told_s
+            told.heard_s
         };
         assert!(hear(Input::Seen, 0.0) == 0.0);
         assert!(hear(Input::Seen, 1.0) == 1.0);

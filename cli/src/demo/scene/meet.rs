@@ -10,9 +10,9 @@ use super::{Eyes, Help, Part, Scene};
 use crate::args::DemoArgs;
 use crate::demo::bars::Expectation;
 
-/// How far a robot sees: not from one side of the floor to the other \[m\].
 /// Of the time in which robots are told something.
 const TOLD: f64 = 0.2;
+/// How far a robot sees: not from one side of the floor to the other \[m\].
 const RANGE_M: f64 = 4.0;
 const TOP_SPEED_MPS: f64 = 0.8;
 const TOP_TURN_RADPS: f64 = 1.5;

@@ -14,6 +14,7 @@ use crate::demo::lead::Lead;
 
 /// Of the time in which robots are told something.
 const TOLD: f64 = 0.2;
+
 /// Everybody sees nearly everybody. Of the paper's worlds, of 6, 10, 30 and 120 s, the worst came to this (errors: time mean):
 /// robots that see nobody for a while, in teams of two to four, 0.17 m and 0.21 rad, 96 % inside; one alone, to which fixes say next
 /// to nothing about its heading at 0.1 m/s, 0.05 m and 0.24 rad, 93 % inside; in larger teams 0.09 m and 0.05 rad, 99 % inside.
