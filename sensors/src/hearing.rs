@@ -21,6 +21,7 @@ pub trait Refuses: Copy {
     const REPEATED: Self;
 
     /// Why a message is not valid.
+    #[must_use]
     fn of(reason: Reject) -> Self {
         match reason {
             Reject::ForeignClock | Reject::UnknownClock => Self::CLOCK,
