@@ -36,10 +36,7 @@ fn assist() -> Assist {
         independent: SOUND,
         dependent: SOUND,
         leader_covariance: SOUND,
-        transitions: core::array::from_fn(|place| match place {
-            0 => SOUND.map(|it| it as f32),
-            _ => [0.0; 9],
-        }),
+        transitions: core::array::from_fn(|place| [if place == 0 { 0.5 } else { 0.0 }; 9]),
         path,
         robots: 3,
         known: 200,

@@ -12,7 +12,7 @@
 //! | `leader-kf` | the thesis: a Kalman update with all of its covariance |
 //! | `leader-split` | split covariance intersection, the leader's error dependent |
 //! | `leader-cross` | the correlation with each leader's error is tracked; what becomes of that error it hears at every event |
-//! | `leader-default` | the same of what is on its way to it only: of events that it missed, a datum tells the last four |
+//! | `leader-default` | the same of what is on its way to it only: of events that it missed, a datum tells the last eight; each leader errs by twice what it says |
 
 pub(crate) mod event;
 pub(crate) mod robot;

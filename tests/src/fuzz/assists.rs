@@ -162,6 +162,11 @@ fn slot(bytes: &mut Bytes<'_>, header: &Header) -> i64 {
     }
 }
 
+#[allow(clippy::cast_possible_truncation)] // As a leader says it.
+fn as_said(number: f64) -> f32 {
+    number as f32
+}
+
 fn assist(bytes: &mut Bytes<'_>, now_ns: i64) -> Assist {
     let header = header(bytes, now_ns);
     let slot = slot(bytes, &header);
@@ -173,7 +178,7 @@ fn assist(bytes: &mut Bytes<'_>, now_ns: i64) -> Assist {
     let (said, known) = (bytes.byte() % 3, bytes.byte() % 3);
     let mut transitions = [[0.0; 9]; 8];
     for rows in transitions.iter_mut().take(usize::from(said)) {
-        *rows = bytes.covariance().map(|it| it as f32);
+        *rows = bytes.covariance().map(as_said);
     }
     Assist {
         header,
