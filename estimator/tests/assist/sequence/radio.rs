@@ -115,6 +115,7 @@ impl Radio {
                     stamp,
                     path: Path::first(from, child),
                     is_final: false,
+                    digest: 0,
                     said: first(&world.leaders[leader], reading, PAPER),
                     word: Word::default(),
                 };
