@@ -102,7 +102,7 @@ impl Answer {
 }
 
 impl Sight {
-    fn was_tried(&self, leader: Rank) -> bool {
+    fn was_tried(self, leader: Rank) -> bool {
         self.tried & 1 << leader.index() != 0
     }
 
