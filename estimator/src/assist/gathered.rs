@@ -180,7 +180,7 @@ impl Gathered {
         };
         let mut reached: [Option<Reached>; MOST_ROBOTS] = [None; MOST_ROBOTS];
         for edge in tree.edges() {
-            let Some((by, sight)) = self.sight(&terms.team, edge) else {
+            let Some((by, sight)) = self.sight(&terms.team, *edge) else {
                 continue;
             };
             let stamp = begin + sight.since;
@@ -204,7 +204,7 @@ impl Gathered {
         }
     }
 
-    fn sight(&self, team: &Team, edge: &Edge) -> Option<(&Readings, &Sight)> {
+    fn sight(&self, team: &Team, edge: Edge) -> Option<(&Readings, &Sight)> {
         let statements = self.statements.as_slice();
         let at = statements.binary_search_by_key(&edge.parent, |it| it.speaker);
         let readings = &statements.get(at.ok()?)?.readings;

@@ -57,12 +57,7 @@ pub enum Use {
     #[default]
     Free,
     /// A datum of this leader is on its way.
-    Pending {
-        /// Whose.
-        leader: Rank,
-        /// In which tick it was sent.
-        since: u32,
-    },
+    Pending(Rank),
     /// A datum of this leader was taken.
     Consumed(Rank),
     /// A datum of this leader may have been taken.
@@ -107,23 +102,21 @@ impl Answer {
 }
 
 impl Sight {
-    fn was_tried(&self, leader: Rank) -> bool {
+    fn was_tried(self, leader: Rank) -> bool {
         self.tried & 1 << leader.index() != 0
     }
 
     /// From now on for this leader.
     fn offer(&mut self, leader: Rank, since: u32) {
         self.tried |= 1 << leader.index();
-        self.used = Use::Pending { leader, since };
+        self.used = Use::Pending(leader);
         self.sent = since;
     }
 
     fn settle(&mut self, leader: Rank, taken: bool) -> Settled {
         let (used, settled) = match self.used {
-            Use::Pending { leader: of, .. } if of == leader && taken => {
-                (Use::Consumed(leader), Settled::Consumed)
-            }
-            Use::Pending { leader: of, .. } | Use::TimedOut(of) if of == leader && !taken => {
+            Use::Pending(of) if of == leader && taken => (Use::Consumed(leader), Settled::Consumed),
+            Use::Pending(of) | Use::TimedOut(of) if of == leader && !taken => {
                 (Use::Free, Settled::Freed)
             }
             other => (other, Settled::Ignored),
@@ -206,7 +199,7 @@ impl Search {
     pub fn delay(&self, child: Place, leader: Rank, tick: u32) -> Option<u32> {
         let sight = self.sights().iter().find(|it| it.child == child)?;
         match sight.used {
-            Use::Pending { leader: of, .. } | Use::TimedOut(of) if of == leader => {
+            Use::Pending(of) | Use::TimedOut(of) if of == leader => {
                 Some(tick.saturating_sub(sight.sent))
             }
             _ => None,
@@ -227,8 +220,8 @@ impl Search {
         }
         let mut late = Robots::NONE;
         for sight in self.sights.as_mut_slice() {
-            if let Use::Pending { leader, since } = sight.used
-                && tick.saturating_sub(since) >= patience.ack_timeout
+            if let Use::Pending(leader) = sight.used
+                && tick.saturating_sub(sight.sent) >= patience.ack_timeout
             {
                 sight.used = Use::TimedOut(leader);
                 late = late.with(sight.child);

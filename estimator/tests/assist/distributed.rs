@@ -232,7 +232,7 @@ fn message_of(team: &Team, found: &network::Message) -> (u32, &'static str, u16,
 fn edge_of(team: &Team, child: Place, sight: &Sight) -> (u16, u16, String, Option<u16>) {
     let (state, leader) = match sight.used {
         Use::Free => ("free", None),
-        Use::Pending { leader, .. } => ("pending", Some(leader)),
+        Use::Pending(leader) => ("pending", Some(leader)),
         Use::Consumed(leader) => ("consumed", Some(leader)),
         Use::TimedOut(leader) => ("consumed by time-out", Some(leader)),
     };

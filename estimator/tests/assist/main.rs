@@ -15,5 +15,6 @@ mod sequence;
 #[path = "../support/mod.rs"]
 mod support;
 mod sync;
+mod tables;
 mod trees;
 mod updates;

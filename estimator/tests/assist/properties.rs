@@ -354,7 +354,7 @@ impl World {
         }
         let sights = network.searches.values().flat_map(Search::sights);
         for sight in sights {
-            let is_pending = matches!(sight.used, Use::Pending { .. });
+            let is_pending = matches!(sight.used, Use::Pending(_));
             assert!(!is_pending, "{}: not settled", weather.name);
         }
     }

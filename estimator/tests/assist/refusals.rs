@@ -190,6 +190,17 @@ fn what_is_final() {
     );
     let answer = events.hear(&full, NOW, place(100), &is_final, BEGAN);
     assert_eq!(answer, Ok(Answer::Accepted));
+    // Another leader knew something else. What shares a sighting with what was taken is not, the rest is.
+    let other = |ids: &[u16]| Data {
+        is_final: true,
+        digest: 7,
+        ..data(ids)
+    };
+    let answer = events.hear(&full, NOW, place(101), &other(&[101, 2, 3]), BEGAN);
+    assert_eq!(answer, Ok(Answer::Declined));
+    let answer = events.hear(&full, NOW, place(101), &other(&[101, 4, 3]), BEGAN);
+    assert_eq!(answer, Ok(Answer::Accepted));
+    assert_eq!(events.disagreed(), 2);
     let send = |_: &Data| panic!("a final datum is not handed on");
     assert_eq!(events.work(&full, NOW, |_, _| None, send), 0);
 }
