@@ -10,7 +10,10 @@ use by_hand::{PERIOD, Subject, World, name};
 use coloc_counting::{Calls, calls_during};
 use coloc_daemon::event::Event;
 use coloc_daemon::wait::Wake;
-use coloc_shm_types::{Correction, Health, Input, Publisher, Reject, Shared, Subscriber};
+use coloc_shm_types::{
+    Call, Correction, Header, Health, Input, Neighbour, Publisher, Reject, RelativePose, Shared,
+    Subscriber,
+};
 
 const LINES: &str = "[initial]\npose = [1.0, 2.0, 0.5]\nsigma = [0.1, 0.1, 0.05]\n[fusion]\nmode = \"rounds\"\n[rounds]\nrate_hz = 5.0\n";
 
@@ -210,4 +213,52 @@ fn in_the_other_mode_nobody_is_heard() {
     assert!(shared.receive().unwrap().is_none());
     let status = robot.robot.account().status();
     assert_eq!(status.accepted_of(Input::Correction), 0);
+}
+
+/// Who says at each slot that it takes part fuses nothing of what it is told. Once it says nothing any more it is told again.
+#[test]
+fn who_makes_rounds_is_not_told_where_it_is_seen() {
+    const SLOT_NS: i64 = 200_000_000;
+    let mut team = Team::new();
+    let told: Subscriber<Neighbour> = team.world.space.subscriber(&name("b")).unwrap();
+    let sightings: Publisher<RelativePose> = team.world.publisher("a");
+    let calls: Publisher<Call> = team.world.publisher("b");
+    let mut sequence = 1000;
+    let mut see = |team: &mut Team| {
+        sequence += 1;
+        let sighting = RelativePose {
+            header: team.world.header(sequence),
+            observed: 2,
+            pose: [2.0, 0.5, 0.1],
+            covariance: [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 0.01],
+            ..RelativePose::default()
+        };
+        sightings.send(sighting).unwrap();
+        team.tick();
+        let mut count = 0;
+        while told.receive().unwrap().is_some() {
+            count += 1;
+        }
+        count
+    };
+    assert!((0..40).any(|_| see(&mut team) == 1), "ports connect");
+    let header = team.world.header(1);
+    let slot = u64::try_from(header.stamp_ns / SLOT_NS).unwrap();
+    let call = |kind, source| Call {
+        header: Header { source, ..header },
+        slot,
+        kind,
+        ..Call::default()
+    };
+    for (kind, source) in [(Call::ASK, 2), (Call::HERE, 3)] {
+        calls.send(call(kind, source)).unwrap();
+        assert_eq!(see(&mut team), 1, "that does not say that it is there");
+    }
+    calls.send(call(Call::HERE, 2)).unwrap();
+    let silent = (0..100).take_while(|_| see(&mut team) == 0).count();
+    assert!(
+        (21..=40).contains(&silent),
+        "three slots and a part of one: {silent}"
+    );
+    assert_eq!(see(&mut team), 1);
 }
