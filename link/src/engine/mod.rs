@@ -248,6 +248,12 @@ impl Line {
         self.connection.accept_uni().await.ok().map(Arriving)
     }
 
+    /// Whether it has ended.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.connection.close_reason().is_some()
+    }
+
     /// Waits for its end, and says why it ended.
     pub async fn ended(&self) -> String {
         self.connection.closed().await.to_string()

@@ -12,8 +12,10 @@ use crate::engine::Line;
 use crate::queue::Waiting;
 use crate::wire::{LARGEST_DATAGRAM, word};
 
-/// So long is a word of the link itself tried.
+/// So long is a word of the link itself tried on one stream.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// And from there to the next one: who refuses it gets it no faster.
+const PAUSE: Duration = Duration::from_millis(250);
 /// From one word about clocks to the next: often enough that within seconds some of both ways are quick.
 const CLOCKS: Duration = Duration::from_millis(250);
 /// A connection begins with as many as that, so that its clock is known before there is something to say (ns).
@@ -22,9 +24,14 @@ pub(super) const BEGINNING_NS: i64 = 5_000_000_000;
 /// clocks grows with its neighbours, not with its team.
 pub(super) const COMPANY_NS: i64 = 10_000_000_000;
 
-/// Sends a word of the link itself, which must arrive.
+/// Sends a word of the link itself, which must arrive: without a hello nothing else is heard, as long as the connection is up. So it is tried
+/// until it has arrived or the connection is over.
 pub(super) fn at_once(line: Line, message: Vec<u8>) {
-    spawn_local(async move { line.send_stream(&message, PATIENCE).await });
+    spawn_local(async move {
+        while !line.is_over() && !line.send_stream(&message, PATIENCE).await {
+            tokio::time::sleep(PAUSE).await;
+        }
+    });
 }
 
 /// Sends what waits for a member, within its budget, until the task is ended.
