@@ -109,15 +109,18 @@ mod tests {
             header: Header::default(),
             ..Status::default()
         };
-        let mut hear = |input: Input, time_s| {
+        let kinds = [
+            (Input::Seen, 0.0),
+            (Input::Seen, 1.0),
+            (Input::Position, 1.0),
+            (Input::RelativePose, 1.0),
+            (Input::Answer, 2.0),
+        ];
+        for (second, (input, expected)) in (0_u32..).zip(kinds) {
             status.accepted[input as usize] += 1;
-            told.hear_status(&status, time_s);
-            told.heard_s
-        };
-        assert!(hear(Input::Seen, 0.0) == 0.0);
-        assert!(hear(Input::Seen, 1.0) == 1.0);
-        assert!(hear(Input::Position, 2.0) == 1.0);
-        assert!(hear(Input::RelativePose, 3.0) == 1.0);
-        assert!(hear(Input::Answer, 4.0) == 2.0);
+            told.hear_status(&status, f64::from(second));
+            let off: f64 = told.heard_s - expected;
+            assert!(off.abs() < 1e-12, "{input:?} {off}");
+        }
     }
 }
