@@ -303,7 +303,9 @@ fn what_is_forged_of_readings_is_refused_under_its_reason() {
             |it| {
                 it.count = 17;
                 let covariance = diagonal([0.0025, 0.0025, 0.0003]);
-                it.sights.iter_mut().for_each(|it| it.covariance = covariance);
+                it.sights
+                    .iter_mut()
+                    .for_each(|it| it.covariance = covariance);
             },
             Input::Readings,
             Reject::Unsupported,
