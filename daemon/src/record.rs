@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! begin ( tick (odometry | gyro | sighting | neighbour | partial | seen | answer | landmark | heading | fix | pose | round)*
-//!         team_clock? (assist leader transition*)* assist_ack* (readings sight*)* estimate )*
+//!         team_clock? (assist leader transition*)* assist_ack* (readings way? sight*)* estimate )*
 //! ```
 //!
 //! The real-time thread only puts [`Record`]s into the ring. Where a full ring or a slow disk has lost lines there is a line
@@ -332,7 +332,7 @@ pub enum Record {
         /// Φ
         phi: [f32; 9],
     },
-    /// What another robot saw of children in one event; its sights follow.
+    /// What another robot saw of children in one event; its way and its sights follow.
     Readings {
         /// The middle of the event.
         stamp_ns: i64,
@@ -346,10 +346,13 @@ pub enum Record {
         slot: i64,
         /// Of a leader's covariance.
         trace: Option<f64>,
-        /// Its own way.
-        way: Option<[[f64; 3]; 8]>,
-        /// Of that.
-        way_covariance: [f64; 9],
+        /// Of its own way, which follows.
+        way_covariance: Option<[f64; 9]>,
+    },
+    /// The way of who said the last of them.
+    Way {
+        /// Where each stretch of it ends.
+        ends: [[f64; 3]; 8],
     },
     /// What the last of them saw.
     Sight {

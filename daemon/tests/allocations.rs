@@ -21,12 +21,13 @@ use coloc_shm_types::{
 const TICKS: u64 = 10_000;
 
 /// What is seen in part is in the whole's own test of allocations, rounds are in their own, leaders and children are below.
-const ELSEWHERE: [Input; 6] = [
+const ELSEWHERE: [Input; 7] = [
     Input::Sighting,
     Input::Seen,
     Input::Answer,
     Input::Assist,
     Input::AssistAck,
+    Input::Readings,
     Input::Correction,
 ];
 

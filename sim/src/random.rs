@@ -52,6 +52,8 @@ pub enum Purpose {
     Formation = 21,
     /// Noise of a leader's compass.
     Compass = 22,
+    /// What a robot sees by range and bearing where leaders are told tracks.
+    TrackedSight = 28,
 }
 
 /// All randomness of a run: a pure function of (seed, run, purpose, robots, step).

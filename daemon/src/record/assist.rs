@@ -17,7 +17,10 @@ pub(super) fn count(words: &Words<'_>) -> usize {
     let data = words.data.iter();
     let lines = data.map(|it| 2 + usize::from(it.message.word.past.said));
     let readings = words.readings.iter();
-    let readings = readings.map(|it| 1 + it.readings.sights().len());
+    let readings = readings.map(|it| {
+        let way = usize::from(it.readings.trail.is_some());
+        1 + way + it.readings.sights().len()
+    });
     usize::from(is_said(words)) + lines.sum::<usize>() + words.acks.len() + readings.sum::<usize>()
 }
 
@@ -116,6 +119,10 @@ pub(super) fn take(tick: &mut RecordedTick, record: Record) -> Option<Result<(),
             past.said += 1;
         }
         Record::Readings { .. } => return Some(heard(record)?.map(|it| tick.readings.push(it))),
+        Record::Way { ends } => {
+            let trail = tick.readings.last_mut()?.readings.trail.as_mut()?;
+            trail.ends = ends.map(at);
+        }
         Record::Sight { .. } => {
             let readings = &mut tick.readings.last_mut()?.readings;
             match sight(record)? {
@@ -177,8 +184,9 @@ fn assist(record: Record) -> Option<Result<Heard, NotACovariance>> {
 fn readings(heard: &HeardReadings) -> impl Iterator<Item = Record> {
     let HeardReadings { origin, readings } = heard;
     let vector = |pose: &Pose| [pose.x, pose.y, pose.phi];
-    let way = readings.trail.map(|it| it.ends.map(|end| vector(&end)));
-    let noise = readings.trail.map_or(Covariance3::ZERO, |it| it.noise);
+    let way = readings.trail.map(|it| Record::Way {
+        ends: it.ends.map(|end| vector(&end)),
+    });
     let head = Record::Readings {
         stamp_ns: readings.stamp.as_nanos(),
         sender: origin.source,
@@ -186,8 +194,7 @@ fn readings(heard: &HeardReadings) -> impl Iterator<Item = Record> {
         sequence: origin.sequence,
         slot: readings.slot.0,
         trace: readings.trace,
-        way,
-        way_covariance: noise.to_row_major(),
+        way_covariance: readings.trail.map(|it| it.noise.to_row_major()),
     };
     let sights = readings.sights().iter().map(move |it| Record::Sight {
         since_ns: it.since.as_nanos(),
@@ -195,7 +202,7 @@ fn readings(heard: &HeardReadings) -> impl Iterator<Item = Record> {
         pose: vector(&it.reading.relative),
         covariance: it.reading.covariance.to_row_major(),
     });
-    std::iter::once(head).chain(sights)
+    std::iter::once(head).chain(way).chain(sights)
 }
 
 fn heard(record: Record) -> Option<Result<HeardReadings, NotACovariance>> {
@@ -206,13 +213,12 @@ fn heard(record: Record) -> Option<Result<HeardReadings, NotACovariance>> {
         sequence,
         slot,
         trace,
-        way,
         way_covariance,
     } = record
     else {
         return None;
     };
-    let noise = match Covariance3::from_row_major(way_covariance) {
+    let noise = match way_covariance.map(Covariance3::from_row_major).transpose() {
         Ok(noise) => noise,
         Err(problem) => return Some(Err(problem)),
     };
@@ -226,9 +232,9 @@ fn heard(record: Record) -> Option<Result<HeardReadings, NotACovariance>> {
             slot: Slot(slot),
             stamp: Stamp::from_nanos(stamp_ns),
             trace,
-            trail: way.map(|ends| Trail {
-                ends: ends.map(at),
+            trail: noise.map(|noise| Trail {
                 noise,
+                ..Trail::default()
             }),
             ..Readings::default()
         },

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use coloc_sim::campaign::{Page, Part, recordings, run};
-use coloc_sim::leaders::{Form, single, team};
+use coloc_sim::leaders::{Form, single, team, tracked};
 
 /// How far off are children that no leader sees, and do they know? The thesis's simulations with one leader, cases 1 to 4, and with two
 /// among the robots of MR.CLAM 1, cases 5 to 8, with four ways to fuse.
@@ -21,7 +21,7 @@ struct Args {
     /// The folder with recordings; else `COLOC_DATA`, else `shared/data` beside the repository or above
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
-    /// These parts alone: single, team
+    /// These parts alone: single, team, tracked
     #[arg(long, value_name = "PART")]
     only: Vec<String>,
     /// Write the tables between the marks of this document
@@ -30,7 +30,11 @@ struct Args {
 }
 
 /// What it consists of.
-const PARTS: [Part<Form>; 2] = [("single", single::find), ("team", team::find)];
+const PARTS: [Part<Form>; 3] = [
+    ("single", single::find),
+    ("team", team::find),
+    ("tracked", tracked::find),
+];
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let args = Args::parse();

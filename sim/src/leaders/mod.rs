@@ -3,6 +3,7 @@
 //! | part | what |
 //! | --- | --- |
 //! | [`single`] | one leader that stands, four children in circles: cases 1 to 4 |
+//! | [`tracked`] | one leader, two children, and tracks of range and bearing between them |
 //! | [`team`] | two leaders and three children, the robots of MR.CLAM 1 with their own wheels: cases 5 to 8 |
 //!
 //! All leaders know all readings, as in chapter 3. What a child does with a pose is
@@ -20,6 +21,7 @@ mod run;
 mod score;
 pub mod single;
 pub mod team;
+pub mod tracked;
 
 use std::path::PathBuf;
 

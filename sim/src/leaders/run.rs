@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use coloc_estimator::assist::bond::News;
 use coloc_estimator::assist::slot::Slot;
 use coloc_estimator::assist::team::Team;
-use coloc_estimator::{Belief, Covariance3, Motion, Pose, RobotId};
+use coloc_estimator::{Belief, Covariance3, Motion, Parts, Pose, RobotId};
 
 use super::event::{Poses, Readings, poses};
 use super::robot::{Absolute, Child, Leader, Method};
@@ -32,6 +32,10 @@ pub(crate) trait Scene {
     fn absolute(&self, step: usize, leader: RobotId) -> Option<Absolute>;
     /// The number of the event that is at this step, if there is one, and what everybody sees.
     fn event(&self, step: usize) -> Option<(Slot, Readings)>;
+    /// Whether what robots see is news, and nothing of it is in what children believe already.
+    fn is_news(&self) -> bool {
+        true
+    }
 }
 
 struct Robots<'a> {
@@ -81,14 +85,22 @@ impl<'a> Robots<'a> {
         }
     }
 
-    fn event(&mut self, slot: Slot, readings: &Readings, score: &mut Score) {
+    fn event(&mut self, (slot, readings): (Slot, &Readings), is_news: bool, score: &mut Score) {
         let leaders = self.leaders.iter();
         let beliefs = leaders.map(|(id, it)| (*id, it.belief)).collect();
-        let poses = poses(&self.team, &beliefs, readings);
+        let mut poses = poses(&self.team, &beliefs, readings);
+        if !is_news {
+            for told in poses.values_mut() {
+                told.pose.parts = Parts::dependent(told.pose.parts.total());
+            }
+        }
         let leaders = self.leaders.values_mut();
         let news: Vec<News> = leaders.map(|it| it.at_event(slot)).collect();
         for (method, by_method) in self.methods.iter().zip(&mut self.children) {
             for (number, (id, child)) in by_method.iter_mut().enumerate() {
+                if !is_news {
+                    child.belief.make_dependent();
+                }
                 let leaders = self.leaders.keys().enumerate();
                 for (place, leader) in leaders {
                     let said = poses.get(&[*id, *leader]).map(|it| &it.pose);
@@ -155,7 +167,7 @@ fn play(
     for step in 1..=scene.steps() {
         robots.step(scene, step);
         if let Some((slot, readings)) = scene.event(step) {
-            robots.event(slot, &readings, &mut score);
+            robots.event((slot, &readings), scene.is_news(), &mut score);
         }
         look(&robots, step, &mut score);
     }

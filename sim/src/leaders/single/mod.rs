@@ -4,7 +4,7 @@
 //! chapter 3. The geometry is not the thesis's, which gives none: the figures are held to those of an independent implementation of the
 //! same geometry.
 
-mod world;
+pub(super) mod world;
 
 use rayon::prelude::*;
 
