@@ -64,7 +64,9 @@ impl Tally {
                     let turned = monitor.team.headings[robot].contains(truth.phi, 0.0);
                     tally.heading_outside += usize::from(!turned);
                 }
-                if let Some(polygon) = monitor.polygon(robot) {
+                // Where the recording has lost a robot nothing is measured of it, and its region grows.
+                let polygon = slot.truth[robot].and(monitor.polygon(robot));
+                if let Some(polygon) = polygon {
                     tally.areas[robot].push(coloc_bounds::polygon::area(&polygon));
                     tally.headings[robot].push(monitor.team.headings[robot].half);
                 }

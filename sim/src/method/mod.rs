@@ -170,7 +170,7 @@ impl Kind {
             Self::RoundsStep => {
                 "rounds at 2 Hz through the daemon's step, its history and coloc-rounds' part"
             }
-            Self::RoundsStep5 => "the same in rounds at 5 Hz",
+            Self::RoundsStep5 => "the same at 5 Hz",
         }
     }
 

@@ -87,9 +87,6 @@ pub fn one(form: &Form) -> Finding {
     .find(form)
 }
 
-/// So many runs of what flies are enough: the specification's own figures are of as many.
-const MOST_FLOWN: u16 = 5;
-
 /// As it flies, receivers on two robots.
 #[must_use]
 pub fn flown(form: &Form) -> Finding {
@@ -97,7 +94,7 @@ pub fn flown(form: &Form) -> Finding {
         scenario: "slip",
         title: "As it flies, receivers on R1 and R2",
         methods: &FLOWN,
-        runs: form.runs.min(MOST_FLOWN),
+        runs: form.runs.min(form.flown),
         judge: &judge,
     }
     .find(form)
@@ -110,7 +107,7 @@ pub fn flown_one(form: &Form) -> Finding {
         scenario: "slip-one-dgps",
         title: "As it flies, a receiver on R1 alone",
         methods: &FLOWN,
-        runs: form.runs.min(MOST_FLOWN),
+        runs: form.runs.min(form.flown),
         judge: &judge_one,
     }
     .find(form)
@@ -136,6 +133,10 @@ impl Campaign<'_> {
             title: format!("{}, {} runs", self.title, self.runs),
             ..Finding::default()
         };
+        if self.runs == 0 {
+            finding.text = "Of the long form alone.\n".into();
+            return finding;
+        }
         let worlds = form.worlds();
         if worlds.is_empty() {
             finding.text = "SKIPPED: no recordings of MR.CLAM; set COLOC_DATA\n".into();

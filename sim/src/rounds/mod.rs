@@ -35,6 +35,8 @@ pub struct Form {
     pub seed: u64,
     /// Runs with other noise, in [`accuracy`].
     pub runs: u16,
+    /// The same of what flies, at most: it takes longer.
+    pub flown: u16,
     /// So much of the recording, in [`trouble`] \[s\].
     pub seconds: f64,
     /// The folder with recordings; `None`: without them.
@@ -48,6 +50,7 @@ impl Form {
         Self {
             seed,
             runs: 20,
+            flown: 5,
             seconds: 1500.0,
             data,
         }
@@ -58,6 +61,7 @@ impl Form {
     pub fn short(seed: u64, data: Option<PathBuf>) -> Self {
         Self {
             runs: 10,
+            flown: 0,
             seconds: 200.0,
             ..Self::long(seed, data)
         }
