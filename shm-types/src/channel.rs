@@ -643,7 +643,7 @@ travels! {
     Sighting "v1",
     Seen "v1" widens dependent,
     Answer "v1" widens dependent echoes true,
-    Assist "v1" widens dependent,
+    Assist "v2" widens dependent,
     AssistAck "v1",
     Estimate "v5",
     Timing "v2",

@@ -67,7 +67,7 @@ fn every_field_of_what_a_leader_says_is_checked() {
             Reject::NoCovariance,
         ),
         (|it| it.known = 0, Reject::Unsupported),
-        (|it| it.said = 5, Reject::Unsupported),
+        (|it| it.said = 9, Reject::Unsupported),
         (|it| it.path[3] = 2, Reject::Unsupported),
         (|it| it.robots = 17, Reject::Unsupported),
         (|it| it.flags = 2, Reject::Unsupported),

@@ -19,6 +19,7 @@ use super::super::robot_file::believed;
 use super::super::scene::SceneName;
 use super::super::summary::RobotSummary;
 use super::super::world::{Received, Stage};
+use super::STEPS_A_SECOND;
 use super::alone::{fix, moment, stamp};
 use crate::args::DemoArgs;
 
@@ -34,6 +35,8 @@ struct Robot {
     sent: u64,
     data: Vec<(usize, Heard)>,
     acks: Vec<(usize, Ack)>,
+    /// So many data came to it.
+    words: u64,
 }
 
 impl Robot {
@@ -46,6 +49,7 @@ impl Robot {
             sent: 0,
             data: Vec::new(),
             acks: Vec::new(),
+            words: 0,
         }
     }
 
@@ -54,6 +58,7 @@ impl Robot {
         self.estimator = Some(estimator.with_part(self.config.assistant()));
         self.session += 1;
         self.sent = 0;
+        self.words = 0;
     }
 
     fn tick(
@@ -89,6 +94,7 @@ impl Robot {
             acks: &acks,
             readings: &[],
         };
+        self.words += data.len() as u64;
         let estimator = self.estimator.as_mut().unwrap();
         let inputs = TickInputs {
             stamp: now,
@@ -96,6 +102,9 @@ impl Robot {
         };
         let (outputs, carried) = estimator.step_among(&inputs, &words);
         let time_s = (now - Stamp::default()).as_seconds();
+        if inputs.step.is_multiple_of(STEPS_A_SECOND) {
+            self.record.told.hear(self.session, time_s, self.words);
+        }
         if stage.truth_at(robot, time_s).is_some() {
             let moment = moment(stage, robot, time_s, &outputs.estimate, outputs.finding);
             self.record.moments.push(moment);

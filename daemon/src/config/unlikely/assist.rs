@@ -55,7 +55,10 @@ mod tests {
         let slow = "[position]\nslow_sigma_m = 1.0\n";
         let gyro = "[gyro]\nsource = \"channel\"\n";
         assert!(found(cross).is_empty());
-        assert!(found(slow).is_empty() && found(gyro).is_empty());
+        let split = "fusion = \"split\"\n";
+        for lines in [slow, gyro] {
+            assert!(found(&format!("{split}{lines}")).is_empty());
+        }
         for (lines, expected) in [
             (slow, "slow_sigma_m = 1"),
             (gyro, "has a gyro"),
