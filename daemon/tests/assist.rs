@@ -8,7 +8,8 @@ use coloc_shm_types::{
     Assist, AssistAck, Header, Health, Input, Neighbour, Readings, Reject, RelativePose,
 };
 
-const PART: &str = "[assist]\nleaders = [1]\nchildren = [2]\n";
+/// A leader counts for as sure as it says, though it has no wheels: `cross` would take its error for twice as large.
+const PART: &str = "[assist]\nleaders = [1]\nchildren = [2]\nfusion = \"split\"\n";
 const SLOT_NS: i64 = 200_000_000;
 
 fn bits(pose: [f64; 3]) -> [u64; 3] {

@@ -102,7 +102,7 @@ impl Robot {
         };
         let (outputs, carried) = estimator.step_among(&inputs, &words);
         let time_s = (now - Stamp::default()).as_seconds();
-        if inputs.step.is_multiple_of(STEPS_A_SECOND) {
+        if step.is_multiple_of(STEPS_A_SECOND) {
             self.record.told.hear(self.session, time_s, self.words);
         }
         if stage.truth_at(robot, time_s).is_some() {
