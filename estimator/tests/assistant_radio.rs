@@ -53,6 +53,10 @@ const SIGHTS: [(usize, usize); 13] = [
 
 /// What happens.
 #[derive(Copy, Clone, Default)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is something that happens or does not"
+)]
 struct Scenario {
     ticks: i64,
     /// Every message comes, at the next tick.

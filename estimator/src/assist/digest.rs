@@ -30,7 +30,9 @@ mod tests {
     fn it_is_fnv_1a_and_the_order_matters() {
         let of = |numbers: [u64; 2]| {
             let mut digest = Digest::new();
-            numbers.into_iter().for_each(|it| digest.add(it));
+            for number in numbers {
+                digest.add(number);
+            }
             digest.end()
         };
         assert_ne!(of([1, 2]), of([2, 1]));

@@ -229,7 +229,7 @@ fn message_of(team: &Team, found: &network::Message) -> (u32, &'static str, u16,
     )
 }
 
-fn edge_of(team: &Team, child: Place, sight: &Sight) -> (u16, u16, String, Option<u16>) {
+fn edge_of(team: &Team, child: Place, sight: Sight) -> (u16, u16, String, Option<u16>) {
     let (state, leader) = match sight.used {
         Use::Free => ("free", None),
         Use::Pending(leader) => ("pending", Some(leader)),
@@ -281,7 +281,7 @@ impl AsyncInput {
         assert_eq!(network.got, expected.got, "{name}");
         let edges = network.searches.iter();
         let edges: Vec<_> = edges
-            .flat_map(|(child, it)| it.sights().iter().map(|it| edge_of(&team, *child, it)))
+            .flat_map(|(child, it)| it.sights().iter().map(|it| edge_of(&team, *child, *it)))
             .collect();
         assert_eq!(edges, expected.edges, "{name}");
         let mut ticks: BTreeMap<u16, Vec<u32>> = BTreeMap::new();

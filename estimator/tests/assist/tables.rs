@@ -66,7 +66,7 @@ fn figure(children: u16, sides: &[[u16; 2]]) -> (Team, Graph) {
     (team, graph)
 }
 
-fn run<'a>((team, graph): &'a (Team, Graph)) -> Run<'a> {
+fn run((team, graph): &(Team, Graph)) -> Run<'_> {
     Run::new(team, graph, &[21, 22], Order::Fifo, Lost::default())
 }
 

@@ -241,6 +241,7 @@ fn what_is_promised_of_leaders_and_children_holds() {
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "a test says what it skips")]
 fn what_is_promised_of_recorded_leaders_and_children_holds() {
     let Some(folder) = recordings(None).map(|it| it.join("mrclam1")) else {
         println!("SKIPPED: no recording mrclam1: set COLOC_DATA to the folder that has it");
