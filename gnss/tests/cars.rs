@@ -2,18 +2,29 @@
 //! `docs/sensors.md` states.
 #![allow(clippy::unwrap_used)] // The lint's exception for tests does not reach their helpers.
 
+use std::collections::VecDeque;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
 
+use coloc_daemon::clock::{Reading, TimeSource};
+use coloc_daemon::config::Config;
+use coloc_daemon::event::Link;
+use coloc_daemon::tick::Robot;
+use coloc_daemon::wait::Wake;
 use coloc_gnss::datum::Origin;
 use coloc_gnss::driver::{GnssDriver, Outlet};
+use coloc_gnss::publish::Channels;
 use coloc_gnss::refusal::Refusal;
-use coloc_gnss::section::{CourseSection, DatumSection, Gnss};
+use coloc_gnss::section::{CourseSection, DatumSection, Floor, Gnss};
 use coloc_gnss::sentence::line;
 use coloc_gnss::stamp::Stamper;
 use coloc_gnss::utc::iso;
 use coloc_sensors::{Driver, Moment};
-use coloc_shm_types::{Heading, Position};
+use coloc_shm_types::{
+    Clock, Estimate, Heading, Odometry, Position, Publisher, Sender, Space, Subscriber,
+};
 use flate2::read::GzDecoder;
 use map_3d::{Ellipsoid, ecef2enu, enu2geodetic};
 
@@ -81,20 +92,26 @@ impl Fix {
     }
 }
 
-/// What `coloc-gnss` makes of the fixes.
-fn played(fixes: &[Fix], datum: Datum) -> GnssDriver<Ears> {
-    let section = Gnss {
+fn section(datum: Datum) -> Gnss {
+    Gnss {
         datum: DatumSection {
             latitude_deg: Some(datum[0]),
             longitude_deg: Some(datum[1]),
             height_m: datum[2],
             ..DatumSection::default()
         },
+        ..Gnss::of("stdin")
+    }
+}
+
+/// What `coloc-gnss` makes of the fixes.
+fn played(fixes: &[Fix], datum: Datum) -> GnssDriver<Ears> {
+    let section = Gnss {
         course: CourseSection {
             publish: true,
             ..CourseSection::default()
         },
-        ..Gnss::of("stdin")
+        ..section(datum)
     };
     let origin = Origin::begin(&section.datum, None).unwrap();
     let stamper = Stamper::recording(false, 0);
@@ -220,34 +237,39 @@ fn a_car_on_a_road_is_where_its_reference_says_as_well_as_its_receiver_knows() {
     assert!((sigma - 0.0055).abs() < 0.0005, "{sigma}");
 }
 
+/// Sydney, so that south and east are tried too.
+const PARK: Datum = [-33.885, 151.194, 20.0];
+
+/// Of Victoria Park's time, when it began \[s since 1970\].
+const PARK_BEGAN_S: f64 = 1e9;
+
+fn in_the_park([time_s, east, north]: &[f64; 3]) -> Fix {
+    let [latitude, longitude] = [0, 1].map(|it: usize| PARK[it].to_radians());
+    let (latitude, longitude, height) = enu2geodetic(
+        *east,
+        *north,
+        0.0,
+        latitude,
+        longitude,
+        PARK[2],
+        Ellipsoid::WGS84,
+    );
+    Fix {
+        utc_ns: nanos(time_s + PARK_BEGAN_S),
+        latitude_deg: latitude.to_degrees(),
+        longitude_deg: longitude.to_degrees(),
+        height_m: height,
+        moving: None,
+    }
+}
+
 #[test]
 fn a_car_in_a_park_is_where_its_receiver_says_and_where_that_jumps_it_is_not() {
     let Some(rows) = rows::<3>("victoria_park", "gps.csv.gz") else {
         return;
     };
-    // Sydney, so that south and east are tried too.
-    let datum: Datum = [-33.885, 151.194, 20.0];
-    let [latitude, longitude] = [0, 1].map(|it: usize| datum[it].to_radians());
-    let fixes = rows.iter().map(|[time_s, east, north]| {
-        let (latitude, longitude, height) = enu2geodetic(
-            *east,
-            *north,
-            0.0,
-            latitude,
-            longitude,
-            datum[2],
-            Ellipsoid::WGS84,
-        );
-        Fix {
-            utc_ns: nanos(time_s + 1e9),
-            latitude_deg: latitude.to_degrees(),
-            longitude_deg: longitude.to_degrees(),
-            height_m: height,
-            moving: None,
-        }
-    });
-    let fixes: Vec<_> = fixes.collect();
-    let driver = played(&fixes, datum);
+    let fixes: Vec<_> = rows.iter().map(in_the_park).collect();
+    let driver = played(&fixes, PARK);
     let report = driver.report();
     let jumps = report.refused[Refusal::Jump as usize];
     let refused: u64 = report.refused.iter().sum();
@@ -260,4 +282,237 @@ fn a_car_in_a_park_is_where_its_receiver_says_and_where_that_jumps_it_is_not() {
         let [_, east, north] = rows[of];
         assert!((x - east).hypot(y - north) < 1e-3, "{of}");
     }
+}
+
+/// The car of the park, as `docs/sensors-own.md` has it: wheel base, how far the wheel with the encoder is off the middle of its axle, and the
+/// antenna ahead of that \[m\]; what is added to the steering \[rad\]; σ after a metre of way and heading; how late fixes are \[s\].
+const BASE_M: f64 = 2.83;
+const ASIDE_M: f64 = 0.76;
+const LEVER_M: f64 = 3.8;
+const STEERING_RAD: f64 = 0.0075;
+const AFTER_A_METRE: [f64; 2] = [0.05, 0.015];
+const LATE_S: f64 = 0.5;
+/// σ of its receiver's errors, new in each fix and slow \[m\], and how long that lasts \[s\].
+const ERRS: Floor = Floor {
+    sigma_m: 0.1,
+    slow_sigma_m: 0.5,
+    slow_time_s: 5.0,
+};
+/// At rest the recording says up to so much \[m/s\].
+const REST_M_S: f64 = 0.1;
+/// Fixes are withheld for so long, after so many in so long \[s\]; so many judge then, within \[s\], and a median of them errs by a part of one's variance.
+const WITHHELD_S: [f64; 2] = [30.0, 60.0];
+const BEFORE: (usize, f64) = (50, 15.0);
+const JUDGES: usize = 5;
+const WITHIN_S: f64 = 2.0;
+const OF_MEDIAN: f64 = 0.287;
+/// The page's: share inside of 95 %, and how far off, rms \[m\].
+const INSIDE: f64 = 0.909;
+const OFF_M: f64 = 9.14;
+const CHI2_2_95: f64 = 5.991;
+
+/// Both clocks, which run when they are told to.
+#[derive(Clone, Default)]
+struct ParkTime(Arc<AtomicI64>);
+
+impl ParkTime {
+    fn moment(&self) -> Moment {
+        let now = self.read();
+        Moment {
+            boottime_ns: now.boot_ns,
+            realtime_ns: now.realtime_ns,
+        }
+    }
+}
+
+impl TimeSource for ParkTime {
+    fn read(&self) -> Reading {
+        let boot_ns = self.0.load(Ordering::Relaxed);
+        let realtime_ns = boot_ns + nanos(PARK_BEGAN_S);
+        Reading {
+            boot_ns,
+            realtime_ns,
+            tai_ns: realtime_ns,
+            width_ns: 0,
+        }
+    }
+}
+
+/// The car's `colocd`, tick by tick, and what speaks to it.
+struct Car {
+    time: ParkTime,
+    robot: Robot,
+    estimates: Subscriber<Estimate>,
+    base: (Publisher<Odometry>, Sender),
+    receiver: GnssDriver<Channels>,
+    _directory: tempfile::TempDir,
+}
+
+impl Car {
+    fn at(time_s: f64, [x, y]: [f64; 2]) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let text = format!(
+            "[robot]\nname = \"car\"\nid = 1\n\
+             [initial]\npose = [{x:?}, {y:?}, 0.57]\nsigma = [0.51, 0.51, 0.1]\n\
+             [odometry]\nmax_speed_mps = 40.0\n[odometry.base]\n\
+             [position]\nlever_m = [{LEVER_M:?}, 0.0]\ndelay_s = {LATE_S:?}\n"
+        );
+        let config = Config::parse(&text, Path::new("car.toml")).unwrap();
+        let space = Space::open(&directory.path().join("shm"), "park", "car").unwrap();
+        let name = &config.robot.name;
+        let time = ParkTime::default();
+        time.0.store(nanos(time_s), Ordering::Relaxed);
+        let section = Gnss {
+            autonomous: ERRS,
+            ..section(PARK)
+        };
+        let origin = Origin::begin(&section.datum, None).unwrap();
+        let stamper = Stamper::recording(false, 0);
+        let channels = Channels::open(&space, name, 0, stamper.clock()).unwrap();
+        let link = Arc::new(Link::new());
+        let robot = Robot::open(&config, &space, Box::new(time.clone()), link).unwrap();
+        Self {
+            robot,
+            estimates: space.subscriber(name).unwrap(),
+            base: (
+                space.publisher(name).unwrap(),
+                Sender::start(0, Clock::Realtime).unwrap(),
+            ),
+            receiver: GnssDriver::new(section, origin, channels, stamper),
+            time,
+            _directory: directory,
+        }
+    }
+
+    /// The wheel has turned and was steered until now.
+    fn drives(&mut self, since_s: f64, [now_s, speed, steering]: [f64; 3]) {
+        self.time.0.store(nanos(now_s), Ordering::Relaxed);
+        let tangent = (steering + STEERING_RAD).tan();
+        let speed = if speed.abs() < REST_M_S { 0.0 } else { speed };
+        let v = speed / (1.0 - tangent * ASIDE_M / BASE_M);
+        let [along, turning] =
+            AFTER_A_METRE.map(|it| (it * it * v.abs()).max(1e-12) / (now_s - since_s));
+        let [start_ns, end_ns] = [since_s, now_s].map(|it| nanos(it + PARK_BEGAN_S));
+        let (port, sender) = &mut self.base;
+        let sent = port.send(Odometry {
+            header: sender.header(end_ns),
+            start_ns,
+            values: [v, 0.0, v * tangent / BASE_M, 0.0],
+            covariance: [along, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, turning],
+            ..Odometry::default()
+        });
+        sent.unwrap();
+    }
+
+    fn hears(&mut self, fix: &[f64; 3]) {
+        let said = in_the_park(fix).said();
+        let now = self.time.moment();
+        self.receiver.take(said.as_bytes(), now).unwrap();
+    }
+
+    fn tick(&mut self) -> Estimate {
+        self.receiver.idle(self.time.moment()).unwrap();
+        let deadline_ns = self.time.now_ns();
+        self.robot.wake(Wake::Deadline {
+            deadline_ns,
+            missed: 0,
+        });
+        let heard = std::iter::from_fn(|| self.estimates.receive().unwrap());
+        heard.last().expect("a tick publishes")
+    }
+}
+
+/// How far a fix is from where the antenna is believed to be, and the estimate.
+type Judge = ([f64; 2], Estimate);
+
+fn judge([_, x, y]: &[f64; 3], estimate: &Estimate) -> Judge {
+    let [at_x, at_y, phi] = estimate.pose;
+    let antenna = [at_x + LEVER_M * phi.cos(), at_y + LEVER_M * phi.sin()];
+    ([x - antenna[0], y - antenna[1]], *estimate)
+}
+
+/// How far off by the median of the judges, squared, and normalised.
+fn judged(judges: &[(f64, Judge)]) -> [f64; 2] {
+    let median = |axis: usize| {
+        let mut all: Vec<f64> = judges.iter().map(|(_, (apart, _))| apart[axis]).collect();
+        all.sort_by(f64::total_cmp);
+        all[JUDGES / 2]
+    };
+    let [x, y] = [0, 1].map(median);
+    let noise = ERRS.slow_sigma_m.powi(2) + OF_MEDIAN * ERRS.sigma_m.powi(2);
+    let (_, (_, estimate)) = judges[JUDGES / 2];
+    let [xx, xy, _, _, yy, ..] = estimate.total();
+    let (xx, yy) = (xx + noise, yy + noise);
+    let determinant = xx * yy - xy * xy;
+    let nees = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / determinant;
+    [x * x + y * y, nees]
+}
+
+/// Each block's [`judged`], by `coloc-gnss` and the tick of `colocd`. A fix arrives so late that nothing of a block is in it.
+fn blocks(wheels: &[[f64; 3]], fixes: &[[f64; 3]]) -> Vec<[f64; 2]> {
+    let mut car = Car::at(wheels[0][0], [fixes[0][1], fixes[0][2]]);
+    let (mut next, mut coming) = (0, VecDeque::new());
+    let (mut given, mut begun_s, mut judges) = (Vec::new(), None, Vec::new());
+    let mut blocks = Vec::new();
+    for pair in wheels.windows(2) {
+        let now_s = pair[1][0];
+        car.drives(pair[0][0], pair[1]);
+        while coming
+            .front()
+            .is_some_and(|fix: &&[f64; 3]| fix[0] <= now_s)
+        {
+            car.hears(coming.pop_front().unwrap());
+        }
+        let estimate = car.tick();
+        while let Some(fix) = fixes.get(next).filter(|it| it[0] - LATE_S <= now_s) {
+            next += 1;
+            let was_s = fix[0] - LATE_S;
+            match begun_s {
+                None => {
+                    given.push(was_s);
+                    coming.push_back(fix);
+                }
+                Some(begun_s) if was_s - begun_s >= WITHHELD_S[0] => {
+                    judges.push((was_s, judge(fix, &estimate)));
+                }
+                Some(_) => {}
+            }
+        }
+        let Some(begin_s) = begun_s else {
+            let lately = given.iter().filter(|it| now_s - **it <= BEFORE.1);
+            if lately.count() >= BEFORE.0 {
+                (begun_s, judges) = (Some(now_s), Vec::new());
+            }
+            continue;
+        };
+        let first_s = judges.first().map(|it| it.0);
+        let has_all = judges.len() == JUDGES;
+        if has_all {
+            blocks.push(judged(&judges));
+        }
+        let is_over = first_s.map_or(now_s - begin_s > WITHHELD_S[1], |it| now_s - it > WITHIN_S);
+        if has_all || is_over {
+            (begun_s, given) = (None, Vec::new());
+        }
+    }
+    blocks
+}
+
+#[test]
+#[allow(clippy::cast_precision_loss)] // Tens of blocks.
+fn a_car_in_a_park_is_in_colocd_where_the_page_on_sensors_has_it() {
+    let (Some(wheels), Some(fixes)) = (
+        rows::<3>("victoria_park", "dr.csv.gz"),
+        rows::<3>("victoria_park", "gps.csv.gz"),
+    ) else {
+        return;
+    };
+    let blocks = blocks(&wheels, &fixes);
+    let count = blocks.len() as f64;
+    let inside = blocks.iter().filter(|it| it[1] <= CHI2_2_95).count() as f64 / count;
+    let off_m = (blocks.iter().map(|it| it[0]).sum::<f64>() / count).sqrt();
+    println!("{count} blocks, {inside:.3} inside, {off_m:.2} m off");
+    assert!(count >= 20.0, "{count}");
+    assert!(inside > INSIDE - 0.01, "{inside}");
+    assert!((off_m - OFF_M).abs() < 0.1 * OFF_M, "{off_m}");
 }
