@@ -15,7 +15,7 @@ use coloc_daemon::wait::Wake;
 use coloc_drivers::encoder::WheelFrames;
 use coloc_shm_types::{
     Assist, AssistAck, Gyro, Header, Heading, Input, Neighbour, Odometry, OdometryKind, Pose,
-    Position, RelativePose,
+    Position, Readings, RelativePose,
 };
 
 const TICKS: u64 = 10_000;
@@ -379,4 +379,75 @@ fn ticks_of_a_child_among_fifteen_allocate_nothing() {
     assert!(assist.accepted >= 3 * (EVENTS - 2), "{assist:?}");
     assert!(assist.declined >= 45 * (EVENTS - 2), "{assist:?}");
     assert!(handed_on >= 15 * (EVENTS - 2), "{handed_on} {assist:?}");
+}
+
+/// What a child says that sees the next one, of the event before this moment.
+fn readings(header: Header, source: u16) -> Readings {
+    let slot = header.stamp_ns.div_euclid(SLOT_NS) - 1;
+    let mut readings = Readings {
+        header: Header {
+            source,
+            session: u64::from(source),
+            stamp_ns: slot * SLOT_NS + SLOT_NS / 2,
+            ..header
+        },
+        slot,
+        count: 1,
+        ..Readings::default()
+    };
+    let [first, ..] = &mut readings.sights;
+    first.covariance = diagonal([0.01; 3]);
+    first.observed = if source == 19 { 5 } else { source + 1 };
+    readings
+}
+
+/// It sees one of fifteen children, each of which sees the next one.
+#[test]
+fn ticks_of_a_leader_that_is_told_what_fifteen_see_allocate_nothing() {
+    const EVENTS: u64 = 100;
+    const TICKS_OF_ONE: usize = 10;
+    let members = CHILDREN.map(|id| format!("[[team]]\nname = \"r{id}\"\nid = {id}\n"));
+    let text = format!(
+        "{}[robot]\nname = \"a\"\nid = 1\n[assist]\nmode = \"full\"\nleaders = [1]\nchildren = {CHILDREN:?}\n\
+         [initial]\npose = [0.0, 0.0, 0.0]\n",
+        members.concat()
+    );
+    let world = World::new();
+    let mut leader = world.robot_of(&Config::parse(&text, Path::new("a.toml")).unwrap());
+    let laser = world.publisher::<RelativePose>("a");
+    let ports = CHILDREN.map(|_| world.publisher::<Readings>("a"));
+    let done = Arc::new(AtomicBool::new(false));
+    let (link, ended) = (Arc::clone(&leader.link), Arc::clone(&done));
+    let telemetry = std::thread::spawn(move || drain(&link, &ended));
+    let mut counted = Calls::NONE;
+    for event in 0..EVENTS {
+        let seen = RelativePose {
+            header: world.header(event),
+            observed: 5,
+            pose: [2.0, 0.0, 0.0],
+            covariance: diagonal([0.01; 3]),
+            ..RelativePose::default()
+        };
+        laser.send(seen).unwrap();
+        for (port, source) in ports.iter().zip(CHILDREN) {
+            port.send(readings(world.header(event), source)).unwrap();
+        }
+        for _ in 0..TICKS_OF_ONE {
+            world.time.run(PERIOD);
+            let wake = Wake::Deadline {
+                deadline_ns: 0,
+                missed: 0,
+            };
+            let (_, calls) = calls_during(|| leader.robot.wake(wake));
+            assert!(leader.estimates.receive().unwrap().is_some());
+            if event > 1 {
+                counted += calls;
+            }
+        }
+    }
+    done.store(true, Ordering::Relaxed);
+    telemetry.join().unwrap();
+    assert_eq!(counted, Calls::NONE);
+    let assist = leader.robot.account().status().assist;
+    assert!(assist.forwarded >= 15 * (EVENTS - 4), "{assist:?}");
 }

@@ -41,6 +41,8 @@ const SEEN_EVERY: usize = 10;
 /// What is done about it.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 enum Rule {
+    /// Tracks are not told: children go by their wheels.
+    Alone,
     /// The thesis: nothing. Each reading is news.
     Thesis,
     /// The same, the leader's error dependent.
@@ -52,10 +54,17 @@ enum Rule {
 }
 
 impl Rule {
-    const ALL: [Self; 4] = [Self::Thesis, Self::Split, Self::Dependent, Self::Restarted];
+    const ALL: [Self; 5] = [
+        Self::Alone,
+        Self::Thesis,
+        Self::Split,
+        Self::Dependent,
+        Self::Restarted,
+    ];
 
     fn name(self) -> &'static str {
         match self {
+            Self::Alone => "no tracks, wheels alone",
             Self::Thesis => "tracks as news, leader-kf: the thesis",
             Self::Split => "tracks as news, leader-split",
             Self::Dependent => "tracks dependent",
@@ -86,7 +95,8 @@ impl<'a> Tracked<'a> {
         let sensors = Sensors::new(world, seed, number, &CASES[0]);
         let noise = Noise::new(seed, number);
         let mut readings = BTreeMap::<usize, Readings>::new();
-        for pair in PAIRS {
+        let pairs: &[_] = if rule == Rule::Alone { &[] } else { &PAIRS };
+        for pair in pairs.iter().copied() {
             let mut tracker = tracker(Stamp::from_nanos(0));
             for step in 1..=sensors.steps() {
                 watch(&mut tracker, &sensors, &noise, (step, pair));
@@ -244,31 +254,23 @@ pub fn find(form: &Form) -> Finding {
     let mut table = Table::new(["", "child", "x cm", "y cm", "φ rad", "outside", "mean NEES"]);
     let steps = form.steps(100, world::STEPS);
     let world = World::new(steps);
-    let mut missed = Vec::new();
-    for rule in Rule::ALL {
-        let (score, method) = (score(form, &world, rule), rule.method());
+    let scores = Rule::ALL.map(|rule| (rule, score(form, &world, rule)));
+    for (rule, score) in &scores {
+        let method = rule.method();
         for child in 0..CHILDREN.len() {
             let [x, y, phi] = score.accuracy(method, child, |_| true);
-            let outside = score.outside(method, child);
             table.row([
                 rule.name().into(),
                 format!("c{}", child + 1),
                 format!("{:.2} ± {:.2}", 100.0 * x[0], 100.0 * x[1]),
                 format!("{:.2} ± {:.2}", 100.0 * y[0], 100.0 * y[1]),
                 format!("{:.4} ± {:.4}", phi[0], phi[1]),
-                percent(outside),
+                percent(score.outside(method, child)),
                 digits(score.nees(method, child)),
             ]);
-            if form.is_long() && rule == Rule::Dependent && outside > MOST_OUTSIDE {
-                missed.push(format!(
-                    "{}, c{}: {} outside",
-                    rule.name(),
-                    child + 1,
-                    percent(outside)
-                ));
-            }
         }
     }
+    let missed = missed(&scores);
     Finding {
         title: "Tracks as sightings".into(),
         text: format!(
@@ -284,3 +286,30 @@ pub fn find(form: &Form) -> Finding {
 
 /// Nominal.
 const MOST_OUTSIDE: f64 = 0.05;
+
+/// Where a child does not know how wrong it is, or is no better off than by its wheels alone.
+fn missed(scores: &[(Rule, Score)]) -> Vec<String> {
+    let of = |rule: Rule| scores.iter().find(|it| it.0 == rule).map(|it| &it.1);
+    let [Some(alone), Some(told)] = [Rule::Alone, Rule::Dependent].map(of) else {
+        return Vec::new();
+    };
+    let off = |score: &Score, child| {
+        let [x, y, _] = score.accuracy(Method::Split, child, |_| true);
+        x[0].hypot(y[0])
+    };
+    let mut missed = Vec::new();
+    for child in 0..CHILDREN.len() {
+        let name = format!("{}, c{}", Rule::Dependent.name(), child + 1);
+        let outside = told.outside(Method::Split, child);
+        if outside > MOST_OUTSIDE {
+            missed.push(format!("{name}: {} outside", percent(outside)));
+        }
+        let [wheels, tracks] = [alone, told].map(|it| off(it, child));
+        if tracks >= wheels {
+            missed.push(format!(
+                "{name}: {tracks:.3} m off, by wheels {wheels:.3} m"
+            ));
+        }
+    }
+    missed
+}
