@@ -6,7 +6,7 @@ mod by_hand;
 use by_hand::{PERIOD, SECOND, Subject, World, diagonal};
 use coloc_daemon::event::Event;
 use coloc_shm_types::{
-    Clock, Estimate, Header, Health, Input, Odometry, OdometryKind, Publisher, Reject,
+    Clock, Estimate, Header, Heading, Health, Input, Odometry, OdometryKind, Publisher, Reject,
     SourceHealth, Status,
 };
 use proptest::{collection, prelude::*};
@@ -415,5 +415,39 @@ proptest! {
             prop_assert!(estimate.pose.iter().chain(&total).all(|it| it.is_finite()), "{estimate:?}");
             prop_assert!([0, 4, 8].iter().all(|&it| total[it] >= start.total()[it] * 0.5), "{estimate:?}");
         }
+    }
+}
+
+/// Every preset has wheels that slip aside; that is no motion sideways.
+#[test]
+fn a_course_counts_of_wheels_that_slip() {
+    for preset in ["differential", "skid-steer", "car", "mrclam", "paper"] {
+        let world = World::new();
+        let settings = format!(
+            "[odometry]\nmax_speed_mps = 2.0\n[odometry.base]\ntrack_m = {TRACK_M}\n\
+             [motion]\npreset = \"{preset}\"\n[initial]\nsigma = [0.01, 0.01, 0.1]\n"
+        );
+        let mut robot = world.robot("a", 1, &settings);
+        let mut driver = Driver::new(&world, OdometryKind::Twist, 1);
+        let receiver = world.publisher::<Heading>("a");
+        for sequence in 0..10 {
+            driver.say(&world, [1.0; 2]);
+            let course = Heading {
+                header: world.header(sequence),
+                what: Heading::COURSE,
+                quality: 1,
+                variance: 0.01,
+                ..Heading::default()
+            };
+            receiver.send(course).unwrap();
+            robot.tick();
+        }
+        let status = counted(&robot);
+        assert!(
+            status.accepted_of(Input::Heading) >= 7,
+            "{preset}: {} accepted, {} not moving",
+            status.accepted_of(Input::Heading),
+            status.rejected_of(Input::Heading, Reject::NotMoving)
+        );
     }
 }

@@ -143,10 +143,7 @@ impl Filter {
             change.go(&before, &state.belief.pose);
         }
         state.driven = drive(state.driven, motion.velocity().map(|it| dt_s * it));
-        state.velocity = match motion {
-            Motion::Nonholonomic { velocity, .. } => *velocity,
-            Motion::Holonomic { .. } => [f64::NAN; 2],
-        };
+        state.velocity = straight_on(motion);
     }
 
     /// The belief and Ψ by one map.
@@ -175,12 +172,8 @@ impl Filter {
             change.break_off(); // The bias is in the error of all that follows.
         }
         state.driven = drive(state.driven, held);
-        state.velocity = match passage.motion {
-            Motion::Nonholonomic {
-                velocity: [v, _], ..
-            } => [v, held[2] / passage.dt_s],
-            Motion::Holonomic { .. } => [f64::NAN; 2],
-        };
+        let [v, _] = straight_on(&passage.motion);
+        state.velocity = [v, held[2] / passage.dt_s];
     }
 
     /// What is known of the gyro.
@@ -721,6 +714,19 @@ fn verdict(accepted: bool, d2: f64) -> Verdict {
         Verdict::Accepted { d2 }
     } else {
         Verdict::Gated { d2 }
+    }
+}
+
+/// `[v, ω]` of a robot that goes where it looks, slip aside; nothing of one that moves sideways.
+#[inline]
+fn straight_on(motion: &Motion) -> [f64; 2] {
+    match *motion {
+        Motion::Nonholonomic { velocity, .. } => velocity,
+        Motion::Holonomic {
+            velocity: [v, 0.0, omega],
+            ..
+        } => [v, omega],
+        Motion::Holonomic { .. } => [f64::NAN; 2],
     }
 }
 

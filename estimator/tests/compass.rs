@@ -34,6 +34,20 @@ fn wheels(tick: i64, velocity: [f64; 2]) -> Measurement {
     .into()
 }
 
+/// Of wheels that slip aside a little, as every preset has them.
+fn slipping(tick: i64, velocity: [f64; 3]) -> Measurement {
+    OdometrySample {
+        source: 0,
+        start: at(tick - 1),
+        stamp: at(tick),
+        motion: Motion::Holonomic {
+            velocity,
+            noise: Covariance3::diagonal([1e-4, 1e-6, 1e-4]).unwrap(),
+        },
+    }
+    .into()
+}
+
 fn compass(tick: i64, heading_rad: f64) -> Measurement {
     HeadingFix {
         stamp: at(tick),
@@ -225,11 +239,11 @@ fn a_course_over_ground_counts_while_the_wheels_move() {
             lever: [0.0; 2],
         },
     };
-    let verdict = |velocity: [f64; 2], heading: f64| {
+    let verdict_of = |wheels: Measurement, heading: f64| {
         let slots = vec![Slot::default(); 16];
         let mut robot =
             Estimator::starting(Settings::default(), at(0), &known(Pose::default()), slots);
-        let measurements = [wheels(1, velocity), course(1, heading).into()];
+        let measurements = [wheels, course(1, heading).into()];
         let inputs = TickInputs {
             stamp: at(1),
             measurements: &measurements,
@@ -238,7 +252,15 @@ fn a_course_over_ground_counts_while_the_wheels_move() {
         assert_eq!(outputs.reports[0].source, Source::new(Kind::Heading, 0));
         (outputs.reports[0].verdict, outputs.estimate.belief.pose.phi)
     };
+    let verdict = |velocity, heading| verdict_of(wheels(1, velocity), heading);
     let is_fused = |it| matches!(it, Verdict::Accepted { .. });
+    let (slipped, turned) = verdict_of(slipping(1, [1.0, 0.0, 0.0]), 0.1);
+    assert!(
+        is_fused(slipped) && (turned - 0.05).abs() < 1e-3,
+        "{slipped:?} {turned}"
+    );
+    let (sideways, turned) = verdict_of(slipping(1, [1.0, 0.1, 0.0]), 0.1);
+    assert!(sideways == Verdict::NotMoving && turned == 0.0);
     let (forward, turned) = verdict([1.0, 0.0], 0.1);
     assert!(
         is_fused(forward) && (turned - 0.05).abs() < 1e-3,

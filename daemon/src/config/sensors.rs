@@ -110,8 +110,8 @@ pub struct Heading {
     /// How long it lasts, where a message does not say its own \[s\].
     #[schemars(range(max = 86400), extend("exclusiveMinimum" = 0))]
     pub slow_time_s: f64,
-    /// A course over ground counts only while the wheels say that its antenna moves at least so fast, of a robot that cannot move
-    /// sideways; driven backwards it is turned by half a turn \[m/s\].
+    /// A course over ground counts only while the wheels say that its antenna moves at least so fast, and that the robot does not
+    /// move sideways; driven backwards it is turned by half a turn \[m/s\].
     #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
     pub least_speed_m_s: f64,
     /// Where the antenna of a course over ground is in the body frame, forward and left: it swings out in a turn \[m, m\].
