@@ -26,4 +26,4 @@ macro_rules! doors {
     };
 }
 
-doors!(candump dbc configuration encoder payloads recording belief receiver scans assists);
+doors!(candump dbc configuration encoder payloads recording belief receiver scans assists readings);

@@ -21,55 +21,65 @@ pub(super) const TARGET: Target = Target {
     samples,
 };
 
-const PERIOD_NS: i64 = 20_000_000;
+pub(super) const PERIOD_NS: i64 = 20_000_000;
 const HISTORY_NS: i64 = 1_000_000_000;
 const BOOT: u64 = 7;
-/// Two leaders, this child and two others.
-const ROBOTS: [u16; 5] = [1, 2, 3, 4, 5];
-const LEADERS: [u16; 2] = [1, 2];
+/// Two leaders and three children, of which this is the first.
+pub(super) const ROBOTS: [u16; 5] = [1, 2, 3, 4, 5];
+pub(super) const LEADERS: [u16; 2] = [1, 2];
 const OWN: u16 = 3;
-const BEGIN_NS: i64 = 10 * HISTORY_NS;
+pub(super) const BEGIN_NS: i64 = 10 * HISTORY_NS;
+/// Of an event.
+pub(super) const EVENT_NS: i64 = 100_000_000;
 /// Ticks of an execution.
-const TICKS: i64 = 24;
+pub(super) const TICKS: i64 = 24;
 
 /// Who is there, by a byte; now and then nobody of the team.
-fn robot(byte: u8) -> u16 {
+pub(super) fn robot(byte: u8) -> u16 {
     u16::from(byte % 7)
 }
 
-fn limits(now_ns: i64) -> Limits<'static> {
+pub(super) fn limits(now_ns: i64, own: u16) -> Limits<'static> {
     Limits {
         now: Present::only(Clock::Boottime, now_ns),
         boot: BOOT,
         history_ns: HISTORY_NS,
         future_tolerance_ns: 0,
-        own: OWN,
+        own,
         robots: &ROBOTS,
     }
 }
 
-fn child() -> (Estimator<Vec<Slot>>, Assistant) {
-    let covariance = Covariance3::diagonal([0.04, 0.04, 0.01]).unwrap();
-    let belief = Belief::independent(Pose::new(1.0, 2.0, 0.5), covariance);
-    let slots = vec![Slot::default(); 64];
-    let begin = Stamp::from_nanos(BEGIN_NS);
+fn agreement() -> Agreement {
     let ids = ROBOTS.map(RobotId);
     let (leaders, children) = ids.split_at(LEADERS.len());
     let patience = Patience {
         ack_timeout: 60,
         close_after: 200,
     };
-    let period = Span::from_millis(100);
-    let agreement = Agreement::new(leaders, children, period, patience).unwrap();
+    Agreement::new(leaders, children, Span::from_nanos(EVENT_NS), patience).unwrap()
+}
+
+/// One of them, in an agreement that `change` may change.
+pub(super) fn of_team(
+    own: u16,
+    change: impl FnOnce(&mut Agreement),
+) -> (Estimator<Vec<Slot>>, Assistant) {
+    let mut agreement = agreement();
+    change(&mut agreement);
+    let covariance = Covariance3::diagonal([0.04, 0.04, 0.01]).unwrap();
+    let belief = Belief::independent(Pose::new(1.0, 2.0, 0.5), covariance);
+    let slots = vec![Slot::default(); 64];
+    let begin = Stamp::from_nanos(BEGIN_NS);
     (
         Estimator::new(Settings::default(), begin, belief, slots),
-        Assistant::new(agreement, RobotId(OWN)).unwrap(),
+        Assistant::new(agreement, RobotId(own)).unwrap(),
     )
 }
 
 fn run(bytes: &[u8]) {
     let mut bytes = Bytes(bytes);
-    let (mut estimator, mut assistant) = child();
+    let (mut estimator, mut assistant) = of_team(OWN, |_| ());
     let mut taken = BTreeSet::new();
     for tick in 1..=TICKS {
         if bytes.is_empty() {
@@ -124,19 +134,19 @@ fn spoken(bytes: &mut Bytes<'_>, now_ns: i64) -> Spoken {
     for _ in 0..bytes.byte() % 6 {
         match bytes.byte() % 4 {
             0 | 1 => {
-                let heard = datum(&assist(bytes, now_ns), &limits(now_ns), &LEADERS);
+                let heard = datum(&assist(bytes, now_ns), &limits(now_ns, OWN), &LEADERS);
                 spoken.data.extend(heard);
             }
             2 => spoken
                 .acks
-                .extend(ack(&answer(bytes, now_ns), &limits(now_ns))),
+                .extend(ack(&answer(bytes, now_ns), &limits(now_ns, OWN))),
             _ => spoken.seen.push(sighting(bytes, now_ns)),
         }
     }
     spoken
 }
 
-fn header(bytes: &mut Bytes<'_>, now_ns: i64) -> Header {
+pub(super) fn header(bytes: &mut Bytes<'_>, now_ns: i64) -> Header {
     let how = bytes.byte();
     Header {
         stamp_ns: match how % 16 {
@@ -154,7 +164,7 @@ fn header(bytes: &mut Bytes<'_>, now_ns: i64) -> Header {
 
 /// The number of the event is that of its stamp, or is not.
 fn slot(bytes: &mut Bytes<'_>, header: &Header) -> i64 {
-    let of = header.stamp_ns.div_euclid(100_000_000);
+    let of = header.stamp_ns.div_euclid(EVENT_NS);
     match bytes.byte() % 8 {
         0 => bytes.long(),
         1 => of - 1,
@@ -209,7 +219,7 @@ fn answer(bytes: &mut Bytes<'_>, now_ns: i64) -> AssistAck {
     }
 }
 
-fn sighting(bytes: &mut Bytes<'_>, now_ns: i64) -> Measurement {
+pub(super) fn sighting(bytes: &mut Bytes<'_>, now_ns: i64) -> Measurement {
     let Header {
         stamp_ns, sequence, ..
     } = header(bytes, now_ns);

@@ -12,6 +12,7 @@ mod dbc;
 mod encoder;
 mod mutate;
 mod payloads;
+mod readings;
 mod receiver;
 mod recording;
 mod scans;
@@ -36,7 +37,7 @@ pub struct Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 10] = [
+pub const TARGETS: [Target; 11] = [
     candump::TARGET,
     dbc::TARGET,
     configuration::TARGET,
@@ -47,6 +48,7 @@ pub const TARGETS: [Target; 10] = [
     receiver::TARGET,
     scans::TARGET,
     assists::TARGET,
+    readings::TARGET,
 ];
 
 impl Target {
