@@ -101,6 +101,19 @@ fn two_robots_are_set_up_as_the_page_says() {
             await_taken(ports[running.0.len() - 1]);
         }
     }
+    let until = Instant::now() + Duration::from_secs(60);
+    loop {
+        let asked = shell(home.path(), "robot1", "coloc-link check robot.toml").output();
+        let told = String::from_utf8(asked.unwrap().stdout).unwrap();
+        let knows = |what: &str| {
+            told.lines()
+                .any(|it| it.starts_with("robot2") && it.contains(what))
+        };
+        if knows("runs coloc-link") && knows("ms off") {
+            break;
+        }
+        assert!(Instant::now() < until, "{told}");
+    }
     for link in &mut running.0 {
         assert!(link.try_wait().unwrap().is_none(), "a link has ended");
     }

@@ -62,7 +62,10 @@ pub enum Word<'a> {
     /// What the peer is and understands.
     Hello(Hello),
     /// It was about clocks, and is noted.
-    Clock,
+    Clock {
+        /// The peer has heard nothing of the own clock yet.
+        is_first: bool,
+    },
     /// A roster, for [`Book::offer`](crate::roster::Book::offer).
     Roster(&'a str),
     /// Something for shared memory.

@@ -127,7 +127,8 @@ impl Peer {
             word::CLOCK => {
                 let heard = ClockWord::of(parsed.body).ok_or(Refusal::BadWord)?;
                 self.hear_clock(&heard, parsed.envelope.stamp_ns, now);
-                Ok(Word::Clock)
+                let is_first = heard.echo_ns == 0;
+                Ok(Word::Clock { is_first })
             }
             _ => {
                 let text = str::from_utf8(parsed.body).map_err(|_| Refusal::BadWord)?;

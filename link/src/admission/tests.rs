@@ -193,6 +193,21 @@ fn who_was_not_met_is_not_heard() {
 }
 
 #[test]
+fn who_has_started_again_is_known_to_know_nothing_of_our_clock() {
+    let mut scene = Scene::met();
+    let is_first = |scene: &mut Scene, echo_ns| {
+        let heard_ns = scene.now.wall_ns;
+        let body = ClockWord { echo_ns, heard_ns }.body();
+        let bytes = scene.sealed(word::CLOCK, &body);
+        let proven = scene.key.public();
+        let admitted = scene.door.admit(&bytes, &proven, &scene.roster, scene.now);
+        matches!(admitted, Ok(Word::Clock { is_first: true }))
+    };
+    let sent_ns = scene.now.wall_ns - 1;
+    assert!(!is_first(&mut scene, sent_ns) && is_first(&mut scene, 0));
+}
+
+#[test]
 fn a_robot_cannot_speak_for_another_neither_outside_nor_inside() {
     let mut scene = Scene::met();
     let mut told = scene.neighbour();

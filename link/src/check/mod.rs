@@ -2,6 +2,7 @@
 
 mod calls;
 mod papers;
+mod peers;
 
 use std::path::Path;
 
@@ -41,6 +42,7 @@ pub fn run(path: &Path, strict: bool) -> Result<(), EndError> {
     let roster = papers::look(&config, &section, now, &mut findings)?;
     if let Some(roster) = roster {
         calls::try_all(&roster, config.robot.id, &mut findings)?;
+        peers::look(&section.own_directory(&config)?, &mut findings);
     }
     page::check(findings.text, &findings.warnings, strict)
 }

@@ -71,3 +71,14 @@ fn what_is_wrong_is_named() {
     said(&config(1, &[]), 1, 1_100_000, "colocd will not hear it");
     said(&config(1, &[2, 5]), 1, 1_100_000, "[[team]] has robot5");
 }
+
+#[test]
+fn what_the_link_that_runs_knows_is_told_and_what_is_wrong_is_a_warning() {
+    let mut findings = Findings::default();
+    super::peers::tell(
+        "robot2: runs coloc-link 0.1.0\n!robot3: its clock\n",
+        &mut findings,
+    );
+    assert_eq!(findings.text, "robot2       runs coloc-link 0.1.0\n");
+    assert_eq!(findings.warnings, ["robot3: its clock"]);
+}

@@ -15,11 +15,13 @@ use crate::roster::{Member, Roster};
 
 /// From one look at who is missing to the next.
 const LOOK: Duration = Duration::from_millis(100);
-/// From one call of a member to the next, which does not wait for the first to fail: of calls into a radio that loses every second
-/// packet one gets through soon.
-const AGAIN: u32 = 5;
-/// Calls of one member at once.
-const AT_ONCE: usize = 4;
+/// From one call of a member to the next (looks), which does not wait for the first to fail: of calls into a radio that loses every second
+/// packet one gets through soon. Who has just been lost, or was never there, is called the sooner.
+const AGAIN: [u32; 3] = [2, 4, 8];
+/// And so on, until it is there.
+const THEN_AGAIN: u32 = 10;
+/// Calls of one member at once: as many as are made before the first is given up, so that there is never a pause in them.
+const AT_ONCE: usize = 8;
 
 /// Who has started calls everybody for so long (ns): others may still believe that they are connected to the link that was there before.
 const STARTED_NS: i64 = 3_000_000_000;
@@ -28,10 +30,30 @@ const STARTED_NS: i64 = 3_000_000_000;
 #[derive(Debug, Default)]
 struct Calls {
     open: BTreeMap<u16, usize>,
-    /// Looks until the next call.
-    pause: BTreeMap<u16, u32>,
-    /// How many were made of each, to take its addresses in turn.
-    made: BTreeMap<u16, usize>,
+    missing: BTreeMap<u16, Missing>,
+}
+
+/// A member that is missing.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+struct Missing {
+    /// Calls since it was lost.
+    made: usize,
+    /// Looks until the next one.
+    pause: u32,
+}
+
+impl Missing {
+    /// One look more; which call is due, if one is, where a member may be called at that moment or not.
+    fn look(&mut self, may_call: bool) -> Option<usize> {
+        self.pause = self.pause.saturating_sub(1);
+        if self.pause > 0 || !may_call {
+            return None;
+        }
+        let call = self.made;
+        self.pause = AGAIN.get(call).copied().unwrap_or(THEN_AGAIN);
+        self.made = call.wrapping_add(1);
+        Some(call)
+    }
 }
 
 /// Calls whoever is missing, until the end.
@@ -67,19 +89,20 @@ fn due(office: &Office, calls: &mut Calls) -> Vec<(u16, String)> {
         office.wanted.is_due(member.id, !is_ours, now_ns)
     });
     // Who is lost is called at once.
-    calls.pause.retain(|id, _| !office.members.contains_key(id));
+    calls
+        .missing
+        .retain(|id, _| !office.members.contains_key(id));
     let mut due = Vec::new();
     for member in missing {
-        let pause = calls.pause.entry(member.id).or_default();
-        if *pause > 0 {
-            *pause -= 1;
-            continue;
-        }
         let open = calls.open.entry(member.id).or_default();
-        let made = calls.made.entry(member.id).or_default();
-        let address = member.addresses.get(*made % member.addresses.len().max(1));
-        if let Some(address) = address.filter(|_| *open < AT_ONCE) {
-            (*pause, *open, *made) = (AGAIN, *open + 1, made.wrapping_add(1));
+        let it = calls.missing.entry(member.id).or_default();
+        let Some(call) = it.look(*open < AT_ONCE) else {
+            continue;
+        };
+        // Its addresses in turn.
+        let place = call.checked_rem(member.addresses.len());
+        if let Some(address) = place.and_then(|place| member.addresses.get(place)) {
+            *open += 1;
             due.push((member.id, address.clone()));
         }
     }
@@ -135,4 +158,25 @@ async fn call(office: Rc<RefCell<Office>>, engine: Engine, id: u16, address: &st
 /// Names may take a while.
 async fn resolved(address: &str) -> Option<SocketAddr> {
     tokio::net::lookup_host(address).await.ok()?.next()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_is_missing_is_called_at_once_soon_and_then_every_second() {
+        let mut missing = Missing::default();
+        let called: Vec<_> = (0..45).filter(|_| missing.look(true).is_some()).collect();
+        assert_eq!(called, [0, 2, 6, 14, 24, 34, 44]);
+        assert_eq!(missing.made, called.len());
+    }
+
+    #[test]
+    fn a_call_that_cannot_be_made_is_made_as_soon_as_it_can() {
+        let mut missing = Missing::default();
+        assert_eq!([missing.look(false), missing.look(true)], [None, Some(0)]);
+        assert_eq!(missing.look(false), None);
+        assert_eq!([missing.look(false), missing.look(true)], [None, Some(1)]);
+    }
 }

@@ -7,6 +7,7 @@
 //!
 //! All that they share is an [`Office`], which no task holds while it waits.
 
+mod board;
 mod calls;
 mod company;
 mod counts;
@@ -31,6 +32,7 @@ use tokio::task::{LocalSet, spawn_local};
 use crate::engine::{Door, Engine};
 use crate::tls::Members;
 
+pub(crate) use board::{WRONG, ask};
 pub use counts::{Counts, FIGURES, REASONS};
 pub use office::{Office, Papers, Team};
 
@@ -61,6 +63,7 @@ async fn serve(office: Office, stop: &Stop) -> Result<(), EndError> {
     spawn_local(lines::answer(Rc::clone(&office), engine.clone(), door));
     spawn_local(calls::call_all(Rc::clone(&office), engine.clone()));
     spawn_local(send::tell_clocks(Rc::clone(&office)));
+    spawn_local(board::answer(Rc::clone(&office)));
     let ended = look_after(&office, stop).await;
     engine.close().await;
     office.borrow_mut().finish();
@@ -71,7 +74,7 @@ async fn serve(office: Office, stop: &Stop) -> Result<(), EndError> {
 async fn look_after(office: &Rc<RefCell<Office>>, stop: &Stop) -> Result<(), EndError> {
     let asked = asked(stop).map_err(EndError::of("it cannot be waited"))?;
     loop {
-        watch::listen(office)?;
+        watch::listen(office).await?;
         office.borrow_mut().second()?;
         if tokio::time::timeout(SECOND, asked.readable()).await.is_ok() {
             return Ok(());

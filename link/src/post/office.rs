@@ -92,6 +92,8 @@ pub struct Office {
     reporter: Reporter,
     /// Two links of one robot would carry everything twice.
     _claim: Claim,
+    /// The robot's own directory.
+    pub(super) directory: PathBuf,
     fleet: PathBuf,
     fleet_text: String,
     door: Door,
@@ -171,6 +173,7 @@ impl Office {
             identity: Rc::new(identity),
             fleet_text: book.text().into(),
             fleet: directory.join(FLEET),
+            directory,
             book,
             team,
             admission: Admission::new(rules.clone()),
@@ -197,6 +200,10 @@ impl Office {
 
     pub(super) fn team(&self) -> Arc<Team> {
         Arc::clone(&self.team)
+    }
+
+    pub(super) const fn versions(&self) -> Versions {
+        self.rules.versions
     }
 
     pub(super) fn listens_on(&self) -> SocketAddr {

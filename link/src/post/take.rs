@@ -88,9 +88,10 @@ impl Office {
                 self.compare_rosters(line);
                 self.tell_clock(id);
             }
-            // Until both know both clocks, nothing else is admitted: they do not wait for the next round of words.
-            Ok(Word::Clock) if !knew_its_clock => self.tell_clock(id),
-            Ok(Word::Clock) => {}
+            // Until both know both clocks, nothing else is admitted: they do not wait for the next round of words. Who has just started
+            // knows nothing of ours, also where its clock is known here from before.
+            Ok(Word::Clock { is_first }) if is_first || !knew_its_clock => self.tell_clock(id),
+            Ok(Word::Clock { .. }) => {}
             Err(refusal) => {
                 self.counts.refused += 1;
                 self.teller.remark(format!("{name}: {refusal}"));

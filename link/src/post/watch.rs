@@ -16,10 +16,12 @@ use crate::reach::Reach;
 use crate::roster::Role;
 use crate::space::Ear;
 
-/// Listens to all channels on which the own robot says something for other members, those of new members among them.
-pub(super) fn listen(office: &Rc<RefCell<Office>>) -> Result<(), EndError> {
+/// Listens to all channels on which the own robot says something for other members, those of new members among them. Each takes a
+/// millisecond to open, and the network does not wait for all of them: members are called meanwhile.
+pub(super) async fn listen(office: &Rc<RefCell<Office>>) -> Result<(), EndError> {
     let wanted = office.borrow().unheard();
     for (robot, kind, receiver) in wanted {
+        tokio::task::yield_now().await;
         let channel = kind.told.channel;
         let space = office.borrow().space.clone();
         office.borrow_mut().heard.push((robot.clone(), channel));

@@ -23,6 +23,7 @@ struct Pair {
 /// What was heard of a pair since somebody looked.
 #[derive(Copy, Clone, Debug, Default)]
 pub(crate) struct Heard {
+    /// Of those that were said since.
     pub(crate) count: u64,
     /// The longest between two (s).
     pub(crate) gap_s: f64,
@@ -40,6 +41,8 @@ pub(crate) struct Talk {
     period: Duration,
     next: Instant,
     pub(crate) said: u64,
+    /// What was said before is not counted.
+    since_ns: i64,
     pub(crate) heard: std::collections::BTreeMap<(u16, u16), Heard>,
 }
 
@@ -64,6 +67,7 @@ impl Talk {
             period: Duration::from_secs_f64(1.0 / hz),
             next: Instant::now(),
             said: 0,
+            since_ns: 0,
             heard: std::collections::BTreeMap::new(),
         }
     }
@@ -90,7 +94,7 @@ impl Talk {
             while let Ok(Some(told)) = ear.receive() {
                 let now_ns = wall_ns();
                 let heard = self.heard.entry((told.header.source, *to)).or_default();
-                heard.note(told.header.stamp_ns, now_ns);
+                heard.note(told.header.stamp_ns, now_ns, self.since_ns);
             }
         }
         std::thread::sleep(LOOK);
@@ -133,6 +137,7 @@ impl Talk {
 
     pub(crate) fn forget(&mut self) {
         self.said = 0;
+        self.since_ns = wall_ns();
         for heard in self.heard.values_mut() {
             *heard = Heard {
                 last_ns: heard.last_ns,
@@ -164,11 +169,11 @@ impl Talk {
 }
 
 impl Heard {
-    fn note(&mut self, stamp_ns: i64, now_ns: i64) {
+    fn note(&mut self, stamp_ns: i64, now_ns: i64, since_ns: i64) {
         if self.last_ns != 0 {
             self.gap_s = self.gap_s.max(seconds(now_ns - self.last_ns));
         }
-        self.count += 1;
+        self.count += u64::from(stamp_ns >= since_ns);
         self.oldest_s = self.oldest_s.max(seconds(now_ns - stamp_ns));
         self.last_ns = now_ns;
         self.said_ns = self.said_ns.max(stamp_ns);
