@@ -27,7 +27,8 @@ pub struct Promise {
 /// What each of the last slots said, with the bounds of means.
 #[derive(Clone, Debug)]
 pub struct Memory {
-    promise: Promise,
+    /// What is promised.
+    pub promise: Promise,
     slots: VecDeque<Vec<(Projection, Supports)>>,
 }
 
@@ -41,28 +42,33 @@ impl Memory {
         }
     }
 
-    /// Goes on by a slot. Who alone explains that the means do not fit; `None` if they do, or nobody knows.
+    /// Goes on by a slot.
+    pub fn hear(&mut self, measurements: &[Measurement], robots: usize) {
+        if self.promise.share >= 1.0 {
+            return;
+        }
+        let said = |it: &Measurement| said(it, self.promise.share);
+        let valid = measurements.iter().filter(|it| it.check(robots).is_ok());
+        self.slots.push_back(valid.filter_map(said).collect());
+        if self.slots.len() > self.promise.slots {
+            self.slots.pop_front();
+        }
+    }
+
+    /// Who alone explains that the means do not fit, of those who said something in the last slot, `measurements`; `None` if they do fit, or
+    /// nobody knows.
     ///
     /// # Errors
     /// If arena or slack mean nothing.
-    pub(crate) fn hear(
-        &mut self,
+    pub fn judge(
+        &self,
         measurements: &[Measurement],
         robots: usize,
         arena: Arena,
         slack_m: f64,
     ) -> Result<Option<Vec<Suspect>>, BadFrame> {
-        if self.promise.share >= 1.0 {
-            return Ok(None);
-        }
-        let said = |it: &Measurement| said(it, self.promise.share);
-        let valid = measurements.iter().filter(|it| it.check(robots).is_ok());
-        self.slots.push_back(valid.filter_map(said).collect());
         if self.slots.len() < self.promise.slots {
             return Ok(None);
-        }
-        if self.slots.len() > self.promise.slots {
-            self.slots.pop_front();
         }
         let mut polytope = Polytope::new(robots, &[], arena, slack_m)?;
         for (index, measurement) in measurements.iter().enumerate() {
@@ -86,8 +92,9 @@ impl Memory {
     }
 
     /// How far the mean goes in each direction; `None` if a slot says nothing of it.
+    #[must_use]
     #[allow(clippy::cast_precision_loss)] // Dozens.
-    fn mean(&self, of: Projection) -> Option<Vec<f64>> {
+    pub fn mean(&self, of: Projection) -> Option<Vec<f64>> {
         let mut sum = Supports::zero(DIRECTIONS);
         for slot in &self.slots {
             sum.add(&slot.iter().find(|it| it.0 == of)?.1);
@@ -98,7 +105,8 @@ impl Memory {
 }
 
 /// Of whom it says something: a robot, or one seen from another.
-fn projection(measurement: &Measurement) -> Option<Projection> {
+#[must_use]
+pub fn projection(measurement: &Measurement) -> Option<Projection> {
     match *measurement {
         Measurement::Fix { robot, .. } => Some(Projection::Robot(robot)),
         Measurement::Between {

@@ -15,7 +15,7 @@ use crate::team::{Pair, Sighting, Supports, Team};
 const BOX_DIRECTIONS: usize = 8;
 
 /// Added to each right-hand side: rounding of sines \[m\].
-const SLACK_M: f64 = 1e-9;
+pub const SLACK_M: f64 = 1e-9;
 
 /// In a larger team only pairs of the own robot are kept.
 const MOST_OF_ALL_PAIRS: usize = 8;
@@ -62,6 +62,8 @@ pub struct Outcome {
     pub suspects: Vec<Suspect>,
     /// Of how many sightings and fixes nothing could be made.
     pub refused: Vec<Refused>,
+    /// All sightings and fixes, without those of whom is suspected.
+    pub measurements: Vec<Measurement>,
     /// All rows that were believed.
     pub believed: Polytope,
 }
@@ -188,7 +190,8 @@ impl Monitor {
         if !fits {
             leave_out(&mut measurements, &suspects);
         }
-        let named = self.memory.hear(&measurements, robots, arena, SLACK_M)?;
+        self.memory.hear(&measurements, robots);
+        let named = (self.memory).judge(&measurements, robots, arena, SLACK_M)?;
         let is_new = !self.drifting;
         self.drifting = named.is_some();
         if let Some(named) = named.filter(|_| fits) {
@@ -214,6 +217,7 @@ impl Monitor {
             standing,
             suspects,
             refused: refused.into_iter().map(|it| it.1).collect(),
+            measurements,
             believed,
         })
     }

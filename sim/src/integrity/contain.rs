@@ -1,12 +1,16 @@
 //! Honest robots whose errors are within their bounds: is the truth inside, and does anybody cry wolf?
 
+use std::fmt::Write as _;
+
 use coloc_bounds::evidence::Area;
 use coloc_bounds::monitor::{Contained, Judge, Standing, distance};
+use coloc_bounds::slot::Suspect;
+use coloc_bounds::{Limits, Polytope, Projection, Sandwich, Tolerance};
 use rayon::prelude::*;
 
 use super::Form;
 use super::bar::{Bars, found, quantile, wilson};
-use super::setting::Setting;
+use super::setting::{SLOT_S, Setting};
 use super::slots::{Drive, margin};
 use crate::campaign::Finding;
 use crate::honest::table::{Table, digits};
@@ -31,15 +35,45 @@ pub(super) struct Tally {
     /// Robots' slots in which the estimate was outside.
     pub(super) single: usize,
     pub(super) alarms: usize,
-    /// Of those that are proven: the estimate is at least that far from any place that satisfies all rows.
+    /// Of those that are proven another way: see [`is_proven`].
     pub(super) proven: usize,
+    /// How far from the truth the estimate was at each alarm \[m\].
+    pub(super) off_m: Vec<f64>,
+    /// Slots that did not fit.
+    pub(super) misfits: Vec<Misfit>,
     pub(super) open: usize,
     pub(super) least_margin: f64,
     pub(super) areas: Vec<Vec<f64>>,
     pub(super) headings: Vec<Vec<f64>>,
 }
 
+/// A slot that did not fit, though everybody is honest.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Misfit {
+    /// Since the recording began \[s\].
+    pub(super) seconds: f64,
+    pub(super) suspects: Vec<Suspect>,
+}
+
+/// A line cuts `estimate` off from all places of `robot` that satisfy all rows, though not from where it truly is. Found by searches for the
+/// region's corners, not by the program that judges estimates.
+fn is_proven(believed: &Polytope, robot: usize, [estimate, truth]: [[f64; 2]; 2]) -> bool {
+    let Ok(mut region) = believed.region() else {
+        return false;
+    };
+    let mut search = |direction| region.support(Projection::Robot(robot), direction);
+    let limits = Limits {
+        ratio: 1.0,
+        gap: 0.0,
+        searches: 64,
+    };
+    let tolerance = Tolerance::of_programs(&believed.arena());
+    Sandwich::approximate(&mut search, [1.0, 0.0], tolerance, limits)
+        .is_some_and(|it| it.may_hold(truth) && !it.may_hold(estimate))
+}
+
 impl Tally {
+    #[allow(clippy::cast_precision_loss)] // Slots.
     pub(super) fn of(drive: &Drive, robots: usize) -> Self {
         let mut monitor = drive.monitor();
         let mut tally = Self {
@@ -54,6 +88,12 @@ impl Tally {
             tally.slots += 1;
             tally.violated += usize::from(outcome.standing == Standing::Violated);
             tally.starting += usize::from(outcome.standing == Standing::Starting);
+            if outcome.standing == Standing::Violated {
+                tally.misfits.push(Misfit {
+                    seconds: SLOT_S * (number + 1) as f64,
+                    suspects: outcome.suspects.clone(),
+                });
+            }
             for (robot, judge) in judges.iter_mut().enumerate() {
                 let is_open = monitor.is_open(robot);
                 tally.open += usize::from(is_open);
@@ -84,9 +124,12 @@ impl Tally {
                 tally.single += usize::from(is_outside == Some(true));
                 let is_new = is_alarm && !before.is_alarm();
                 tally.alarms += usize::from(is_new);
-                let outside = margin(&monitor, robot, here.centre) < 0.0
-                    || far.is_some_and(|it| it.at_least > 0.0);
-                tally.proven += usize::from(is_new && outside);
+                if let Some(truth) = slot.truth[robot].filter(|_| is_new) {
+                    let at = [here.centre, [truth.x, truth.y]];
+                    tally.proven += usize::from(is_proven(&outcome.believed, robot, at));
+                    let [x, y] = [0, 1].map(|axis| at[0][axis] - at[1][axis]);
+                    tally.off_m.push(x.hypot(y));
+                }
             }
         }
         tally
@@ -101,6 +144,8 @@ impl Tally {
         self.single += other.single;
         self.alarms += other.alarms;
         self.proven += other.proven;
+        self.off_m.extend(other.off_m);
+        self.misfits.extend(other.misfits);
         self.open += other.open;
         self.least_margin = self.least_margin.min(other.least_margin);
         for (all, more) in self.areas.iter_mut().zip(other.areas) {
@@ -186,7 +231,10 @@ pub fn find(form: &Form) -> Finding {
             let violated: usize = judged.iter().map(|it| it.1.violated).sum();
             bars.hold(
                 violated == 0,
-                &format!("{violated} of {slots} honest slots of the team violated (0)"),
+                &format!(
+                    "{violated} of {slots} honest slots of the team violated (0; {:.4} % at most)",
+                    100.0 * wilson(violated, slots)[1]
+                ),
             );
         },
     )
@@ -202,17 +250,26 @@ pub fn promised(form: &Form) -> Finding {
         |worlds, bars| {
             let mut table = Table::new(HEAD);
             let mut lines = Bars::default();
+            let mut misfits = String::new();
             let (mut violated, mut slots) = (0, 0);
             for (number, world) in worlds {
                 let mut tally = runs(form, world, Setting::HARD, form.runs);
                 table.row(row(*number, &mut tally));
                 violated += tally.violated;
                 slots += tally.slots;
+                for it in &tally.misfits {
+                    let _ = writeln!(
+                        misfits,
+                        "* MR.CLAM {number} after {} s: {:?}", // A string takes all.
+                        it.seconds, it.suspects
+                    );
+                }
                 judge_truth(*number, &tally, &mut lines);
             }
             bars.table(&table.text());
             let most = 100.0 * wilson(violated, slots)[1];
             bars.table(&format!("{violated} of {slots} honest slots of the team did not keep the promise: {most:.3} % at most."));
+            bars.table(&misfits);
             bars.append(lines);
         },
     )
@@ -247,10 +304,11 @@ fn judge(number: u32, tally: &mut Tally, bars: &mut Bars) {
         most <= AREA_ROOM * MOST_M2,
         &format!("MR.CLAM {number}: 99 % of the areas are below {most:.2} m² (specification {MOST_M2}, a fifth more at most)"),
     );
+    let far = quantile(&mut tally.off_m, 0.0);
     bars.hold(
         tally.proven == tally.alarms,
         &format!(
-            "MR.CLAM {number}: {} of {} alarms of honest estimates are proven",
+            "MR.CLAM {number}: {} of {} alarms of honest estimates are proven: a line cuts the estimate off from all that fits, not the truth (all); the estimate was off by {far:.2} m or more",
             tally.proven, tally.alarms
         ),
     );

@@ -107,8 +107,10 @@ pub(super) fn runs(
     let drive = Drive::new(world, setting, Kind::Sl, [form.seed, 0], form.slots);
     let mut monitor = drive.monitor();
     let mut begun = Vec::new();
-    for number in 0..drive.slots.len().saturating_sub(PATIENCE) {
-        if number % form.every == form.every / 2 {
+    let last = drive.slots.len().saturating_sub(PATIENCE);
+    let every = form.every(last);
+    for number in 0..last {
+        if number % every == every / 2 {
             begun.push((number, monitor.clone()));
         }
         drive.close(&mut monitor, number, None);

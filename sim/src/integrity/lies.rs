@@ -38,10 +38,11 @@ fn run(form: &Form, world: &GridWorld, run: u16) -> Shares {
     let mut monitor = drive.monitor();
     let mut shares = vec![[Share::default(); LIES_M.len()]; world.robots()];
     let mut judges = vec![[Judge::new(2, 5); LIES_M.len()]; world.robots()];
+    let every = form.every(drive.slots.len() - SETTLED);
     for number in 0..drive.slots.len() {
         let outcome = drive.close(&mut monitor, number, None);
         // A lie begins in a slot and has that and the next to be found.
-        let phase = number % form.every;
+        let phase = number % every;
         if number < SETTLED + phase || phase > 1 {
             continue;
         }

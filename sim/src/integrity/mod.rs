@@ -38,8 +38,8 @@ pub struct Form {
     pub runs: u16,
     /// So many slots of each run; all if there are fewer.
     pub slots: usize,
-    /// From one beginning of a fault to the next \[slots\].
-    pub every: usize,
+    /// So many faults of a kind begin in each recording, at least.
+    pub onsets: usize,
     /// The folder with recordings; `None`: without them.
     pub data: Option<PathBuf>,
 }
@@ -52,7 +52,7 @@ impl Form {
             seed,
             runs: 4,
             slots: usize::MAX,
-            every: 12,
+            onsets: 200,
             data,
         }
     }
@@ -64,9 +64,16 @@ impl Form {
             seed,
             runs: 1,
             slots: 400,
-            every: 8,
+            onsets: 40,
             data,
         }
+    }
+}
+
+impl Form {
+    /// From one beginning of a fault to the next in so many slots \[slots\].
+    fn every(&self, slots: usize) -> usize {
+        (slots / self.onsets).max(2)
     }
 }
 
