@@ -7,6 +7,7 @@ mod drives;
 pub mod frames;
 pub mod list;
 pub mod messages;
+mod opinion;
 pub mod parts;
 mod port;
 mod rounds;
@@ -20,7 +21,7 @@ use std::sync::Arc;
 
 use coloc_estimator::assist::assistant::Words;
 use coloc_estimator::{Measurement, Span, Stamp, TickInputs};
-use coloc_shm_types::{Input, Space};
+use coloc_shm_types::{Input, Opinion, Space};
 
 use crate::account::Account;
 use crate::clock::{Moment, TimeSource};
@@ -151,6 +152,12 @@ impl Collect {
     #[must_use]
     pub fn words(&self, ahead: impl FnOnce() -> Span) -> Words<'_> {
         self.messages.words(ahead)
+    }
+
+    /// What `coloc-bounds` said last, where it is asked.
+    #[must_use]
+    pub fn opinion(&self) -> Opinion {
+        self.messages.opinion()
     }
 
     /// All that was collected, for the tick at `moment`.

@@ -15,6 +15,7 @@ mod finding;
 pub mod gyro;
 mod hint;
 mod initial_pose;
+mod integrity;
 mod location;
 mod others;
 mod places;
@@ -44,6 +45,7 @@ use error::Fault;
 pub use assist::{Assist, AssistFusion, AssistMode};
 pub use error::ConfigError;
 pub use gyro::{Gyro, GyroSource};
+pub use integrity::{Action, Integrity};
 pub use others::{Section, SomebodyElses};
 pub use rounds::Rounds;
 pub use sensors::{Compass, Eye, Heading, Landmark, Receiver, RelativePose, Sensor, Sighting};
@@ -145,10 +147,10 @@ pub struct Config {
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
     pub bounds: SomebodyElses,
-    /// Read by `coloc-bounds`.
+    /// Read by `coloc-bounds`, but for what `colocd` does with its word.
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
-    pub integrity: SomebodyElses,
+    pub integrity: Integrity,
     /// Read by `coloc-link`.
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
@@ -196,7 +198,7 @@ impl Config {
             laser: SomebodyElses::default(),
             track: SomebodyElses::default(),
             bounds: SomebodyElses::default(),
-            integrity: SomebodyElses::default(),
+            integrity: Integrity::default(),
             link: SomebodyElses::default(),
         }
     }

@@ -13,7 +13,7 @@ use coloc_drivers::encoder::Slip;
 use coloc_estimator::assist::news::News;
 use coloc_estimator::{Belief, Decision};
 use coloc_shm_types::{
-    BeliefState, BusState, Health, Input, Reject, SourceState, Timing, WhyUnfit,
+    BeliefState, BusState, Health, Input, Opinion, Reject, SourceState, Timing, WhyUnfit,
 };
 use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
@@ -52,6 +52,15 @@ pub enum Event {
     Fitness {
         /// Why not; none: it may.
         why_unfit: Option<WhyUnfit>,
+        /// Ticks since the start.
+        tick: u64,
+    },
+    /// What a second opinion says of the belief has changed.
+    Opinion {
+        /// Before.
+        from: Opinion,
+        /// Since this tick.
+        to: Opinion,
         /// Ticks since the start.
         tick: u64,
     },

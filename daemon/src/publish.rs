@@ -8,8 +8,8 @@ use coloc_estimator::partial::SplitPosition;
 use coloc_estimator::rounds::{AtSlot, Sharing, Standing as RoundStanding, row_major};
 use coloc_estimator::{Estimate, OutgoingAnswer, OutgoingPose, OutgoingSeen, Stamp, TickOutputs};
 use coloc_shm_types::{
-    self as shm, GroupPage, Health, Input, Message, Neighbour, PortError, Publisher, RobotName,
-    Sender, Space,
+    self as shm, GroupPage, Health, Input, Message, Neighbour, Opinion, PortError, Publisher,
+    RobotName, Sender, Space,
 };
 use tracing::warn;
 
@@ -85,6 +85,8 @@ pub struct Circumstances {
     pub health: [Health; Input::COUNT],
     /// What may be said of the belief.
     pub standing: Standing,
+    /// What `coloc-bounds` says of it.
+    pub opinion: Opinion,
 }
 
 impl Publish {
@@ -255,6 +257,7 @@ impl Publish {
             state: with.standing.state as u8,
             fit,
             unfit,
+            opinion: with.opinion as u8,
             fit_limit,
             ..shm::Estimate::default()
         }

@@ -22,6 +22,7 @@ use coloc_estimator::{
     Estimate, GyroSample, GyroSettings, HeadingFix, HeadingOf, Measurement, Motion, NeighbourPose,
     OdometrySample, PoseSaid, PositionFix, Sighting, SlowError, Start, TickInputs, TrackPose,
 };
+use coloc_shm_types::Opinion;
 use serde::{Deserialize, Serialize};
 
 pub use part::Reading;
@@ -429,6 +430,9 @@ pub enum Record {
         dependent: [f64; 9],
         /// `k_a` and `k_b`
         bend: [f64; 6],
+        /// What `coloc-bounds` said of it, by the number of [`Opinion`].
+        #[serde(default, skip_serializing_if = "is_no_opinion")]
+        opinion: u8,
     },
 }
 
@@ -519,7 +523,22 @@ pub fn of_words(
     lines.chain(assist::lines(words))
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature.
+fn is_no_opinion(opinion: &u8) -> bool {
+    *opinion == Opinion::None as u8
+}
+
 impl Record {
+    /// What was published, with what was said of it.
+    #[must_use]
+    pub fn published(estimate: &Estimate, said: Opinion) -> Self {
+        let mut record = Self::from(estimate);
+        if let Self::Estimate { opinion, .. } = &mut record {
+            *opinion = said as u8;
+        }
+        record
+    }
+
     /// The first line.
     #[must_use]
     pub fn begin(robot: u16, stamp_ns: i64, start: &Start, gyro: Option<GyroSettings>) -> Self {
@@ -695,6 +714,7 @@ impl From<&Estimate> for Record {
             independent: estimate.belief.parts.independent.to_row_major(),
             dependent: estimate.belief.parts.dependent.to_row_major(),
             bend: estimate.belief.bend.to_array(),
+            opinion: Opinion::None as u8,
         }
     }
 }

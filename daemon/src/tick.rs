@@ -349,10 +349,12 @@ impl Robot {
         let (health, standing) = self
             .account
             .health(&outputs.estimate.belief, outputs.finding);
+        let opinion = self.account.opinion(self.collect.opinion(), health);
         let circumstances = Circumstances {
             tick: self.account.tick(),
             health,
             standing,
+            opinion,
         };
         self.publish
             .estimate(&outputs.estimate, &circumstances, moment);
@@ -367,7 +369,8 @@ impl Robot {
         // account
         let lines = record::of_words(self.account.tick(), step, &inputs, &words);
         self.account.record(lines);
-        self.account.record([Record::from(&outputs.estimate)]);
+        self.account
+            .record([Record::published(&outputs.estimate, opinion)]);
         self.account.outputs(&outputs, inputs.measurements);
         if self.gaps.sure_ns() > 0 {
             self.understudy.learn(inputs.measurements);

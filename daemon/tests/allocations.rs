@@ -20,8 +20,8 @@ use coloc_shm_types::{
 
 const TICKS: u64 = 10_000;
 
-/// What is seen in part is in the whole's own test of allocations, rounds are in their own, leaders and children are below.
-const ELSEWHERE: [Input; 7] = [
+/// What is seen in part is in the whole's own test of allocations, rounds and second opinions are in their own, leaders and children are below.
+const ELSEWHERE: [Input; 8] = [
     Input::Sighting,
     Input::Seen,
     Input::Answer,
@@ -29,6 +29,7 @@ const ELSEWHERE: [Input; 7] = [
     Input::AssistAck,
     Input::Readings,
     Input::Correction,
+    Input::Integrity,
 ];
 
 /// What telemetry does with the ring: empties it and gives the ledgers back.

@@ -4,7 +4,7 @@ use coloc_bounds::Arena;
 use coloc_bounds::evidence::Wheels;
 use coloc_bounds::mean::Promise;
 use coloc_bounds::monitor::Settings;
-use coloc_daemon::config::Section;
+use coloc_daemon::config::{Action, Section};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -99,6 +99,9 @@ impl Default for Bounds {
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Integrity {
+    /// What `colocd` does with its word: `report`, nothing; `health`, it says it on, in every estimate and in its log. A belief is never
+    /// changed by it.
+    pub action: Action,
     /// So many slots outside in a row are an alarm.
     #[schemars(range(min = 1, max = 1000))]
     pub alarm_slots: u32,
@@ -110,6 +113,7 @@ pub struct Integrity {
 impl Default for Integrity {
     fn default() -> Self {
         Self {
+            action: Action::Report,
             alarm_slots: 2,
             clear_slots: 5,
         }

@@ -1,6 +1,6 @@
 //! The kinds of input that a daemon takes in.
 
-/// What can change a belief; indexes `health`, `accepted` and `rejected` of the payloads.
+/// What can change a belief, or judges it; indexes `health`, `accepted` and `rejected` of the payloads.
 ///
 /// The numbers are part of the payloads' version; a new one takes the first that is spare.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -34,11 +34,13 @@ pub enum Input {
     Correction = 12,
     /// What other robots have seen of children, for a leader.
     Readings = 13,
+    /// Where this robot must be, as `coloc-bounds` has it: it changes no belief.
+    Integrity = 14,
 }
 
 impl Input {
     /// How many there are.
-    pub const COUNT: usize = 14;
+    pub const COUNT: usize = 15;
     /// So many have a place in the payloads; those without a name are spare.
     pub const PLACES: usize = 16;
     /// All of them, in the order of their numbers.
@@ -57,6 +59,7 @@ impl Input {
         Self::AssistAck,
         Self::Correction,
         Self::Readings,
+        Self::Integrity,
     ];
 
     /// As it is printed.
@@ -77,6 +80,7 @@ impl Input {
             Self::AssistAck => "assist_ack",
             Self::Correction => "correction",
             Self::Readings => "readings",
+            Self::Integrity => "integrity",
         }
     }
 }
@@ -111,7 +115,8 @@ mod tests {
                 "assist",
                 "assist_ack",
                 "correction",
-                "readings"
+                "readings",
+                "integrity"
             ]
         );
     }

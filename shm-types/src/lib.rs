@@ -32,6 +32,7 @@ mod identity;
 mod input;
 mod layout;
 mod matrix;
+mod opinion;
 mod payload;
 pub mod places;
 mod plain;
@@ -51,6 +52,7 @@ pub use health::{BusState, Health};
 pub use identity::{Sender, Sessions, SourceState};
 pub use input::Input;
 pub use matrix::all_finite;
+pub use opinion::Opinion;
 pub use payload::{
     Answer, Assist, AssistAck, AssistCounters, Call, CanCounters, Correction, DriverStatus,
     Estimate, Evidence, Gyro, Header, Heading, Increment, Integrity, Latency, Losses, Neighbour,

@@ -132,7 +132,7 @@ fn without_allocation_given(scene: &mut Scene, ticks: u64, send: fn(&mut Surroun
     assert_eq!(calls, Calls::NONE, "over {counted} ticks");
     let status = scene.robot.account().status();
     let has_gyro = scene.config.gyro.settings().is_some();
-    // Leaders and children, and rounds, are in the daemon's own tests.
+    // Leaders and children, rounds, and second opinions are in the daemon's own tests.
     let elsewhere = |it| {
         matches!(
             it,
@@ -143,6 +143,7 @@ fn without_allocation_given(scene: &mut Scene, ticks: u64, send: fn(&mut Surroun
                 | Input::AssistAck
                 | Input::Readings
                 | Input::Correction
+                | Input::Integrity
         )
     };
     for input in Input::ALL

@@ -7,7 +7,7 @@ use clap::Args;
 
 use self::hear::{Word, hear};
 use crate::demo::interrupt::Interrupt;
-use crate::listen::why_unfit;
+use crate::listen::{doubted, why_unfit};
 use crate::output::{complain, print_line};
 use crate::place::{Found, Looked, Place, PlaceArgs, look};
 use crate::status::Status;
@@ -99,6 +99,9 @@ fn show(found: &Found, interrupt: &Interrupt) -> Status {
             Word::Estimate(estimate) => {
                 if let Some(why) = why_unfit(estimate) {
                     print_line(&format!("{} {why}", robot.robot));
+                }
+                if let Some(doubt) = doubted(estimate) {
+                    print_line(&format!("{} {doubt}", robot.robot));
                 }
             }
             Word::Starting | Word::Silent => {}

@@ -31,6 +31,8 @@ odometry (never_seen, ok, stale, faulty, refused).
   odometry_health, relative_pose_health, position_health, neighbour_health, pose_health, heading_health,
   gyro_health
                    how these inputs do: never_seen, ok, stale, faulty or refused
+  opinion          what coloc-bounds says of it, with [integrity] action = \"health\": possible, estimate_outside,
+                   bounds_violated, not_observable, stale or starting; else none
   odometry_x_m, odometry_y_m, odometry_heading_rad
                    the second pose: where the wheels alone have taken the robot since its daemon started; it jumps only
                    by what a late frame of the wheels corrects

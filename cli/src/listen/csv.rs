@@ -8,7 +8,7 @@ pub(super) const HEADING: &str = "session,sequence,tick,clock,stamp_ns,boot_ns,x
     sigma_x_m,sigma_y_m,sigma_heading_rad,vx_mps,vy_mps,omega_radps,state,fit,\
     odometry_health,relative_pose_health,position_health,neighbour_health,pose_health,\
     odometry_x_m,odometry_y_m,odometry_heading_rad,unfit,heading_health,gyro_health,\
-    gyro_bias_radps,sigma_gyro_bias_radps";
+    gyro_bias_radps,sigma_gyro_bias_radps,opinion";
 
 pub(super) fn line(estimate: &Estimate) -> String {
     let Reading {
@@ -42,13 +42,14 @@ pub(super) fn line(estimate: &Estimate) -> String {
         gyro_health,
         gyro_bias_radps,
         sigma_gyro_bias_radps,
+        opinion,
     } = Reading::of(estimate);
     format!(
         "{session},{sequence},{tick},{clock},{stamp_ns},{boot_ns},{x_m},{y_m},{heading_rad},\
          {sigma_x_m},{sigma_y_m},{sigma_heading_rad},{vx_mps},{vy_mps},{omega_radps},{state},{fit},\
          {odometry_health},{relative_pose_health},{position_health},{neighbour_health},{pose_health},\
          {odometry_x_m},{odometry_y_m},{odometry_heading_rad},{unfit},{heading_health},{gyro_health},\
-         {gyro_bias_radps},{sigma_gyro_bias_radps}"
+         {gyro_bias_radps},{sigma_gyro_bias_radps},{opinion}"
     )
 }
 

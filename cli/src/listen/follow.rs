@@ -160,6 +160,8 @@ impl<'a> Follower<'a> {
             print_line(&text);
             let remark = self.form.remark(estimate);
             self.say(remark);
+            let doubt = self.form.doubt(estimate);
+            self.say(doubt.map(String::from));
         }
     }
 

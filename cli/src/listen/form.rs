@@ -1,9 +1,9 @@
 //! How estimates are printed, and which of them.
 
-use coloc_shm_types::{Estimate, RobotName};
+use coloc_shm_types::{Estimate, Opinion, RobotName};
 
 use super::args::ListenArgs;
-use super::reading::why_unfit;
+use super::reading::{doubted, why_unfit};
 use super::{csv, json, table, tum};
 
 /// For people, five lines in a second.
@@ -29,6 +29,8 @@ pub(super) struct Form {
     printed: u64,
     /// Why the robot is not fit, as it was last remarked.
     unfit: u8,
+    /// What a second opinion was, as it was last remarked.
+    opinion: Opinion,
 }
 
 impl Form {
@@ -52,6 +54,7 @@ impl Form {
             count: args.count,
             printed: 0,
             unfit: 0,
+            opinion: Opinion::None,
         }
     }
 
@@ -91,6 +94,16 @@ impl Form {
         }
         let fit = || estimate.is_fit().then(|| "is fit to drive on".into());
         why.or_else(fit)
+    }
+
+    /// The same of a second opinion.
+    pub(super) fn doubt(&mut self, estimate: &Estimate) -> Option<&'static str> {
+        let opinion = estimate.opinion();
+        if self.kind != Kind::Table || std::mem::replace(&mut self.opinion, opinion) == opinion {
+            return None;
+        }
+        let is_well = || (opinion == Opinion::Possible).then(|| opinion.meaning());
+        doubted(estimate).or_else(is_well)
     }
 
     /// The first of every interval by the robot's own clock, whatever delays it on its way here.
@@ -147,6 +160,35 @@ mod tests {
         assert_eq!(lines(form(true, Some(0.5), None)), 2);
         assert_eq!(lines(form(false, Some(0.0), None)), 50);
         assert_eq!(lines(form(true, None, Some(3))), 3);
+    }
+
+    #[test]
+    fn a_second_opinion_is_remarked_to_people_when_it_changes() {
+        let of = |opinion: Opinion| Estimate {
+            opinion: opinion as u8,
+            ..example()
+        };
+        let said = |form: &mut Form| {
+            use Opinion::{BoundsViolated, EstimateOutside, None, Possible};
+            [
+                None,
+                EstimateOutside,
+                EstimateOutside,
+                BoundsViolated,
+                Possible,
+            ]
+            .map(|opinion| form.doubt(&of(opinion)))
+        };
+        let words = said(&mut form(false, None, None));
+        let expected = [
+            None,
+            Some(Opinion::EstimateOutside.meaning()),
+            None,
+            Some(Opinion::BoundsViolated.meaning()),
+            Some(Opinion::Possible.meaning()),
+        ];
+        assert_eq!(words, expected);
+        assert_eq!(said(&mut form(true, None, None)), [None; 5]);
     }
 
     #[test]

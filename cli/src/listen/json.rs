@@ -51,6 +51,7 @@ mod tests {
             "unfit": "position 1.00 m > 0.88 m",
             "heading_health": "never_seen",
             "gyro_health": "never_seen", "gyro_bias_radps": 0.0625, "sigma_gyro_bias_radps": 0.03125,
+            "opinion": "estimate_outside",
             "covariance": [0.25, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0025],
             "velocity_covariance": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9],
         });

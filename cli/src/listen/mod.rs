@@ -25,7 +25,7 @@ use crate::output::complain;
 use crate::status::Status;
 
 pub(crate) use args::ListenArgs;
-pub(crate) use reading::{belief, why_unfit};
+pub(crate) use reading::{belief, doubted, why_unfit};
 
 /// Why it cannot be listened to.
 #[derive(Debug, thiserror::Error)]

@@ -1,6 +1,6 @@
 //! An estimate in the units and words in which it is printed.
 
-use coloc_shm_types::{BeliefState, Estimate, Input};
+use coloc_shm_types::{BeliefState, Estimate, Input, Opinion};
 use serde::Serialize;
 
 /// In the order in which it is printed.
@@ -38,6 +38,7 @@ pub(super) struct Reading {
     pub(super) gyro_health: &'static str,
     pub(super) gyro_bias_radps: f64,
     pub(super) sigma_gyro_bias_radps: f64,
+    pub(super) opinion: &'static str,
 }
 
 impl Reading {
@@ -78,6 +79,7 @@ impl Reading {
             gyro_health: health(Input::Gyro),
             gyro_bias_radps: estimate.gyro_bias_radps,
             sigma_gyro_bias_radps: estimate.gyro_bias_sigma_radps,
+            opinion: estimate.opinion().name(),
         }
     }
 }
@@ -98,6 +100,13 @@ pub(crate) fn why_unfit(estimate: &Estimate) -> Option<String> {
     let why = estimate.why_unfit()?;
     let is_known = estimate.state() == BeliefState::Ok;
     is_known.then(|| format!("is not fit to drive on: {why}"))
+}
+
+/// What is to be said where a second opinion is not that the estimate can be right.
+pub(crate) fn doubted(estimate: &Estimate) -> Option<&'static str> {
+    let opinion = estimate.opinion();
+    let is_well = matches!(opinion, Opinion::None | Opinion::Possible);
+    (!is_well).then(|| opinion.meaning())
 }
 
 /// The state of the belief, in a word that also says whether to drive on it.
@@ -133,6 +142,7 @@ pub(super) fn example() -> Estimate {
         gyro_bias_radps: 0.0625,
         gyro_bias_sigma_radps: 0.03125,
         fit_limit: 0.875,
+        opinion: Opinion::EstimateOutside as u8,
         ..Estimate::default()
     };
     estimate.health[Input::Odometry as usize] = Health::Ok as u8;

@@ -2,7 +2,7 @@
 
 use coloc_drivers::encoder::Slip;
 use coloc_estimator::{Belief, GyroState, Stamp};
-use coloc_shm_types::{BusState, Health, Input, Status};
+use coloc_shm_types::{BusState, Health, Input, Opinion, Status};
 
 use super::losses::Teller;
 use crate::event::{Event, GyroNews};
@@ -12,6 +12,7 @@ use crate::health::Standing;
 #[derive(Debug, Default)]
 pub(super) struct Changes {
     health: [Health; Input::COUNT],
+    opinion: Opinion,
     standing: Standing,
     bus: BusState,
     slips: Option<&'static str>,
@@ -77,6 +78,17 @@ impl Changes {
         if before.unfit != standing.unfit {
             let why_unfit = standing.why_unfit(belief);
             teller.tell(Event::Fitness { why_unfit, tick });
+        }
+    }
+
+    pub(super) fn opinion(&mut self, opinion: Opinion, tick: u64, teller: &mut Teller) {
+        let from = std::mem::replace(&mut self.opinion, opinion);
+        if from != opinion {
+            teller.tell(Event::Opinion {
+                from,
+                to: opinion,
+                tick,
+            });
         }
     }
 

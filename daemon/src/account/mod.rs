@@ -27,8 +27,8 @@ use coloc_estimator::{
     TickOutputs,
 };
 use coloc_shm_types::{
-    AssistCounters, BusState, CanCounters, Health, Input, Reject, Sender, SourceState, Status,
-    Timing,
+    AssistCounters, BusState, CanCounters, Health, Input, Opinion, Reject, Sender, SourceState,
+    Status, Timing,
 };
 
 use crate::config::Config;
@@ -256,6 +256,20 @@ impl Account {
         self.changes
             .standing(standing, belief, tick, &mut self.teller);
         (health, standing)
+    }
+
+    /// What is said of a second opinion whose newest word is `newest`, by the health of its channel.
+    #[allow(clippy::indexing_slicing)] // One place for each of the inputs' numbers.
+    pub fn opinion(&mut self, newest: Opinion, health: [Health; Input::COUNT]) -> Opinion {
+        let is_silent = health[Input::Integrity as usize] != Health::Ok;
+        let opinion = match newest {
+            Opinion::None => Opinion::None,
+            _ if is_silent => Opinion::Stale,
+            said => said,
+        };
+        let tick = self.tick();
+        self.changes.opinion(opinion, tick, &mut self.teller);
+        opinion
     }
 
     /// Does in advance what [`Self::health`] will do, and changes nothing.

@@ -6,12 +6,13 @@ use coloc_estimator::{
     Origin, Parts, Pose, PoseSaid, PositionFix, RobotId, Sighting, Span, Stamp, TrackPose,
 };
 use coloc_shm_types::{
-    Gyro, Heading, Input, Limits, Message, Neighbour, PortError, Pose as PoseMessage, Position,
-    Reject, RelativePose, Sessions, Space,
+    Gyro, Heading, Input, Limits, Message, Neighbour, Opinion, PortError, Pose as PoseMessage,
+    Position, Reject, RelativePose, Sessions, Space,
 };
 
 use super::assist::Assists;
 use super::list::List;
+use super::opinion::Opinions;
 use super::parts::{self, Landmarks, Parts as PartPorts};
 use super::port::Port;
 use super::rounds::{self, Rounds};
@@ -19,7 +20,7 @@ use super::sensors::Sensors;
 use super::team::Team;
 use crate::account::Account;
 use crate::clock::Moment;
-use crate::config::{self, Config, GyroSource};
+use crate::config::{self, Action, Config, GyroSource};
 
 /// A tick takes in so many messages at most; the others wait in shared memory for the next one.
 const SIGHTINGS: usize = 128;
@@ -52,6 +53,8 @@ pub struct Messages {
     assists: Option<Assists>,
     /// Where the team makes rounds.
     rounds: Option<Rounds>,
+    /// Where a second opinion is heard.
+    opinions: Option<Opinions>,
     team: Team,
 }
 
@@ -98,6 +101,9 @@ impl Messages {
                 .makes_rounds()
                 .then(|| Rounds::open(space, name, &config.rounds))
                 .transpose()?,
+            opinions: (config.integrity.action == Action::Health)
+                .then(|| Opinions::open(space, name))
+                .transpose()?,
             team,
         })
     }
@@ -115,12 +121,14 @@ impl Messages {
         let parts = self.parts.iter().flat_map(PartPorts::deaf);
         let assists = self.assists.iter().flat_map(Assists::deaf);
         let rounds = self.rounds.iter().filter_map(Rounds::deaf);
+        let opinions = self.opinions.iter().filter_map(Opinions::deaf);
         inputs
             .into_iter()
             .flatten()
             .chain(parts)
             .chain(assists)
             .chain(rounds)
+            .chain(opinions)
     }
 
     /// Says who speaks on the channels.
@@ -141,6 +149,9 @@ impl Messages {
         }
         if let Some(rounds) = &self.rounds {
             rounds.tell_sessions(now, account);
+        }
+        if let Some(opinions) = &self.opinions {
+            opinions.tell_sessions(now, account);
         }
     }
 
@@ -180,6 +191,9 @@ impl Messages {
         if let Some(rounds) = &mut self.rounds {
             rounds.receive(moment, &limits, into, account);
         }
+        if let Some(opinions) = &mut self.opinions {
+            opinions.receive(moment, &limits, account);
+        }
     }
 
     /// The tick is over: the next one takes in as many again.
@@ -201,6 +215,16 @@ impl Messages {
         if let Some(rounds) = &mut self.rounds {
             rounds.clear();
         }
+        if let Some(opinions) = &mut self.opinions {
+            opinions.clear();
+        }
+    }
+
+    /// What `coloc-bounds` said last, where it is asked.
+    pub(super) fn opinion(&self) -> Opinion {
+        self.opinions
+            .as_ref()
+            .map_or(Opinion::None, Opinions::newest)
     }
 
     /// The slot of the team's rounds that has begun, if it makes any.

@@ -31,7 +31,8 @@ impl Patience {
             | Input::Answer
             | Input::Assist
             | Input::AssistAck
-            | Input::Readings => config.neighbours_stale_s,
+            | Input::Readings
+            | Input::Integrity => config.neighbours_stale_s,
             Input::Correction => rounds.timeout_s,
         };
         Self {

@@ -141,6 +141,7 @@ fn gate(input: Input, config: &Config) -> f64 {
         | Input::Gyro
         | Input::AssistAck
         | Input::Readings
+        | Input::Integrity
         | Input::Correction => 0.0,
     }
 }

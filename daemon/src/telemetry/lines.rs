@@ -8,7 +8,7 @@ use crate::event::{Against, Event, GyroNews};
 use coloc_drivers::canopen::CanopenEvent;
 use coloc_estimator::assist::news::News;
 use coloc_estimator::{Decision, Span};
-use coloc_shm_types::{BeliefState, Health, Input, WhyUnfit};
+use coloc_shm_types::{BeliefState, Health, Input, Opinion, WhyUnfit};
 
 /// One line for one event, or for several that were added up.
 pub(super) fn write((count, event): Sum) {
@@ -51,6 +51,7 @@ pub(super) fn write((count, event): Sum) {
         Event::Gyro { news, bias, sigma } => gyro(count, news, [bias, sigma]),
         Event::Assist(news) => assist(count, news),
         Event::Fitness { why_unfit, tick } => fitness(count, why_unfit, tick),
+        Event::Opinion { from, to, tick } => opinion(count, [from, to], tick),
         Event::Dissent {
             input,
             source,
@@ -130,6 +131,14 @@ fn fitness(count: Option<u64>, why_unfit: Option<WhyUnfit>, tick: u64) {
     match why_unfit {
         None => info!(count, tick, "fit to drive on"),
         Some(why) => warn!(count, tick, "not fit to drive on: {why}"),
+    }
+}
+
+fn opinion(count: Option<u64>, [from, to]: [Opinion; 2], tick: u64) {
+    let heading = format!("second opinion: {from} -> {to}");
+    match to {
+        Opinion::Possible | Opinion::None => info!(count, tick, "{heading}"),
+        _ => warn!(count, tick, "{heading}: the robot {}", to.meaning()),
     }
 }
 

@@ -89,6 +89,7 @@ fn kind(event: &Event) -> Kind {
             waits_for_wheels,
             ..
         } => [9, from as u8, to as u8, u8::from(waits_for_wheels)],
+        Event::Opinion { from, to, .. } => [18, from as u8, to as u8, 0],
         Event::Fitness { why_unfit, .. } => [15, unfit_number(why_unfit), 0, 0],
         Event::Dissent {
             input,

@@ -4,7 +4,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::Header;
 use crate::layout::layout;
 use crate::matrix::Matrix;
-use crate::{BeliefState, Health, Input, Limits, Reject, Unfit, WhyUnfit, worst_sigmas};
+use crate::{BeliefState, Health, Input, Limits, Opinion, Reject, Unfit, WhyUnfit, worst_sigmas};
 
 /// `coloc/<robot>/estimate`: the belief of every tick, and whether to drive on it; a late joiner gets the last one.
 /// Where the daemon's time went is on [`Timing`](super::Timing).
@@ -47,8 +47,8 @@ pub struct Estimate {
     pub fit: u8,
     /// [`Unfit`]; read it with [`Self::why_unfit`]. 0 where it is fit.
     pub unfit: u8,
-    /// Zero.
-    pub reserved: u8,
+    /// [`Opinion`]; read it with [`Self::opinion`]. Zero where none is asked for.
+    pub opinion: u8,
     /// What is exceeded: the largest σ that is configured for the position (m) or the heading (rad), by `unfit`; else 0.
     pub fit_limit: f32,
 }
@@ -56,7 +56,7 @@ pub struct Estimate {
 layout!(Estimate, 384;
     header: 0, boot_ns: 40, tick: 48, pose: 56, odometry: 80, velocity: 104, independent: 128, dependent: 200,
     velocity_covariance: 272, gyro_bias_radps: 344, gyro_bias_sigma_radps: 352, health: 360, state: 376, fit: 377, unfit: 378,
-    reserved: 379, fit_limit: 380,
+    opinion: 379, fit_limit: 380,
 );
 
 impl Estimate {
@@ -113,6 +113,12 @@ impl Estimate {
             }),
             Some(Unfit::Belief) | None => Some(WhyUnfit::Belief(self.state())),
         }
+    }
+
+    /// What `coloc-bounds` says of it, where `colocd` is asked to hear that.
+    #[must_use]
+    pub fn opinion(&self) -> Opinion {
+        Opinion::from_byte(self.opinion)
     }
 
     /// How `input` was doing at this tick.

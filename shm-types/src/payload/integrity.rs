@@ -40,7 +40,7 @@ impl Suspect {
 }
 
 /// `coloc/<robot>/integrity`: the region in which this robot must be if all errors are within their bounds, and whether its estimate is in it. Of
-/// `coloc-bounds`; `colocd` does not hear it.
+/// `coloc-bounds`; `colocd` hears it where `[integrity] action` says so, and says it on: a belief is never changed by it.
 #[derive(Copy, Clone, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("coloc.Integrity.v1")]

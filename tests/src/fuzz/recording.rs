@@ -79,6 +79,7 @@ fn samples() -> Vec<Vec<u8>> {
         independent: unit,
         dependent: unit,
         bend: [0.0; 6],
+        opinion: 0,
     };
     let first = [
         begin,
