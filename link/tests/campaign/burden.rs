@@ -50,6 +50,42 @@ pub(crate) fn cost(extent: Extent) {
     assert!(last.own_mib < first.own_mib + 4.0, "memory grows");
 }
 
+/// Two robots that talk as fast as nobody would, until a million words were carried.
+pub(crate) fn million(extent: Extent) {
+    let home = tempfile::tempdir().unwrap();
+    let mut robots = team(home.path(), 2);
+    for robot in &robots {
+        robot.set("max_bytes_per_s = 4000000");
+    }
+    start(&mut robots);
+    let mut talk = Talk::new(&robots, |_, _| true, 1000.0);
+    talk.until_all_are_heard();
+    talk.go_on(extent.of(0.2, 10.0));
+    let step = extent.of(1000, 100_000);
+    let begin = Instant::now();
+    let (mut heard, mut said, mut twice) = (0, 0, 0);
+    let mut own_mib = Vec::new();
+    for _ in 0..10 {
+        talk.forget();
+        while talk.said < step {
+            talk.go_on(extent.of(0.1, 1.0));
+        }
+        talk.wait(0.2);
+        (heard, said, twice) = (heard + talk.count(), said + talk.said, twice + talk.twice());
+        let usage = robots[0].link.as_ref().unwrap().usage();
+        own_mib.push(usage.own_mib);
+        println!(
+            "million: {heard} of {said} were heard, {twice} of them twice, after {:.0} s: {:.2} MiB its own, {} descriptors",
+            begin.elapsed().as_secs_f64(),
+            usage.own_mib,
+            usage.descriptors
+        );
+    }
+    println!("million: {}", robots[0].last_words());
+    assert_eq!(twice, 0, "a word is heard twice");
+    assert!(own_mib[9] < own_mib[0] + 2.0, "memory grows");
+}
+
 /// By members and by neighbours, each a link of its own: what a robot says to so many of the next ones round a ring.
 pub(crate) fn numbers(extent: Extent) {
     let all: &[(u16, u16)] = extent.of(
