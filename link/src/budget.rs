@@ -25,8 +25,7 @@ impl Budget {
         }
     }
 
-    /// Takes so many bytes out, and says how long to wait before they are sent (s). A message larger than all that it holds waits for
-    /// all of it.
+    /// Takes so many bytes out, and says how long it is empty then (s).
     #[expect(clippy::cast_precision_loss, reason = "of nanoseconds and bytes")]
     pub fn take(&mut self, bytes: usize, now_ns: i64) -> f64 {
         let passed_s = now_ns.saturating_sub(self.at_ns) as f64 * 1e-9;

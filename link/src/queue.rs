@@ -43,6 +43,12 @@ impl Queue {
         u64::from(full)
     }
 
+    /// Whether nothing waits.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.waiting.is_empty()
+    }
+
     /// The next that is still of use at `now_ns`, and how many before it were not.
     pub fn pop(&mut self, now_ns: i64) -> (Option<Waiting>, u64) {
         let mut too_old = 0;

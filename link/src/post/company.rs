@@ -25,8 +25,8 @@ pub(super) enum Kept {
 
 impl Kept {
     pub(super) fn of(roster: &Roster, own: u16) -> Self {
-        let is_station = |id: u16| roster.member(id).is_some_and(|it| it.role == Role::Station);
-        if roster.member.len() <= SMALL || is_station(own) {
+        let stations = || roster.member.iter().filter(|it| it.role == Role::Station);
+        if roster.member.len() <= SMALL || stations().any(|it| it.id == own) {
             return Self::Everybody;
         }
         let mut ids: Vec<u16> = roster.member.iter().map(|it| it.id).collect();
@@ -35,7 +35,7 @@ impl Kept {
         let count = ids.len();
         let ring = (1..=RING).flat_map(|step| [place + step, place + count - step]);
         let mut kept: Vec<u16> = ring.map(|place| ids[place % count]).collect();
-        kept.extend(ids.iter().copied().filter(|id| is_station(*id)));
+        kept.extend(stations().map(|it| it.id));
         Self::These(kept)
     }
 

@@ -1,5 +1,9 @@
 //! What became of messages, counted.
+use std::fmt::Write as _;
+
 use coloc_sensors::Report;
+
+use crate::admission::Counts as Refusals;
 
 /// Why something was not sent or not said; what [admission](crate::admission) refuses has its own list.
 pub const REASONS: [&str; 9] = [
@@ -58,9 +62,9 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// In words, at the end.
+    /// In words, at the end, with what admission `refused`.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn words(&self, refusals: &Refusals) -> String {
         let Self {
             signed,
             sent,
@@ -69,9 +73,17 @@ impl Counts {
             refused,
             ..
         } = self;
-        format!(
+        let mut words = format!(
             "signed {signed}, of these {sent} of the robot; {came} came, {said} were said, {refused} refused"
-        )
+        );
+        let refusals = refusals.some().map(|(why, count)| (why.name(), count));
+        let here = REASONS.into_iter().zip(self.report().refused);
+        let here = here.filter(|(why, count)| *count > 0 && *why != "refused");
+        for (why, count) in refusals.chain(here) {
+            // It cannot fail: it is a string.
+            let _ = write!(words, ", {why} {count}");
+        }
+        words
     }
 
     /// As a driver reports it.

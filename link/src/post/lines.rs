@@ -23,6 +23,8 @@ pub(super) struct Member {
     pub(super) queue: Queue,
     /// Something was put into the queue.
     pub(super) put: Rc<Notify>,
+    /// What may be said to it.
+    pub(super) told: Budget,
     /// What it may say to us.
     pub(super) heard: Budget,
     /// So long it counts as somebody with whom something is exchanged (ns of `CLOCK_BOOTTIME`).
@@ -69,16 +71,15 @@ fn begin(office: &Rc<RefCell<Office>>, line: &Line) -> Option<u16> {
     let roster = office.roster();
     let owner = roster.owner(line.key())?;
     let now_ns = now().boot_ns;
+    let per_s = f64::from(office.section.max_bytes_per_s);
     let member = Member {
         name: owner.name.clone(),
         line: line.clone(),
         spare: Vec::new(),
         queue: Queue::default(),
         put: Rc::new(Notify::new()),
-        heard: Budget::new(
-            take::MORE_THAN_SAID * f64::from(office.section.max_bytes_per_s),
-            now_ns,
-        ),
+        told: Budget::new(per_s, now_ns),
+        heard: Budget::new(take::MORE_THAN_SAID * per_s, now_ns),
         company_until_ns: now_ns.saturating_add(send::BEGINNING_NS),
     };
     office.welcome(owner.id, member);

@@ -229,7 +229,8 @@ impl Office {
     /// The last words: a line for each member, for whoever reads the log.
     pub(super) fn finish(&mut self) {
         self.teller.finish();
-        self.teller.remark(self.counts.words());
+        self.teller
+            .remark(self.counts.words(self.admission.counts()));
         self.teller.finish();
         for (name, words) in &self.last {
             self.teller.remark(format!("{name}: {words}"));

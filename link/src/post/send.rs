@@ -1,13 +1,14 @@
 //! From the queues to the network.
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::task::{Context, Waker};
 use std::time::Duration;
 
 use coloc_shm_types::Matters;
+use tokio::sync::Notify;
 use tokio::task::spawn_local;
 
 use super::office::{Office, now};
-use crate::budget::Budget;
 use crate::engine::Line;
 use crate::queue::Waiting;
 use crate::wire::{LARGEST_DATAGRAM, word};
@@ -34,10 +35,8 @@ pub(super) fn at_once(line: Line, message: Vec<u8>) {
     });
 }
 
-/// Sends what waits for a member, within its budget, until the task is ended.
+/// Sends what waits for a member and could not be sent when it was said, until the task is ended.
 pub(super) async fn empty_queue(office: Rc<RefCell<Office>>, id: u16, line: Line) {
-    let per_s = f64::from(office.borrow().section.max_bytes_per_s);
-    let mut budget = Budget::new(per_s, now().boot_ns);
     let Some(put) = office
         .borrow()
         .members
@@ -47,25 +46,32 @@ pub(super) async fn empty_queue(office: Rc<RefCell<Office>>, id: u16, line: Line
         return;
     };
     loop {
-        let next = {
-            let mut office = office.borrow_mut();
-            let member = office.members.get_mut(&id);
-            // Of several connections one sends.
-            let own = member.filter(|it| it.line.is(&line));
-            let popped = own.map(|it| it.queue.pop(now().boot_ns));
-            let (next, too_old) = popped.unwrap_or_default();
-            office.counts.too_old_to_send += too_old;
-            next
-        };
-        let Some(message) = next else {
-            put.notified().await;
-            continue;
-        };
-        let wait_s = budget.take(message.bytes.len(), now().boot_ns);
-        if wait_s > 0.0 {
-            tokio::time::sleep(Duration::from_secs_f64(wait_s)).await;
+        match send_due(&office, id, &line) {
+            Some(rest) => tokio::time::sleep(rest).await,
+            None => put.notified().await,
         }
-        hand_over(&office, &line, message);
+    }
+}
+
+/// Sends what the own robot has just said: no task has to be woken for it, and only what has to wait is left to one.
+pub(super) fn send_all(office: &Rc<RefCell<Office>>) {
+    let due = office.borrow().due();
+    for (id, line, put) in due {
+        if send_due(office, id, &line).is_some() {
+            put.notify_waiters();
+        }
+    }
+}
+
+/// Sends what waits for a member as far as its budget goes; after how long the rest may go, if there is one.
+fn send_due(office: &Rc<RefCell<Office>>, id: u16, line: &Line) -> Option<Duration> {
+    loop {
+        let message = match office.borrow_mut().next(id, line) {
+            Next::Message(message) => message,
+            Next::Later(rest) => return Some(rest),
+            Next::Nothing => return None,
+        };
+        hand_over(office, line, message);
     }
 }
 
@@ -81,11 +87,16 @@ fn hand_over(office: &Rc<RefCell<Office>>, line: &Line, message: Waiting) {
     let left_ns = message.until_ns.saturating_sub(now().boot_ns);
     let patience = Duration::from_nanos(u64::try_from(left_ns).unwrap_or(0));
     let (office, line) = (Rc::clone(office), line.clone());
-    spawn_local(async move {
+    let mut sending = Box::pin(async move {
         if !line.send_stream(&message.bytes, patience).await {
             office.borrow_mut().counts.not_in_time += 1;
         }
     });
+    // It goes out now; until it has arrived is for a task to wait.
+    let mut nobody = Context::from_waker(Waker::noop());
+    if sending.as_mut().poll(&mut nobody).is_pending() {
+        spawn_local(sending);
+    }
 }
 
 /// Tells those with whom something is exchanged of the own clock, and one of the others in turn, until the end. Such a word is worth nothing
@@ -103,7 +114,44 @@ pub(super) async fn tell_clocks(office: Rc<RefCell<Office>>) {
     }
 }
 
+/// What is to be sent to a member.
+enum Next {
+    Message(Waiting),
+    /// It has been sent as much as it may.
+    Later(Duration),
+    Nothing,
+}
+
 impl Office {
+    /// Members for whom something waits.
+    fn due(&self) -> Vec<(u16, Line, Rc<Notify>)> {
+        let members = self.members.iter();
+        let due = members.filter(|(_, it)| !it.queue.is_empty());
+        due.map(|(id, it)| (*id, it.line.clone(), Rc::clone(&it.put)))
+            .collect()
+    }
+
+    fn next(&mut self, id: u16, line: &Line) -> Next {
+        let now_ns = now().boot_ns;
+        // Of several connections one sends.
+        let member = self.members.get_mut(&id).filter(|it| it.line.is(line));
+        let Some(member) = member.filter(|it| !it.queue.is_empty()) else {
+            return Next::Nothing;
+        };
+        let rest_s = member.told.take(0, now_ns);
+        if rest_s > 0.0 {
+            return Next::Later(Duration::from_secs_f64(rest_s));
+        }
+        let (next, too_old) = member.queue.pop(now_ns);
+        self.counts.too_old_to_send += too_old;
+        let Some(message) = next else {
+            return Next::Nothing;
+        };
+        // What it is too much is waited for before the next one.
+        member.told.take(message.bytes.len(), now_ns);
+        Next::Message(message)
+    }
+
     /// Tells a member of the own clock.
     pub(super) fn tell_clock(&mut self, id: u16) {
         let body = self.admission.clock_word(id).body();

@@ -72,15 +72,15 @@ impl Office {
     pub(super) fn take(&mut self, message: &[u8], line: &Line) {
         self.counts.came += 1;
         let roster = self.roster();
-        let name = roster.owner(line.key()).map(|owner| owner.name.to_string());
-        let name = name.unwrap_or_default();
-        let id = roster.owner(line.key()).map_or(self.own, |owner| owner.id);
+        let owner = roster.owner(line.key());
+        let name = owner.map_or("", |owner| owner.name.as_str());
+        let id = owner.map_or(self.own, |owner| owner.id);
         let peer = self.admission.peer(id);
         let knew_its_clock = peer.is_some_and(|it| it.offset().is_some());
         match self.admission.admit(message, line.key(), &roster, now()) {
             Ok(Word::Payload(payload)) => self.deliver(&payload),
             Ok(Word::Roster(text)) => {
-                if self.offer(text, &name) {
+                if self.offer(text, name) {
                     self.hand_on_the_roster();
                 }
             }

@@ -9,7 +9,7 @@ use coloc_shm_types::{Channel, Clock, Header, RobotName};
 use tokio::task::spawn_local;
 
 use super::office::{Office, now};
-use super::send::COMPANY_NS;
+use super::send::{self, COMPANY_NS};
 use crate::kinds::Kind;
 use crate::queue::Waiting;
 use crate::reach::Reach;
@@ -38,11 +38,14 @@ pub(super) async fn listen(office: &Rc<RefCell<Office>>) -> Result<(), EndError>
 
 async fn hear(office: Rc<RefCell<Office>>, mut ear: Ear, kind: Kind, receiver: Option<u16>) {
     loop {
-        {
-            let mut office = office.borrow_mut();
-            ear.hear(&mut |header, bytes| office.carry(&kind, receiver, header, bytes));
-        }
-        ear.wait().await;
+        let Some((header, bytes)) = ear.next() else {
+            ear.wait().await;
+            continue;
+        };
+        office.borrow_mut().carry(&kind, receiver, &header, bytes);
+        send::send_all(&office);
+        // It is on its way before the bell is armed again, which is a system call.
+        tokio::task::yield_now().await;
     }
 }
 
@@ -54,6 +57,7 @@ async fn look(office: Rc<RefCell<Office>>, mut ear: Ear, kind: Kind) {
         ear.hear(&mut |header, bytes| newest = Some((*header, bytes.to_vec())));
         if let Some((header, bytes)) = newest {
             office.borrow_mut().carry(&kind, None, &header, &bytes);
+            send::send_all(&office);
         }
         tokio::time::sleep(period).await;
     }
@@ -173,7 +177,6 @@ impl Office {
         if let Some(member) = self.members.get_mut(&id) {
             member.company_until_ns = present.boot_ns.saturating_add(COMPANY_NS);
             self.counts.pushed_out += member.queue.push(waiting);
-            member.put.notify_waiters();
         }
     }
 

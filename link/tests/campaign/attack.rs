@@ -131,6 +131,11 @@ struct Ticks {
 }
 
 impl Ticks {
+    fn add(&mut self, more: &Self) {
+        self.took_ns.extend(&more.took_ns);
+        self.busy_s += more.busy_s;
+    }
+
     fn at(&mut self, part: usize) -> f64 {
         self.took_ns.sort_unstable();
         let place = self.took_ns.len() * part / 100;
@@ -163,32 +168,38 @@ fn follow(robots: &[Robot], talk: &mut Talk, seconds: f64, ticks: &mut Ticks) {
 fn pairs(how: &str, extent: Extent, robots: &[Robot], talk: &mut Talk) {
     let seconds = extent.of(2.0, 8.0);
     let [mut calm, mut attacked] = [Ticks::default(), Ticks::default()];
+    let mut ratios = Vec::new();
     let link = || robots[0].link.as_ref().unwrap().usage();
-    let (mut heard, mut said, mut gap_s) = (0, 0, 0.0_f64);
+    let (mut heard, mut twice, mut said, mut gap_s) = (0, 0, 0, 0.0_f64);
     let (mut busy_s, mut link_busy_s, mut most) = (0.0, 0.0, link());
     let begin = link();
     for _ in 0..extent.of(1, 6) {
-        follow(robots, talk, seconds, &mut calm);
-        let mut attacker = attacker(how, robots[0].listens, seconds + 0.3);
+        let [mut before_it, mut with_it] = [Ticks::default(), Ticks::default()];
+        follow(robots, talk, seconds, &mut before_it);
+        let mut attacker = attacker(how, robots[0].listens, seconds + 0.8);
         talk.go_on(0.3);
         talk.forget();
         let (before, link_before) = (attacker.usage().busy_s, link().busy_s);
-        follow(robots, talk, seconds - 0.5, &mut attacked);
+        follow(robots, talk, seconds - 0.5, &mut with_it);
         (busy_s, link_busy_s) = (
             busy_s + attacker.usage().busy_s - before,
             link_busy_s + link().busy_s - link_before,
         );
-        (heard, said) = (heard + talk.count(), said + talk.said);
         gap_s = gap_s.max(talk.longest_gap_s(None));
+        talk.wait(0.5);
+        (heard, twice, said) = (heard + talk.count(), twice + talk.twice(), said + talk.said);
         let now = link();
         most.own_mib = most.own_mib.max(now.own_mib);
         most.descriptors = most.descriptors.max(now.descriptors);
+        ratios.push(with_it.at(99) / before_it.at(99));
+        calm.add(&before_it);
+        attacked.add(&with_it);
         attacker.wait();
         talk.go_on(0.5);
     }
     let length_s = f64::from(extent.of(1, 6)) * (seconds - 0.5);
     println!(
-        "{how}: {heard} of {said} were heard meanwhile, the longest gap {gap_s:.2} s; the attacker took {:.0} % of a core, the link {:.0} %; \
+        "{how}: {heard} of {said} were heard meanwhile, {twice} of them twice, the longest gap {gap_s:.2} s; the attacker took {:.0} % of a core, the link {:.0} %; \
          the link's own memory {:.1} MiB before, {:.1} at most, {} descriptors before, {} at most",
         100.0 * busy_s / length_s,
         100.0 * link_busy_s / length_s,
@@ -196,6 +207,10 @@ fn pairs(how: &str, extent: Extent, robots: &[Robot], talk: &mut Talk) {
         most.own_mib,
         begin.descriptors,
         most.descriptors
+    );
+    ratios.sort_by(f64::total_cmp);
+    println!(
+        "{how}: p99 of the daemon's ticks with it of that without, piece by piece: {ratios:.2?}"
     );
     println!(
         "{how}: the daemon's ticks: p50 {:.1} µs without and {:.1} with it, p99 {:.1} and {:.1} ({:.3} times); processor time a tick {:.1} and {:.1} µs ({:.3} times), {} and {} ticks",

@@ -40,9 +40,10 @@ impl Extent {
 
 type Part = (&'static str, fn(Extent));
 
-const PARTS: [Part; 8] = [
+const PARTS: [Part; 9] = [
     ("cost", burden::cost),
     ("numbers", burden::numbers),
+    ("million", burden::million),
     ("links", trouble::links),
     ("daemons", trouble::daemons),
     ("partition", trouble::partition),

@@ -1,7 +1,7 @@
 //! What robots say to one another, and when it is heard.
 use std::time::{Duration, Instant};
 
-use coloc_shm_types::{Clock, Neighbour, Publisher, Sender, Subscriber};
+use coloc_shm_types::{Clock, Header, Neighbour, Publisher, Sender, Subscriber};
 
 use crate::support::wall_ns;
 use crate::team::Robot;
@@ -18,13 +18,18 @@ struct Pair {
     sender: Sender,
     from: u16,
     to: u16,
+    /// Number of the next word.
+    next: u64,
 }
 
 /// What was heard of a pair since somebody looked.
-#[derive(Copy, Clone, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Heard {
-    /// Of those that were said since.
-    pub(crate) count: u64,
+    /// How often each was heard that was said since, by its number.
+    words: Vec<u8>,
+    /// Number of the first of them, and of what session it is.
+    first: u64,
+    session: u64,
     /// The longest between two (s).
     pub(crate) gap_s: f64,
     /// The oldest when it was heard (s).
@@ -40,9 +45,7 @@ pub(crate) struct Talk {
     ears: Vec<(u16, Subscriber<Neighbour>)>,
     period: Duration,
     next: Instant,
-    pub(crate) said: u64,
-    /// What was said before is not counted.
-    since_ns: i64,
+    pub(crate) said: usize,
     pub(crate) heard: std::collections::BTreeMap<(u16, u16), Heard>,
 }
 
@@ -54,6 +57,7 @@ impl Talk {
             sender: Sender::start(from.id, Clock::Realtime).unwrap(),
             from: from.id,
             to: to.id,
+            next: 0,
         };
         let all = robots.iter();
         let all = all.flat_map(|from| robots.iter().map(move |to| (from, to)));
@@ -61,15 +65,16 @@ impl Talk {
         let pairs: Vec<_> = wanted.map(|(from, to)| pair(from, to)).collect();
         let ears = robots.iter();
         let ears = ears.map(|it| (it.id, it.space.subscriber(&it.name()).unwrap()));
-        Self {
+        let mut talk = Self {
             pairs,
             ears: ears.collect(),
             period: Duration::from_secs_f64(1.0 / hz),
             next: Instant::now(),
             said: 0,
-            since_ns: 0,
             heard: std::collections::BTreeMap::new(),
-        }
+        };
+        talk.forget();
+        talk
     }
 
     /// Says what is due, and hears what came.
@@ -85,19 +90,32 @@ impl Talk {
                     independent: [0.1, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1],
                     ..Neighbour::default()
                 };
+                pair.next = told.header.sequence + 1;
                 // Who does not hear it is counted as not having heard it.
                 let _ = pair.port.send(told);
                 self.said += 1;
             }
         }
+        self.listen();
+    }
+
+    fn listen(&mut self) {
         for (to, ear) in &self.ears {
             while let Ok(Some(told)) = ear.receive() {
                 let now_ns = wall_ns();
                 let heard = self.heard.entry((told.header.source, *to)).or_default();
-                heard.note(told.header.stamp_ns, now_ns, self.since_ns);
+                heard.note(&told.header, now_ns);
             }
         }
         std::thread::sleep(LOOK);
+    }
+
+    /// Hears what is still on its way, and says nothing.
+    pub(crate) fn wait(&mut self, seconds: f64) {
+        let begin = Instant::now();
+        while begin.elapsed().as_secs_f64() < seconds {
+            self.listen();
+        }
     }
 
     /// For so long.
@@ -137,9 +155,11 @@ impl Talk {
 
     pub(crate) fn forget(&mut self) {
         self.said = 0;
-        self.since_ns = wall_ns();
-        for heard in self.heard.values_mut() {
+        for pair in &self.pairs {
+            let heard = self.heard.entry((pair.from, pair.to)).or_default();
             *heard = Heard {
+                first: pair.next,
+                session: pair.sender.session(),
                 last_ns: heard.last_ns,
                 said_ns: heard.said_ns,
                 ..Heard::default()
@@ -147,9 +167,19 @@ impl Talk {
         }
     }
 
-    /// How many were heard of all.
-    pub(crate) fn count(&self) -> u64 {
-        self.heard.values().map(|it| it.count).sum()
+    /// How many were heard of those that were said since, each counted once.
+    pub(crate) fn count(&self) -> usize {
+        self.counted(1)
+    }
+
+    /// How many of them were heard more than once.
+    pub(crate) fn twice(&self) -> usize {
+        self.counted(2)
+    }
+
+    fn counted(&self, times: u8) -> usize {
+        let words = self.heard.values().flat_map(|it| &it.words);
+        words.filter(|it| **it >= times).count()
     }
 
     /// The longest that anybody was not heard (s), but for pairs with `but`.
@@ -169,11 +199,17 @@ impl Talk {
 }
 
 impl Heard {
-    fn note(&mut self, stamp_ns: i64, now_ns: i64, since_ns: i64) {
+    fn note(&mut self, header: &Header, now_ns: i64) {
+        let stamp_ns = header.stamp_ns;
         if self.last_ns != 0 {
             self.gap_s = self.gap_s.max(seconds(now_ns - self.last_ns));
         }
-        self.count += u64::from(stamp_ns >= since_ns);
+        let place = header.sequence.checked_sub(self.first);
+        let place = place.filter(|_| header.session == self.session);
+        if let Some(place) = place.and_then(|it| usize::try_from(it).ok()) {
+            self.words.resize(self.words.len().max(place + 1), 0);
+            self.words[place] = self.words[place].saturating_add(1);
+        }
         self.oldest_s = self.oldest_s.max(seconds(now_ns - stamp_ns));
         self.last_ns = now_ns;
         self.said_ns = self.said_ns.max(stamp_ns);

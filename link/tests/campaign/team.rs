@@ -1,5 +1,6 @@
 //! Robots, each with a space, a link and perhaps a daemon.
 use std::fs::{self, File};
+use std::io::Write as _;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -71,6 +72,12 @@ impl Robot {
     /// Gives it a roster, as an operator does.
     pub(crate) fn goes_by(&self, roster: &str) {
         fs::write(self.directory.join("fleet.toml"), roster).unwrap();
+    }
+
+    /// One more line of its `[link]`.
+    pub(crate) fn set(&self, line: &str) {
+        let mut file = File::options().append(true).open(&self.file).unwrap();
+        writeln!(file, "{line}").unwrap();
     }
 
     pub(crate) fn start_link(&mut self) {
