@@ -189,6 +189,9 @@ pub(crate) struct DemoArgs {
     /// Each robot in a shared memory of its own, as on a computer of its own, and coloc-link between them
     #[arg(long, conflicts_with = "laser")]
     pub(crate) fleet: bool,
+    /// With --fleet: each robot in a network namespace of its own, with a TUN device (for root, or below `unshare -Ur`)
+    #[arg(long, requires = "fleet")]
+    pub(crate) namespaces: bool,
     /// With --fleet: this part of all packets is lost, each way
     #[arg(long, value_name = "P", default_value_t = 0.0, requires = "fleet", value_parser = part)]
     pub(crate) loss: f64,

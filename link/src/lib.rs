@@ -17,6 +17,7 @@ pub mod engine;
 pub mod fleet;
 pub mod keys;
 pub mod kinds;
+pub mod networks;
 pub mod post;
 pub mod program;
 pub mod queue;

@@ -13,7 +13,7 @@ use crate::check;
 use crate::fleet::{self, Fleet};
 use crate::keys::{Identity, ROBOT_KEY, load_team};
 use crate::post::{self, FIGURES, Office, Papers, REASONS};
-use crate::rehearsal::{self, RosterArgs, WeatherArgs};
+use crate::rehearsal::{self, NetworksArgs, RosterArgs, WeatherArgs};
 use crate::roster::{Book, FLEET, Roster, fingerprint};
 use crate::section::Link;
 use crate::wire::Versions;
@@ -40,6 +40,8 @@ enum Command {
     RehearsalRoster(RosterArgs),
     #[command(hide = true)]
     Weather(WeatherArgs),
+    #[command(hide = true)]
+    Networks(NetworksArgs),
     /// Begin and change a team.
     #[command(subcommand)]
     Fleet(Fleet),
@@ -71,6 +73,9 @@ where
             Command::RehearsalRoster(args) => rehearsal::write_roster(&args),
             Command::Weather(args) => {
                 rehearsal::end_with_the_demo().and_then(|()| rehearsal::make_weather(&args))
+            }
+            Command::Networks(args) => {
+                rehearsal::end_with_the_demo().and_then(|()| rehearsal::make_networks(&args))
             }
             Command::Fleet(command) => fleet::run(command),
             Command::Check { config, strict } => check::run(&config, strict),

@@ -1,7 +1,6 @@
 //! What `coloc demo --fleet` needs beside the links themselves: the roster of a team on one computer whose keys everybody can make, and the
 //! bad network between its members.
 use std::io::{self, Write};
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,8 +13,10 @@ use coloc_shm_types::RobotName;
 use coloc_shm_types::private::OwnFile;
 use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 use signal_hook::consts::{SIGUSR1, SIGUSR2};
+use tokio::task::LocalSet;
 
 use crate::keys::Identity;
+use crate::networks::{Between, Network};
 use crate::roster::{FORMAT, Member, Moment, Role, Roster};
 use crate::weather::{Cloud, Weather};
 
@@ -28,9 +29,9 @@ pub struct RosterArgs {
     members: Vec<String>,
 }
 
-/// A network between members on one computer. SIGUSR1 cuts it, SIGUSR2 mends it.
+/// How bad a network is. SIGUSR1 cuts it, SIGUSR2 mends it.
 #[derive(Debug, Args)]
-pub struct WeatherArgs {
+struct Bad {
     /// This part of all packets is lost.
     #[arg(long, default_value_t = 0.0)]
     loss: f64,
@@ -40,8 +41,24 @@ pub struct WeatherArgs {
     /// Of all that is random.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+}
+
+/// A network between members on one computer.
+#[derive(Debug, Args)]
+pub struct WeatherArgs {
+    #[command(flatten)]
+    bad: Bad,
     /// What comes to one address goes to another, each `address=address`.
     ways: Vec<String>,
+}
+
+/// A network namespace for each member, and a network between them.
+#[derive(Debug, Args)]
+pub struct NetworksArgs {
+    #[command(flatten)]
+    bad: Bad,
+    /// The addresses of each, `address,address`.
+    members: Vec<String>,
 }
 
 /// The demo's process number, if it started this one.
@@ -49,6 +66,8 @@ const DEMO: &str = "COLOC_DEMO_PID";
 /// So long is such a team one (s).
 const DAY: i64 = 86_400;
 const LOOK: Duration = Duration::from_millis(20);
+/// Begins a line with where a namespace is.
+const NETWORK: &str = "network ";
 
 /// Writes the roster of a team whose keys everybody can make.
 ///
@@ -101,44 +120,100 @@ fn member(text: &str, now: Moment) -> Option<Member> {
 /// # Errors
 /// If an address cannot be understood or had.
 pub fn make_weather(args: &WeatherArgs) -> Result<(), EndError> {
-    let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
-    let [cut, mend] = [SIGUSR1, SIGUSR2].map(|signal| {
-        let told = Arc::new(AtomicBool::new(false));
-        signal_hook::flag::register(signal, Arc::clone(&told)).map(|_| told)
-    });
-    let cut = cut.map_err(EndError::of("signals cannot be handled"))?;
-    let mend = mend.map_err(EndError::of("signals cannot be handled"))?;
-    let fair = Weather {
-        loss: args.loss,
-        delay_s: [0.0, args.delay_ms / 1e3],
-        ..Weather::default()
-    };
+    let sky = Sky::over(&args.bad)?;
     let mut clouds = Vec::new();
-    for (way, seed) in args.ways.iter().zip(args.seed..) {
+    for (way, seed) in args.ways.iter().zip(args.bad.seed..) {
         let ends = way.split_once('=');
-        let ends = ends.and_then(|(from, to)| Some((address(from)?, address(to)?)));
+        let ends = ends.and_then(|(from, to)| Some((from.parse().ok()?, to.parse().ok()?)));
         let misunderstood = || EndError::Input(format!("{way:?} is not address=address"));
         let (listens, target) = ends.ok_or_else(misunderstood)?;
-        let cloud = Cloud::open(listens, target, fair, seed);
+        let cloud = Cloud::open(listens, target, sky.fair, seed);
         clouds.push(cloud.map_err(EndError::of("the network cannot be made"))?);
     }
     say("ready")?;
-    loop {
-        let woken = stop.wait(None, LOOK);
-        if woken.map_err(EndError::of("it cannot be waited"))? == Woken::Stop {
-            return Ok(());
+    while let Some(changed) = sky.after(LOOK)? {
+        if let Some(weather) = changed {
+            clouds.iter().for_each(|cloud| cloud.set(weather));
         }
-        for (told, is_cut) in [(&cut, true), (&mend, false)] {
-            if told.swap(false, Ordering::Relaxed) {
-                let weather = Weather {
-                    cut: is_cut,
-                    ..fair
-                };
-                for cloud in &clouds {
-                    cloud.set(weather);
-                }
+    }
+    Ok(())
+}
+
+/// Makes the namespaces, says where each is, and carries what goes between them until it is asked to end.
+///
+/// # Errors
+/// If an address cannot be understood, or this user may not make them.
+pub fn make_networks(args: &NetworksArgs) -> Result<(), EndError> {
+    let sky = Sky::over(&args.bad)?;
+    const REFUSED: &str = "the networks cannot be made";
+    let mut networks = Vec::new();
+    for member in &args.members {
+        let addresses: Result<Vec<_>, _> = member.split(',').map(str::parse).collect();
+        let misunderstood = |_| EndError::Input(format!("{member:?} is not address,address"));
+        let network = Network::make(&addresses.map_err(misunderstood)?);
+        networks.push(network.map_err(EndError::of(REFUSED))?);
+    }
+    for network in &networks {
+        say(&format!("{NETWORK}{}", network.place()))?;
+    }
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(EndError::of("there is no runtime"))?;
+    LocalSet::new().block_on(&runtime, async {
+        let between = Between::open(networks, sky.fair, args.bad.seed);
+        let between = between.map_err(EndError::of(REFUSED))?;
+        say("ready")?;
+        while let Some(changed) = sky.after(Duration::ZERO)? {
+            if let Some(weather) = changed {
+                between.set(weather);
             }
+            tokio::time::sleep(LOOK).await;
         }
+        Ok(())
+    })
+}
+
+/// The weather, as signals change it.
+struct Sky {
+    stop: Stop,
+    fair: Weather,
+    /// Asked to cut, and to mend.
+    told: [Arc<AtomicBool>; 2],
+}
+
+impl Sky {
+    fn over(bad: &Bad) -> Result<Self, EndError> {
+        const REFUSED: &str = "signals cannot be handled";
+        let stop = Stop::on_signals().map_err(EndError::of(REFUSED))?;
+        let told: [Arc<AtomicBool>; 2] = Default::default();
+        for (told, signal) in told.iter().zip([SIGUSR1, SIGUSR2]) {
+            let registered = signal_hook::flag::register(signal, Arc::clone(told));
+            registered.map_err(EndError::of(REFUSED))?;
+        }
+        let fair = Weather {
+            loss: bad.loss,
+            delay_s: [0.0, bad.delay_ms / 1e3],
+            ..Weather::default()
+        };
+        Ok(Self { stop, fair, told })
+    }
+
+    /// Waits so long. Nothing once it is asked to end, else the new weather, if it is to change.
+    fn after(&self, patience: Duration) -> Result<Option<Option<Weather>>, EndError> {
+        let woken = self.stop.wait(None, patience);
+        if woken.map_err(EndError::of("it cannot be waited"))? == Woken::Stop {
+            return Ok(None);
+        }
+        let [cut, mend] = self
+            .told
+            .each_ref()
+            .map(|it| it.swap(false, Ordering::Relaxed));
+        let weather = Weather {
+            cut: cut && !mend,
+            ..self.fair
+        };
+        Ok(Some((cut || mend).then_some(weather)))
     }
 }
 
@@ -158,10 +233,6 @@ pub fn end_with_the_demo() -> Result<(), EndError> {
         return Ok(());
     }
     Err(EndError::Input("the demo that started it has ended".into()))
-}
-
-fn address(text: &str) -> Option<SocketAddr> {
-    text.parse().ok()
 }
 
 fn say(text: &str) -> Result<(), EndError> {

@@ -40,15 +40,14 @@ pub struct Tally {
 #[derive(Debug)]
 pub struct Cloud {
     address: SocketAddr,
-    shared: Arc<Shared>,
+    air: Arc<Air>,
+    end: Arc<Notify>,
     thread: Option<JoinHandle<()>>,
 }
 
+/// What packets go through between two.
 #[derive(Debug)]
-struct Shared {
-    state: Mutex<State>,
-    end: Notify,
-}
+pub(crate) struct Air(Mutex<State>);
 
 #[derive(Debug)]
 struct State {
@@ -60,9 +59,9 @@ struct State {
 /// Who calls through it, at most.
 const CALLERS: usize = 256;
 /// Packets that are late at once, at most.
-const LATE: usize = 65_536;
-/// No UDP packet is larger (bytes).
-const LARGEST: usize = 65_535;
+pub(crate) const LATE: usize = 65_536;
+/// No packet is larger (bytes).
+pub(crate) const LARGEST: usize = 65_535;
 
 impl Cloud {
     /// Begins to forward what comes to `listens` to `target` and back.
@@ -78,15 +77,9 @@ impl Cloud {
         let front = Socket::bind(listens)?;
         front.set_nonblocking(true)?;
         let address = front.local_addr()?;
-        let shared = Arc::new(Shared {
-            state: Mutex::new(State {
-                weather,
-                random: ChaCha8Rng::seed_from_u64(seed),
-                tally: Tally::default(),
-            }),
-            end: Notify::new(),
-        });
-        let own = Arc::clone(&shared);
+        let air = Arc::new(Air::new(weather, seed));
+        let end = Arc::new(Notify::new());
+        let (own, told) = (Arc::clone(&air), Arc::clone(&end));
         let thread = std::thread::Builder::new().name("weather".into());
         let thread = thread.spawn(move || {
             let runtime = tokio::runtime::Builder::new_current_thread()
@@ -95,15 +88,16 @@ impl Cloud {
             // Without it nothing passes, which whoever waits for packets sees.
             if let Ok(runtime) = runtime {
                 LocalSet::new().block_on(&runtime, async move {
-                    let forwarding = spawn_local(forward(front, target, Arc::clone(&own)));
-                    own.end.notified().await;
+                    let forwarding = spawn_local(forward(front, target, own));
+                    told.notified().await;
                     forwarding.abort();
                 });
             }
         })?;
         Ok(Self {
             address,
-            shared,
+            air,
+            end,
             thread: Some(thread),
         })
     }
@@ -116,27 +110,39 @@ impl Cloud {
 
     /// Changes the weather.
     pub fn set(&self, weather: Weather) {
-        self.shared.state().weather = weather;
+        self.air.set(weather);
     }
 
     /// What it has done so far.
     #[must_use]
     pub fn tally(&self) -> Tally {
-        self.shared.state().tally
+        self.air.state().tally
     }
 }
 
 impl Drop for Cloud {
     fn drop(&mut self) {
-        self.shared.end.notify_one();
+        self.end.notify_one();
         // A thread that panicked has said so.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }
 
-impl Shared {
+impl Air {
+    pub(crate) fn new(weather: Weather, seed: u64) -> Self {
+        Self(Mutex::new(State {
+            weather,
+            random: ChaCha8Rng::seed_from_u64(seed),
+            tally: Tally::default(),
+        }))
+    }
+
+    pub(crate) fn set(&self, weather: Weather) {
+        self.state().weather = weather;
+    }
+
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// By how much each copy of a packet is late.
@@ -163,10 +169,33 @@ impl Shared {
         state.tally.passed += copies.len() as u64;
         copies
     }
+
+    /// Hands each copy of a packet that is not lost to `send`, when it is time. `late` has a place for each that waits.
+    pub(crate) fn pass(
+        &self,
+        late: &Arc<Semaphore>,
+        packet: &[u8],
+        send: impl AsyncFn(Vec<u8>) + 'static,
+    ) {
+        let send = Rc::new(send);
+        for delay in self.fate() {
+            let Ok(place) = Arc::clone(late).try_acquire_owned() else {
+                continue;
+            };
+            let (send, packet) = (Rc::clone(&send), packet.to_vec());
+            spawn_local(async move {
+                if !delay.is_zero() {
+                    tokio::time::sleep(delay).await;
+                }
+                send(packet).await;
+                drop(place);
+            });
+        }
+    }
 }
 
 /// From callers to the target; each caller has a socket of its own to the target, as behind an address translator.
-async fn forward(front: Socket, target: SocketAddr, shared: Arc<Shared>) {
+async fn forward(front: Socket, target: SocketAddr, air: Arc<Air>) {
     let Ok(front) = UdpSocket::from_std(front).map(Rc::new) else {
         return;
     };
@@ -188,13 +217,16 @@ async fn forward(front: Socket, target: SocketAddr, shared: Arc<Shared>) {
                 Rc::clone(&front),
                 Rc::clone(&back),
                 caller,
-                Arc::clone(&shared),
+                Arc::clone(&air),
                 Arc::clone(&late),
             ));
             callers.insert(caller, back);
         }
         if let (Some(back), Some(packet)) = (callers.get(&caller), packet.get(..length)) {
-            pass(&shared, &late, back, None, packet);
+            let back = Rc::clone(back);
+            air.pass(&late, packet, async move |packet| {
+                let _ = back.send(&packet).await;
+            });
         }
     }
 }
@@ -210,7 +242,7 @@ async fn answer(
     front: Rc<UdpSocket>,
     back: Rc<UdpSocket>,
     caller: SocketAddr,
-    shared: Arc<Shared>,
+    air: Arc<Air>,
     late: Arc<Semaphore>,
 ) {
     let mut packet = vec![0; LARGEST];
@@ -221,32 +253,10 @@ async fn answer(
             continue;
         };
         if let Some(packet) = packet.get(..length) {
-            pass(&shared, &late, &front, Some(caller), packet);
+            let front = Rc::clone(&front);
+            air.pass(&late, packet, async move |packet| {
+                let _ = front.send_to(&packet, caller).await;
+            });
         }
-    }
-}
-
-fn pass(
-    shared: &Shared,
-    late: &Arc<Semaphore>,
-    socket: &Rc<UdpSocket>,
-    to: Option<SocketAddr>,
-    packet: &[u8],
-) {
-    for delay in shared.fate() {
-        let Ok(place) = Arc::clone(late).try_acquire_owned() else {
-            continue;
-        };
-        let (socket, packet) = (Rc::clone(socket), packet.to_vec());
-        spawn_local(async move {
-            if !delay.is_zero() {
-                tokio::time::sleep(delay).await;
-            }
-            let _ = match to {
-                Some(to) => socket.send_to(&packet, to).await,
-                None => socket.send(&packet).await,
-            };
-            drop(place);
-        });
     }
 }

@@ -66,23 +66,25 @@ pub(crate) struct Daemon {
 }
 
 impl Fleet {
-    /// Starts the program for each configuration; what they log goes into `logs`.
+    /// Starts the program for each configuration; what they log goes into `logs`. Each is in the network namespace that `networks` has for
+    /// it, if it has one.
     pub(crate) fn start(
         program: Program,
         files: &[PathBuf],
+        networks: &[PathBuf],
         logs: &Path,
     ) -> Result<Self, DemoError> {
         let mut fleet = Self {
             daemons: Vec::new(),
         };
-        for file in files {
+        for (robot, file) in files.iter().enumerate() {
             let log = logs.join(
                 file.with_extension(program.log())
                     .file_name()
                     .unwrap_or_default(),
             );
             let (executed, arguments) = program.command()?;
-            let mut command = Command::new(executed);
+            let mut command = within(networks.get(robot), executed);
             command.args(arguments).arg(file);
             fleet.daemons.push(Daemon::start(command, &log)?);
         }
@@ -205,6 +207,24 @@ impl Daemon {
         }
         alive
     }
+}
+
+/// `nsenter` becomes the program, so that the process is the same.
+fn within(network: Option<&PathBuf>, program: PathBuf) -> Command {
+    let Some(network) = network else {
+        return Command::new(program);
+    };
+    let mut command = Command::new(ENTER);
+    command.arg(enter(network)).arg("--").arg(program);
+    command
+}
+
+/// Of util-linux.
+pub(crate) const ENTER: &str = "nsenter";
+
+/// Its argument.
+pub(crate) fn enter(network: &Path) -> String {
+    format!("--net={}", network.display())
 }
 
 fn spawn(command: &mut Command, output: File) -> io::Result<Child> {

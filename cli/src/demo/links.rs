@@ -1,19 +1,25 @@
 //! `--fleet`: each robot in a space of its own, as on a computer of its own, and `coloc-link` between them.
 
-use std::net::UdpSocket;
+use std::net::{IpAddr, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
 use serde::Serialize;
 
 use super::DemoError;
 use super::fleet::{Fleet, Program, signal};
-use super::robot_file::name;
+use super::robot_file::{TEAM, link_directory, name};
 use crate::args::DemoArgs;
 
 /// The program.
 pub(crate) const LINK: &str = "coloc-link";
+/// Where a link listens that has a network of its own.
+const PORT: u16 = 7373;
+/// How long namespaces may take.
+const PATIENCE: Duration = Duration::from_secs(10);
+const LOOK: Duration = Duration::from_millis(10);
 
 /// What is between the robots.
 #[derive(Clone, Debug)]
@@ -21,6 +27,8 @@ pub(crate) struct Plan {
     program: PathBuf,
     /// Where each link listens, and where others call it, which is another place where the network is bad.
     addresses: Vec<[String; 2]>,
+    /// Each robot is in a network namespace of its own.
+    apart: bool,
     loss: f64,
     delay_ms: f64,
     /// From when to when nobody reaches anybody \[s\].
@@ -48,15 +56,26 @@ impl Plan {
         }
         let (loss, delay_ms) = (args.loss, args.delay_ms);
         let bad = loss > 0.0 || delay_ms > 0.0 || args.partition.is_some();
-        let listens = free_addresses(2 * robots)?;
-        let (listens, called) = listens.split_at(robots);
-        let called = if bad { called } else { listens };
+        let listens = if args.namespaces {
+            (0..robots)
+                .map(|robot| format!("{}:{PORT}", own_addresses(robot)[0]))
+                .collect()
+        } else {
+            free_addresses(2 * robots)?
+        };
+        let (listens, between) = listens.split_at(robots);
+        let called = if between.is_empty() || !bad {
+            listens
+        } else {
+            between
+        };
         let addresses = listens.iter().zip(called);
         Ok(Some(Self {
             program: program()?,
             addresses: addresses
                 .map(|(it, called)| [it.clone(), called.clone()])
                 .collect(),
+            apart: args.namespaces,
             loss,
             delay_ms,
             partition: args.partition,
@@ -73,20 +92,21 @@ impl Plan {
         LinkSection {
             listen: listen.unwrap_or_default(),
             directory: directory.into(),
-            insecure: true,
+            insecure: !self.apart,
         }
     }
 
     fn is_bad(&self) -> bool {
-        self.addresses
-            .iter()
-            .any(|[listens, called]| listens != called)
+        self.loss > 0.0 || self.delay_ms > 0.0 || self.partition.is_some()
     }
 
     /// In words.
     pub(crate) fn words(&self) -> String {
         let mut words =
             vec!["each robot in a space of its own, coloc-link between them".to_owned()];
+        if self.apart {
+            words.push("each in a network namespace of its own".into());
+        }
         if self.is_bad() {
             words.push(format!(
                 "over a network that loses {:.0} % and delays up to {:.0} ms each way",
@@ -106,28 +126,43 @@ pub(crate) struct Links {
     plan: Plan,
     carriers: Fleet,
     weather: Option<Fleet>,
+    networks: Vec<PathBuf>,
     cut: bool,
 }
 
 impl Links {
-    /// Starts a link for each configuration; `directories` are the robots' own.
+    /// Starts a link for each configuration, below `home`.
     pub(crate) fn start(
         plan: &Plan,
         files: &[PathBuf],
-        directories: &[PathBuf],
+        home: &Path,
         logs: &Path,
     ) -> Result<Self, DemoError> {
-        for directory in directories {
-            write_roster(plan, directory)?;
+        let team = home.join(TEAM);
+        if plan.apart {
+            found_team(plan, &team)?;
+        } else {
+            for robot in 0..files.len() {
+                write_roster(plan, &link_directory(home, robot))?;
+            }
         }
-        let weather = plan.is_bad().then(|| weather(plan, logs)).transpose()?;
-        let carriers = Fleet::start(Program::Link, files, logs)?;
+        let is_needed = plan.apart || plan.is_bad();
+        let mut weather = is_needed.then(|| weather(plan, logs)).transpose()?;
+        let networks = weather.as_mut().filter(|_| plan.apart).map(networks);
+        let networks = networks.transpose()?.unwrap_or_default();
+        let carriers = Fleet::start(Program::Link, files, &networks, logs)?;
         Ok(Self {
             plan: plan.clone(),
             carriers,
             weather,
+            networks,
             cut: false,
         })
+    }
+
+    /// The namespace of each robot; none where they share this one.
+    pub(crate) fn networks(&self) -> &[PathBuf] {
+        &self.networks
     }
 
     /// Cuts and mends the network when it is time.
@@ -178,16 +213,33 @@ impl Links {
 }
 
 fn write_roster(plan: &Plan, directory: &Path) -> Result<(), DemoError> {
-    let spawn = |error: String| DemoError::Spawn(format!("{LINK}: {error}"));
-    std::fs::create_dir_all(directory).map_err(|error| spawn(error.to_string()))?;
+    std::fs::create_dir_all(directory).map_err(DemoError::spawn)?;
     let members = plan.addresses.iter().zip(1..);
     let members = members.map(|([_, called], id)| format!("{}={id}@{called}", name(id)));
-    let made = Command::new(&plan.program)
-        .arg("rehearsal-roster")
-        .arg(directory.join("fleet.toml"))
-        .args(members)
-        .output();
-    let made = made.map_err(|error| spawn(error.to_string()))?;
+    let mut made = Command::new(&plan.program);
+    made.arg("rehearsal-roster")
+        .arg(directory.join("fleet.toml"));
+    done(made.args(members))
+}
+
+/// Makes the team as a person would, with keys that nobody else has.
+fn found_team(plan: &Plan, team: &Path) -> Result<(), DemoError> {
+    let fleet = |what: &str| {
+        let mut command = Command::new(&plan.program);
+        command.args(["fleet", what]).arg(team);
+        command
+    };
+    done(&mut fleet("init"))?;
+    for ([_, called], id) in plan.addresses.iter().zip(1..) {
+        let number = id.to_string();
+        done(fleet("add").args([&name(id), "--id", &number, "--address", called]))?;
+    }
+    Ok(())
+}
+
+fn done(command: &mut Command) -> Result<(), DemoError> {
+    let spawn = |error: String| DemoError::Spawn(format!("{LINK}: {error}"));
+    let made = command.output().map_err(|error| spawn(error.to_string()))?;
     if made.status.success() {
         return Ok(());
     }
@@ -196,14 +248,45 @@ fn write_roster(plan: &Plan, directory: &Path) -> Result<(), DemoError> {
 
 fn weather(plan: &Plan, logs: &Path) -> Result<Fleet, DemoError> {
     let mut arguments: Vec<String> = vec![
-        "weather".into(),
+        if plan.apart { "networks" } else { "weather" }.into(),
         format!("--loss={}", plan.loss),
         format!("--delay-ms={}", plan.delay_ms),
         format!("--seed={}", plan.seed),
     ];
-    let ways = plan.addresses.iter();
-    arguments.extend(ways.map(|[listens, called]| format!("{called}={listens}")));
+    let ways = plan.addresses.iter().enumerate();
+    arguments.extend(ways.map(|(robot, [listens, called])| {
+        if plan.apart {
+            own_addresses(robot).map(|it| it.to_string()).join(",")
+        } else {
+            format!("{called}={listens}")
+        }
+    }));
     Fleet::of_one(&plan.program, &arguments, &logs.join("weather.log"))
+}
+
+/// The namespaces that it has made, once it has.
+fn networks(weather: &mut Fleet) -> Result<Vec<PathBuf>, DemoError> {
+    let until = Instant::now() + PATIENCE;
+    loop {
+        let words = weather.words(0);
+        if words.lines().any(|line| line == "ready") {
+            let places = words.lines().filter_map(|it| it.strip_prefix("network "));
+            return Ok(places.map(PathBuf::from).collect());
+        }
+        let ended = weather.look().iter().any(Result::is_err);
+        if ended || Instant::now() > until {
+            let why = weather.last_words(0);
+            return Err(DemoError::Spawn(format!("--namespaces: {why}")));
+        }
+        std::thread::sleep(LOOK);
+    }
+}
+
+/// A robot's addresses in its namespace, which no other network sees.
+fn own_addresses(robot: usize) -> [IpAddr; 2] {
+    let number = u8::try_from(robot + 1).unwrap_or(u8::MAX);
+    let six = [0xfd73, 0, 0, 0, 0, 0, 0, number.into()];
+    [[10, 73, 73, number].into(), six.into()]
 }
 
 /// Beside this program, where `cargo` puts it.

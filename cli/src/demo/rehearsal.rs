@@ -119,6 +119,7 @@ const SEEDS: u64 = 15;
 fn meet(robots: u16, seconds: f64, seed: u64) -> Vec<RobotSummary> {
     let args = DemoArgs {
         fleet: false,
+        namespaces: false,
         loss: 0.0,
         delay_ms: 0.0,
         partition: None,
@@ -188,6 +189,7 @@ fn help_is_worth_much_to_whoever_gets_it_and_there_is_none_for_the_untold() {
 fn everybody_is_seen_early_and_often() {
     let args = DemoArgs {
         fleet: false,
+        namespaces: false,
         loss: 0.0,
         delay_ms: 0.0,
         partition: None,

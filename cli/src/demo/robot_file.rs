@@ -28,6 +28,9 @@ pub(crate) const METRES_PER_TICK: f64 = 1e-6;
 /// Far above any of the robots: two frames may come close after one another when the machine was busy.
 const MAX_SPEED_MPS: f64 = 20.0;
 
+/// The directory of the team, in the folder of the configurations.
+pub(crate) const TEAM: &str = "team";
+
 /// The name of the robot with that number in the team.
 pub(crate) fn name(id: usize) -> String {
     format!("robot{id}")
@@ -67,9 +70,9 @@ pub(crate) fn write_all(
     buses.iter().zip(roots).enumerate().map(write).collect()
 }
 
-/// The own directory of a robot's link, with its roster.
+/// The own directory of a robot's link, with its roster, in that of the team.
 pub(crate) fn link_directory(directory: &Path, index: usize) -> PathBuf {
-    directory.join(format!("{}-link", name(index + 1)))
+    directory.join(TEAM).join(name(index + 1))
 }
 
 fn describe(

@@ -28,7 +28,13 @@ pub(crate) fn run(args: &DemoArgs, console: &mut Console) -> Result<Status, Demo
     let plan = Plan::of(args, stage.robots())?;
     let out = Out::prepare(args.out.as_deref())?;
     let home = home(console)?;
-    let buses = Buses::choose(stage.robots(), &home.path().join("buses"));
+    let (robots_buses, apart) = (home.path().join("buses"), args.namespaces);
+    let buses = if apart {
+        let reason = "each robot is in a network of its own".into();
+        Buses::local(stage.robots(), &robots_buses, reason)
+    } else {
+        Buses::choose(stage.robots(), &robots_buses)
+    };
     buses.check(&home)?;
     console.say(&format!(
         "{}, {}; CAN: {} ({})",

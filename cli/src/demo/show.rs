@@ -14,13 +14,13 @@ use super::children::ChildrenTime;
 use super::clock::now_ns;
 use super::console::Console;
 use super::feed_thread::FeedThread;
-use super::fleet::{Fleet, Program, signal};
+use super::fleet::{ENTER, Fleet, Program, enter, signal};
 use super::interrupt::Interrupt;
 use super::lead::Lead;
 use super::links::{Links, Plan};
 use super::process::running;
 use super::record::Record;
-use super::robot_file::{link_directory, name, write_all};
+use super::robot_file::{name, write_all};
 use super::scene::Eyes;
 use super::table::{Progress, Shown, State, line, lines};
 use super::watch::Watch;
@@ -51,8 +51,8 @@ pub(crate) struct Show {
     watch: Watch,
     /// The robots' configurations.
     files: Vec<PathBuf>,
-    /// What a person types to start a daemon, up to its configuration.
-    command: String,
+    /// What a person types to start each daemon, up to its configuration.
+    commands: Vec<String>,
     shown: Shown,
     roots: Vec<PathBuf>,
     lead: Option<Lead>,
@@ -96,14 +96,16 @@ impl Show {
         let files = write_all(home.path(), &roots, stage, &buses.specs, plan)?;
         let watch = Watch::open(Arc::clone(stage), &roots, seconds)?;
         let feed = FeedThread::start(stage, &roots, &buses.specs)?;
-        let own = |index| link_directory(home.path(), index);
-        let own: Vec<_> = (0..stage.robots()).map(own).collect();
-        let links = plan.map(|plan| Links::start(plan, &files, &own, logs));
+        let links = plan.map(|plan| Links::start(plan, &files, home.path(), logs));
         let links = links.transpose()?;
-        let fleet = Fleet::start(Program::Daemon, &files, logs)?;
+        let networks = links.as_ref().map(Links::networks).unwrap_or_default();
+        let fleet = Fleet::start(Program::Daemon, &files, networks, logs)?;
         let has_scanners = matches!(stage.eyes(), Eyes::Scans(_));
-        let lasers = has_scanners.then(|| Fleet::start(Program::Laser, &files, logs));
-        let command = run_command(buses.private);
+        let lasers = has_scanners.then(|| Fleet::start(Program::Laser, &files, networks, logs));
+        let own = PathBuf::from(format!("/proc/{}/ns/net", std::process::id()));
+        let own = buses.private.then_some(&own);
+        let commands = (0..stage.robots()).map(|robot| run_command(networks.get(robot).or(own)));
+        let commands = commands.collect();
         let bystanders = Bystanders::start();
         Ok(Self {
             seconds,
@@ -115,7 +117,7 @@ impl Show {
             links,
             watch,
             files,
-            command,
+            commands,
             shown: stage.shown(),
             roots,
             lead: stage.lead().cloned(),
@@ -262,9 +264,13 @@ impl Show {
     /// A daemon that was started again by hand is not a child of ours, but acts for its robot all the same.
     fn states(&mut self) -> Vec<State> {
         let children = self.fleet.look();
-        let robots = self.watch.records().iter().zip(children).zip(&self.files);
-        let state = |((record, child), file): ((&Record, Result<u32, _>), &PathBuf)| {
-            let restart = format!("{} {}", self.command, file.display());
+        let started = self.commands.iter().zip(&self.files);
+        let robots = self.watch.records().iter().zip(children).zip(started);
+        let state = |((record, child), (command, file)): (
+            (&Record, Result<u32, _>),
+            (&String, &PathBuf),
+        )| {
+            let restart = format!("{command} {}", file.display());
             State::of(record, child.ok().or_else(|| running(file)), &restart)
         };
         robots.map(state).collect()
@@ -335,10 +341,10 @@ impl Show {
     }
 }
 
-fn run_command(private_network: bool) -> String {
+fn run_command(network: Option<&PathBuf>) -> String {
     let program = std::env::current_exe().unwrap_or_else(|_| "coloc".into());
-    let inside = format!("nsenter --net=/proc/{}/ns/net ", std::process::id());
-    let enter = if private_network { inside.as_str() } else { "" };
+    let enter = network.map(|network| format!("{ENTER} {} ", enter(network)));
+    let enter = enter.unwrap_or_default();
     format!("{enter}{} colocd run", program.display())
 }
 

@@ -342,6 +342,7 @@ mod tests {
     fn args() -> DemoArgs {
         DemoArgs {
             fleet: false,
+            namespaces: false,
             loss: 0.0,
             delay_ms: 0.0,
             partition: None,
