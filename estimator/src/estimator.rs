@@ -14,7 +14,10 @@ use crate::input::TickInputs;
 use crate::kind::{Answer, Deed, Key, LeaderPose, Measured, Measurement, RoundWord, SeenPart};
 use crate::outbox::Outbox;
 use crate::output::{Estimate, OdometryState, TickOutputs, Verdict};
-use crate::rounds::{AtSlot, Giving, Refusal, Shared, Sharing, Standing, gate};
+use crate::rounds::{
+    AtSlot, Correction, Given, Giving, Late, MOST_LATE, Of, Refusal, Shared, Sharing, Standing,
+    gate,
+};
 use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
 use crate::terms::Terms;
@@ -334,13 +337,33 @@ impl<S: Storage> Estimator<S> {
         }
         gate::check(&given.shared, &told, rounds.robots, rounds.gate)
             .map_err(Verdict::NotFollowed)?;
-        self.check_time(given.stamp)?;
+        let late = self.late(&given, &told, &now)?;
         let word = RoundWord {
-            stamp: given.stamp,
-            of: Some(given.knot),
+            stamp: late.map_or(given.stamp, |_| self.now),
+            of: Some(Of {
+                knot: given.knot,
+                late,
+            }),
             ..*word
         };
         self.take(word.key(), &Measurement::Round(word))
+    }
+
+    /// How it acts on the belief `now`, where its slot has left the history.
+    fn late(
+        &self,
+        given: &Given,
+        told: &Correction,
+        now: &Filter,
+    ) -> Result<Option<Late>, Verdict> {
+        match self.check_time(given.stamp) {
+            Err(Verdict::TooOld) if given.stamp >= self.now - MOST_LATE => {}
+            checked => return checked.map(|()| None),
+        }
+        let late = Late::new(&given.shared, told).ok_or(Verdict::TooOld)?;
+        let corrected = now.corrected_late(&late);
+        let no_belief = Verdict::NotFollowed(Refusal::NotABelief);
+        corrected.map(|_| Some(late)).ok_or(no_belief)
     }
 
     /// The team went on without them; nothing has changed where that cannot be.

@@ -10,6 +10,8 @@
 //! correction: the belief at its slot is replaced, Ψ := I, and all that came since is applied again
 //! ```
 //!
+//! Where the slot has left the history already, that is to first order ([`Late`]).
+//!
 //! A is the mean of the step's derivative over the headings that the robot may have, so `E[x⁺ eᵀ] = A E[x eᵀ]` for whatever is jointly Gaussian with
 //! it: P and Ψ belong to one joint filter. A slow error of a receiver or a compass would be correlated with what others have learnt of it, so it is counted
 //! as white noise that is as strong ([`crate::heading`]).
@@ -18,8 +20,11 @@
 //! block bound. A correction for what it shared before acts on nothing any more.
 
 pub mod gate;
+mod late;
 
 pub use gate::Refusal;
+pub use late::Late;
+pub(crate) use late::MOST as MOST_LATE;
 use nalgebra::Matrix3;
 
 use crate::belief::Belief;
@@ -28,8 +33,8 @@ use crate::pose::Pose;
 use crate::stamp::Stamp;
 use crate::symmetric::Square3;
 
-/// Beliefs that were shared are remembered for so many slots.
-const SHARES: usize = 16;
+/// Beliefs that were shared are remembered for so many slots: ten a second for as long as a correction may be late.
+const SHARES: usize = 40;
 
 /// How a robot takes part.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -131,6 +136,14 @@ pub struct Knot {
     life: u32,
 }
 
+/// What a correction is of, and how it acts.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Of {
+    pub(crate) knot: Knot,
+    /// After its slot has left the history; else it replaces the belief at its slot.
+    pub(crate) late: Option<Late>,
+}
+
 impl Default for Bond {
     fn default() -> Self {
         Self {
@@ -185,6 +198,17 @@ impl Bond {
     pub(crate) fn corrected(&mut self, slot: u64) {
         self.psi = Square3::IDENTITY;
         self.tie = Tie::Since(slot);
+    }
+
+    pub(crate) fn corrected_late(&mut self, slot: u64, since: &Matrix3<f64>) {
+        let row = |row: usize| [since[(row, 0)], since[(row, 1)], since[(row, 2)]];
+        self.psi = Square3([row(0), row(1), row(2)]);
+        self.tie = Tie::Since(slot);
+    }
+
+    pub(crate) fn psi_matrix(&self) -> Matrix3<f64> {
+        let Square3(rows) = self.psi;
+        Matrix3::from_fn(|row, column| rows[row][column])
     }
 }
 
@@ -246,12 +270,11 @@ impl Giving {
                 Standing::Joining(from)
             }
         };
-        let Square3(rows) = bond.psi;
         let shared = Shared {
             slot,
             pose: belief.pose,
             covariance: belief.total().matrix(),
-            psi: Matrix3::from_fn(|row, column| rows[row][column]),
+            psi: bond.psi_matrix(),
             standing,
         };
         if let Some(place) = self.given.get_mut(self.next) {
