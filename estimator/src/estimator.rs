@@ -340,12 +340,12 @@ impl<S: Storage> Estimator<S> {
         let late = self.late(&given, &told, &now)?;
         let word = RoundWord {
             stamp: late.map_or(given.stamp, |_| self.now),
-            of: Some(Of {
-                knot: given.knot,
-                late,
-            }),
+            of: Some(Of::new(given.knot, late.is_some())),
             ..*word
         };
+        if let Some(late) = late {
+            self.giving.keep(slot, late);
+        }
         self.take(word.key(), &Measurement::Round(word))
     }
 
@@ -439,6 +439,7 @@ impl<S: Storage> Estimator<S> {
             settings: &self.settings,
             outbox: &mut self.outbox,
             ties: self.ties.tied(),
+            lates: self.giving.lates(),
         };
         let made = self.history.make_room(newcomer, self.now, &mut court);
         made.then_some(()).ok_or(Verdict::NoRoom)
@@ -451,10 +452,12 @@ impl<S: Storage> Estimator<S> {
             settings: &self.settings,
             outbox: &mut self.outbox,
             ties: self.ties.tied(),
+            lates: self.giving.lates(),
         };
         self.history.fold_before(horizon, &mut court);
         self.found.conclude(horizon, self.history.base_belief());
-        let terms = Terms::new(&self.settings, self.found.suspended(), self.found.is_ok());
+        let (suspended, tells) = (self.found.suspended(), self.found.is_ok());
+        let terms = Terms::new(&self.settings, suspended, tells, self.giving.lates());
         self.history
             .replay(self.now, &terms, &mut self.outbox, &mut self.ties.tied());
         if !self.found.is_ok() {

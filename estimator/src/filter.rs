@@ -26,7 +26,7 @@ use crate::pace::Pace;
 use crate::partial::{BodySighting, Innovation, SplitPosition, fuse_and_leave as fuse_part};
 use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::rounds::{Bond, Late, Of};
+use crate::rounds::{Bond, Late, Lates, Of};
 use crate::settings::{Propagation, Settings};
 use crate::stamp::Stamp;
 use crate::symmetric::Square3;
@@ -643,12 +643,12 @@ impl Filter {
     }
 
     /// What a round made of the belief that was shared, if that is what was believed up to here.
-    pub(crate) fn follow(&mut self, slot: u64, belief: &Belief, of: &Of) {
-        let is_it = |it: &Bond| it.knot() == of.knot;
+    pub(crate) fn follow(&mut self, slot: u64, belief: &Belief, of: &Of, lates: &Lates) {
+        let is_it = |it: &Bond| it.knot() == of.knot();
         if self.state.nowhere || !self.bond.as_ref().is_some_and(is_it) {
             return;
         }
-        let late = of.late.as_ref().map(|late| self.corrected_late(late));
+        let late = of.is_late.then(|| self.corrected_late(lates.of(slot)?));
         let Some(bond) = &mut self.bond else {
             return;
         };

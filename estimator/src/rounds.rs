@@ -10,7 +10,7 @@
 //! correction: the belief at its slot is replaced, Ψ := I, and all that came since is applied again
 //! ```
 //!
-//! Where the slot has left the history already, that is to first order ([`Late`]).
+//! Where the slot has left the history already, that is to first order (`late`).
 //!
 //! A is the mean of the step's derivative over the headings that the robot may have, so `E[x⁺ eᵀ] = A E[x eᵀ]` for whatever is jointly Gaussian with
 //! it: P and Ψ belong to one joint filter. A slow error of a receiver or a compass would be correlated with what others have learnt of it, so it is counted
@@ -23,8 +23,7 @@ pub mod gate;
 mod late;
 
 pub use gate::Refusal;
-pub use late::Late;
-pub(crate) use late::MOST as MOST_LATE;
+pub(crate) use late::{Late, Lates, MOST as MOST_LATE};
 use nalgebra::Matrix3;
 
 use crate::belief::Belief;
@@ -136,12 +135,23 @@ pub struct Knot {
     life: u32,
 }
 
-/// What a correction is of, and how it acts.
-#[derive(Copy, Clone, Debug, PartialEq)]
+/// What a correction is of, and whether it came after its slot had left the history.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct Of {
-    pub(crate) knot: Knot,
-    /// After its slot has left the history; else it replaces the belief at its slot.
-    pub(crate) late: Option<Late>,
+    tie: Tie,
+    life: u32,
+    pub(crate) is_late: bool,
+}
+
+impl Of {
+    pub(crate) fn new(Knot { tie, life }: Knot, is_late: bool) -> Self {
+        Self { tie, life, is_late }
+    }
+
+    pub(crate) fn knot(&self) -> Knot {
+        let Self { tie, life, .. } = *self;
+        Knot { tie, life }
+    }
 }
 
 impl Default for Bond {
@@ -227,6 +237,7 @@ pub(crate) struct Giving {
     next: usize,
     /// Of the newest life that was shared: the slot from which on it joins.
     joins: Option<(u32, u64)>,
+    lates: Lates,
 }
 
 impl Giving {
@@ -235,7 +246,16 @@ impl Giving {
             given: [None; SHARES],
             next: 0,
             joins: None,
+            lates: Lates::default(),
         }
+    }
+
+    pub(crate) fn lates(&self) -> &Lates {
+        &self.lates
+    }
+
+    pub(crate) fn keep(&mut self, slot: u64, late: Late) {
+        self.lates.keep(slot, late);
     }
 
     /// What was shared at `slot`.

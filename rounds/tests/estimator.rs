@@ -538,7 +538,6 @@ fn after_the_history_a_correction_is_of_first_order() {
         );
         let (a, b) = (exact.1.pose, late.1.pose);
         let off = libm::hypot(a.x - b.x, a.y - b.y);
-        println!("{off} m, {} rad", a.phi - b.phi);
         assert!(off > 1e-9 && off <= most_m, "{off} m");
         let (p, q) = (exact.1.total().matrix(), late.1.total().matrix());
         assert!((p - q).abs().max() <= 0.02 * p.abs().max(), "{p} {q}");
@@ -552,8 +551,32 @@ fn after_the_history_a_correction_is_of_first_order() {
     assert_eq!(verdicts, [Verdict::TooOld]);
 }
 
+/// What comes later than that correction, of before it, is heard as if it had come in order.
 #[test]
-fn sizes() {
-    println!("{} {}", size_of::<Slot>(), size_of::<Measurement>());
-    println!("{}", size_of::<RoundWord>());
+fn what_is_measured_before_a_late_correction_is_taken_with_it() {
+    let run = |is_late: bool| {
+        let mut settings = settings();
+        settings.history = Span::from_millis(400);
+        let mut robot = joined(&settings);
+        for now in 2..=10 {
+            tick(&mut robot, now, &[]);
+        }
+        let shared = robot.share(1, at(10)).unwrap();
+        let seen = fix(55, believed(&robot, 10).pose.to_vector().xy().into());
+        for now in 11..=70 {
+            let mut more = Vec::new();
+            if now == if is_late { 65 } else { 55 } {
+                more.push(seen);
+            }
+            if now == 60 {
+                more.push(correct(now, &corrected(&shared)));
+            }
+            let verdicts = tick(&mut robot, now, &more);
+            assert!(verdicts.iter().all(|it| *it == Verdict::Heard));
+        }
+        (believed(&robot, 70), robot.share(7, at(70)).unwrap())
+    };
+    let (prompt, late) = (run(false), run(true));
+    assert_eq!(prompt, late);
+    assert_eq!(prompt.1.standing, Standing::Since(1));
 }

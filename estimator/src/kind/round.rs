@@ -107,7 +107,7 @@ impl Measured for RoundWord {
         *self
     }
 
-    fn apply(&self, filter: &mut Filter, _: &Terms<'_>, _: Option<&mut Outbox>) -> Gauge {
+    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, _: Option<&mut Outbox>) -> Gauge {
         match &self.deed {
             Deed::Correct {
                 slot,
@@ -117,7 +117,7 @@ impl Measured for RoundWord {
             } => {
                 let belief = Belief::gaussian(*pose, Parts::dependent(*covariance));
                 if let Some(of) = &self.of {
-                    filter.follow(*slot, &belief, of);
+                    filter.follow(*slot, &belief, of, terms.lates);
                 }
             }
             Deed::Join => filter.join(),

@@ -24,13 +24,31 @@ const MOST_CONDITION: f64 = 1e8;
 
 /// What a correction does to whatever has become of what was shared at its slot.
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Late {
+pub(crate) struct Late {
     /// `Ψ(s)⁻¹`
     back: Matrix3<f64>,
     /// `x̂⁺ − x̂(s)`
     moved: Vector3<f64>,
     /// `P(s) − P⁺`; of a block bound it may be less than nothing.
     learned: Matrix3<f64>,
+}
+
+/// Those that the history may still apply, each by its slot.
+///
+/// Two are enough: the slot of the next one began after this one acted, and has left the history too.
+#[derive(Copy, Clone, Debug, Default)]
+pub(crate) struct Lates([Option<(u64, Late)>; 2]);
+
+impl Lates {
+    pub(crate) fn keep(&mut self, slot: u64, late: Late) {
+        let Self([newest, _]) = *self;
+        *self = Self([Some((slot, late)), newest.filter(|(last, _)| *last != slot)]);
+    }
+
+    pub(crate) fn of(&self, slot: u64) -> Option<&Late> {
+        let mut kept = self.0.iter().flatten();
+        kept.find(|(of, _)| *of == slot).map(|(_, late)| late)
+    }
 }
 
 impl Late {
