@@ -143,7 +143,9 @@ impl Collect {
 
     /// Puts the samples that wait to the messages, and the slot that begins; `ahead`: how far the team's clock is ahead of the stamps.
     pub fn gather(&mut self, now: Stamp, ahead: impl FnOnce() -> Span) {
-        self.messages.slot(now, ahead, &mut self.measurements);
+        let reached = Stamp::from_nanos(self.way.newest_ns(now));
+        self.messages
+            .slot(now, ahead, reached, &mut self.measurements);
         self.way.gather(&mut self.measurements);
         self.messages.gather();
     }

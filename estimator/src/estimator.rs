@@ -14,7 +14,10 @@ use crate::input::TickInputs;
 use crate::kind::{Answer, Deed, Key, LeaderPose, Measured, Measurement, RoundWord, SeenPart};
 use crate::outbox::Outbox;
 use crate::output::{Estimate, OdometryState, TickOutputs, Verdict};
-use crate::rounds::{AtSlot, Giving, Refusal, Shared, Sharing, Standing, gate};
+use crate::rounds::{
+    AtSlot, Correction, Given, Giving, Late, MOST_LATE, Of, Refusal, Shared, Sharing, Standing,
+    gate,
+};
 use crate::settings::{Floors, Settings};
 use crate::stamp::Stamp;
 use crate::terms::Terms;
@@ -334,13 +337,33 @@ impl<S: Storage> Estimator<S> {
         }
         gate::check(&given.shared, &told, rounds.robots, rounds.gate)
             .map_err(Verdict::NotFollowed)?;
-        self.check_time(given.stamp)?;
+        let late = self.late(&given, &told, &now)?;
         let word = RoundWord {
-            stamp: given.stamp,
-            of: Some(given.knot),
+            stamp: late.map_or(given.stamp, |_| self.now),
+            of: Some(Of::new(given.knot, late.is_some())),
             ..*word
         };
+        if let Some(late) = late {
+            self.giving.keep(slot, late);
+        }
         self.take(word.key(), &Measurement::Round(word))
+    }
+
+    /// How it acts on the belief `now`, where its slot has left the history.
+    fn late(
+        &self,
+        given: &Given,
+        told: &Correction,
+        now: &Filter,
+    ) -> Result<Option<Late>, Verdict> {
+        match self.check_time(given.stamp) {
+            Err(Verdict::TooOld) if given.stamp >= self.now - MOST_LATE => {}
+            checked => return checked.map(|()| None),
+        }
+        let late = Late::new(&given.shared, told).ok_or(Verdict::TooOld)?;
+        let corrected = now.corrected_late(&late);
+        let no_belief = Verdict::NotFollowed(Refusal::NotABelief);
+        corrected.map(|_| Some(late)).ok_or(no_belief)
     }
 
     /// The team went on without them; nothing has changed where that cannot be.
@@ -416,6 +439,7 @@ impl<S: Storage> Estimator<S> {
             settings: &self.settings,
             outbox: &mut self.outbox,
             ties: self.ties.tied(),
+            lates: self.giving.lates(),
         };
         let made = self.history.make_room(newcomer, self.now, &mut court);
         made.then_some(()).ok_or(Verdict::NoRoom)
@@ -428,10 +452,12 @@ impl<S: Storage> Estimator<S> {
             settings: &self.settings,
             outbox: &mut self.outbox,
             ties: self.ties.tied(),
+            lates: self.giving.lates(),
         };
         self.history.fold_before(horizon, &mut court);
         self.found.conclude(horizon, self.history.base_belief());
-        let terms = Terms::new(&self.settings, self.found.suspended(), self.found.is_ok());
+        let (suspended, tells) = (self.found.suspended(), self.found.is_ok());
+        let terms = Terms::new(&self.settings, suspended, tells, self.giving.lates());
         self.history
             .replay(self.now, &terms, &mut self.outbox, &mut self.ties.tied());
         if !self.found.is_ok() {

@@ -26,7 +26,7 @@ use crate::pace::Pace;
 use crate::partial::{BodySighting, Innovation, SplitPosition, fuse_and_leave as fuse_part};
 use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::rounds::{Bond, Knot};
+use crate::rounds::{Bond, Late, Lates, Of};
 use crate::settings::{Propagation, Settings};
 use crate::stamp::Stamp;
 use crate::symmetric::Square3;
@@ -643,17 +643,38 @@ impl Filter {
     }
 
     /// What a round made of the belief that was shared, if that is what was believed up to here.
-    pub(crate) fn follow(&mut self, slot: u64, belief: &Belief, of: Option<Knot>) {
-        let Some(bond) = self.bond.as_mut().filter(|it| of == Some(it.knot())) else {
-            return;
-        };
-        if self.state.nowhere {
+    pub(crate) fn follow(&mut self, slot: u64, belief: &Belief, of: &Of, lates: &Lates) {
+        let is_it = |it: &Bond| it.knot() == of.knot();
+        if self.state.nowhere || !self.bond.as_ref().is_some_and(is_it) {
             return;
         }
-        bond.corrected(slot);
-        self.state.belief = *belief;
+        let late = of.is_late.then(|| self.corrected_late(lates.of(slot)?));
+        let Some(bond) = &mut self.bond else {
+            return;
+        };
+        match late {
+            None => {
+                bond.corrected(slot);
+                self.state.belief = *belief;
+            }
+            Some(Some((belief, since))) => {
+                bond.corrected_late(slot, &since);
+                self.state.belief = belief;
+            }
+            // By what else came late nothing positive is left: what is shared is not known any more.
+            Some(None) => return bond.join(),
+        }
         self.state.exchanged = false;
         self.state.pace = self.state.pace.met();
+    }
+
+    /// The belief and Ψ after a correction whose slot has left the history; `None` if it can be none of this belief.
+    pub(crate) fn corrected_late(&self, late: &Late) -> Option<(Belief, Matrix3<f64>)> {
+        let bond = self.bond.as_ref()?;
+        let believed = &self.state.belief;
+        let (pose, covariance, since) =
+            late.apply(&believed.pose, &believed.total(), &bond.psi_matrix())?;
+        Some((Belief::gaussian(pose, Parts::dependent(covariance)), since))
     }
 
     /// It takes part in rounds, and shares nothing that is known.

@@ -10,6 +10,8 @@
 //! correction: the belief at its slot is replaced, Ψ := I, and all that came since is applied again
 //! ```
 //!
+//! Where the slot has left the history already, that is to first order (`late`).
+//!
 //! A is the mean of the step's derivative over the headings that the robot may have, so `E[x⁺ eᵀ] = A E[x eᵀ]` for whatever is jointly Gaussian with
 //! it: P and Ψ belong to one joint filter. A slow error of a receiver or a compass would be correlated with what others have learnt of it, so it is counted
 //! as white noise that is as strong ([`crate::heading`]).
@@ -18,8 +20,10 @@
 //! block bound. A correction for what it shared before acts on nothing any more.
 
 pub mod gate;
+mod late;
 
 pub use gate::Refusal;
+pub(crate) use late::{Late, Lates, MOST as MOST_LATE};
 use nalgebra::Matrix3;
 
 use crate::belief::Belief;
@@ -28,8 +32,8 @@ use crate::pose::Pose;
 use crate::stamp::Stamp;
 use crate::symmetric::Square3;
 
-/// Beliefs that were shared are remembered for so many slots.
-const SHARES: usize = 16;
+/// Beliefs that were shared are remembered for so many slots: ten a second for as long as a correction may be late.
+const SHARES: usize = 40;
 
 /// How a robot takes part.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -131,6 +135,25 @@ pub struct Knot {
     life: u32,
 }
 
+/// What a correction is of, and whether it came after its slot had left the history.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct Of {
+    tie: Tie,
+    life: u32,
+    pub(crate) is_late: bool,
+}
+
+impl Of {
+    pub(crate) fn new(Knot { tie, life }: Knot, is_late: bool) -> Self {
+        Self { tie, life, is_late }
+    }
+
+    pub(crate) fn knot(&self) -> Knot {
+        let Self { tie, life, .. } = *self;
+        Knot { tie, life }
+    }
+}
+
 impl Default for Bond {
     fn default() -> Self {
         Self {
@@ -186,6 +209,17 @@ impl Bond {
         self.psi = Square3::IDENTITY;
         self.tie = Tie::Since(slot);
     }
+
+    pub(crate) fn corrected_late(&mut self, slot: u64, since: &Matrix3<f64>) {
+        let row = |row: usize| [since[(row, 0)], since[(row, 1)], since[(row, 2)]];
+        self.psi = Square3([row(0), row(1), row(2)]);
+        self.tie = Tie::Since(slot);
+    }
+
+    pub(crate) fn psi_matrix(&self) -> Matrix3<f64> {
+        let Square3(rows) = self.psi;
+        Matrix3::from_fn(|row, column| rows[row][column])
+    }
 }
 
 /// What was shared, and of which life it is.
@@ -203,6 +237,7 @@ pub(crate) struct Giving {
     next: usize,
     /// Of the newest life that was shared: the slot from which on it joins.
     joins: Option<(u32, u64)>,
+    lates: Lates,
 }
 
 impl Giving {
@@ -211,7 +246,16 @@ impl Giving {
             given: [None; SHARES],
             next: 0,
             joins: None,
+            lates: Lates::default(),
         }
+    }
+
+    pub(crate) fn lates(&self) -> &Lates {
+        &self.lates
+    }
+
+    pub(crate) fn keep(&mut self, slot: u64, late: Late) {
+        self.lates.keep(slot, late);
     }
 
     /// What was shared at `slot`.
@@ -246,12 +290,11 @@ impl Giving {
                 Standing::Joining(from)
             }
         };
-        let Square3(rows) = bond.psi;
         let shared = Shared {
             slot,
             pose: belief.pose,
             covariance: belief.total().matrix(),
-            psi: Matrix3::from_fn(|row, column| rows[row][column]),
+            psi: bond.psi_matrix(),
             standing,
         };
         if let Some(place) = self.given.get_mut(self.next) {

@@ -506,3 +506,77 @@ fn a_slow_error_counts_as_white_noise_that_is_as_strong() {
     let left = shared.psi * prior * shared.psi.transpose();
     assert!(left[(0, 0)] <= shared.covariance[(0, 0)] && left[(0, 0)] > 0.0);
 }
+
+/// A robot that remembers for `history` corrected `late` ticks after a slot, and what it believes then.
+fn corrected_after(history: Span, late: i64) -> (Vec<Verdict>, Belief, Shared) {
+    const SLOT: i64 = 50;
+    let mut settings = settings();
+    settings.history = history;
+    let mut robot = joined(&settings);
+    for now in 2..=SLOT {
+        tick(&mut robot, now, &[]);
+    }
+    let shared = robot.share(5, at(SLOT)).unwrap();
+    for now in SLOT + 1..SLOT + late {
+        tick(&mut robot, now, &[]);
+    }
+    let now = SLOT + late;
+    let verdicts = tick(&mut robot, now, &[correct(now, &corrected(&shared))]);
+    let belief = believed(&robot, now);
+    (verdicts, belief, robot.share(99, at(now)).unwrap())
+}
+
+/// The document's figures: 0.4 mm after a second, 2.5 mm after four.
+#[test]
+fn after_the_history_a_correction_is_of_first_order() {
+    for (late, most_m) in [(50, 0.4e-3), (200, 2.5e-3)] {
+        let [exact, late] =
+            [10_000, 400].map(|history| corrected_after(Span::from_millis(history), late));
+        assert_eq!(
+            (&exact.0[..], &late.0[..]),
+            (&[Verdict::Heard][..], &[Verdict::Heard][..])
+        );
+        let (a, b) = (exact.1.pose, late.1.pose);
+        let off = libm::hypot(a.x - b.x, a.y - b.y);
+        assert!(off > 1e-9 && off <= most_m, "{off} m");
+        let (p, q) = (exact.1.total().matrix(), late.1.total().matrix());
+        assert!((p - q).abs().max() <= 0.02 * p.abs().max(), "{p} {q}");
+        assert_eq!(
+            (exact.2.standing, late.2.standing),
+            (Standing::Since(5), Standing::Since(5))
+        );
+        assert!((exact.2.psi - late.2.psi).abs().max() < 0.05);
+    }
+    let (verdicts, ..) = corrected_after(Span::from_millis(400), 201);
+    assert_eq!(verdicts, [Verdict::TooOld]);
+}
+
+/// What comes later than that correction, of before it, is heard as if it had come in order.
+#[test]
+fn what_is_measured_before_a_late_correction_is_taken_with_it() {
+    let run = |is_late: bool| {
+        let mut settings = settings();
+        settings.history = Span::from_millis(400);
+        let mut robot = joined(&settings);
+        for now in 2..=10 {
+            tick(&mut robot, now, &[]);
+        }
+        let shared = robot.share(1, at(10)).unwrap();
+        let seen = fix(55, believed(&robot, 10).pose.to_vector().xy().into());
+        for now in 11..=70 {
+            let mut more = Vec::new();
+            if now == if is_late { 65 } else { 55 } {
+                more.push(seen);
+            }
+            if now == 60 {
+                more.push(correct(now, &corrected(&shared)));
+            }
+            let verdicts = tick(&mut robot, now, &more);
+            assert!(verdicts.iter().all(|it| *it == Verdict::Heard));
+        }
+        (believed(&robot, 70), robot.share(7, at(70)).unwrap())
+    };
+    let (prompt, late) = (run(false), run(true));
+    assert_eq!(prompt, late);
+    assert_eq!(prompt.1.standing, Standing::Since(1));
+}

@@ -227,15 +227,16 @@ impl Messages {
             .map_or(Opinion::None, Opinions::newest)
     }
 
-    /// The slot of the team's rounds that has begun, if it makes any.
+    /// The slot of the team's rounds that has begun, if it makes any; the wheels have `reached` this stamp.
     pub(super) fn slot(
         &mut self,
         now: Stamp,
         ahead: impl FnOnce() -> Span,
+        reached: Stamp,
         into: &mut List<Measurement>,
     ) {
         if let Some(rounds) = &mut self.rounds {
-            rounds.begin(now, ahead(), into);
+            rounds.begin(now, ahead(), reached, into);
         }
     }
 

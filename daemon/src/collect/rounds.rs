@@ -15,7 +15,7 @@ const CORRECTIONS: usize = 8;
 /// So many of all kinds.
 pub(super) const MOST: usize = CORRECTIONS + 1;
 
-/// A slot is shared so long after it began: by then the wheels have said how the robot moved up to it \[ns\].
+/// A slot is shared once the wheels have said how the robot moved up to it, and so long after it began whatever they say \[ns\].
 const SETTLED_NS: i64 = 20_000_000;
 
 /// A clock that is behind by more slots was set back.
@@ -67,12 +67,16 @@ impl Rounds {
             .drain(moment, into, account, |it| word(it, limits));
     }
 
-    /// The slot that has begun and is not shared yet; `ahead`: how far the team's clock is ahead of the stamps.
-    pub(super) fn begin(&mut self, now: Stamp, ahead: Span, into: &mut List<Measurement>) {
-        let common_ns = (now + ahead).as_nanos();
-        let slot = common_ns
-            .saturating_sub(SETTLED_NS)
-            .div_euclid(self.period_ns);
+    /// The slot that has begun and is not shared yet; `ahead`: how far the team's clock is ahead of the stamps; `reached`: up to which stamp
+    /// the wheels have said how the robot moved.
+    pub(super) fn begin(
+        &mut self,
+        now: Stamp,
+        ahead: Span,
+        reached: Stamp,
+        into: &mut List<Measurement>,
+    ) {
+        let slot = settled((now + ahead, reached + ahead), self.period_ns);
         let is_new = self
             .slot
             .is_none_or(|last| slot > last || slot + SET_BACK < last);
@@ -96,6 +100,15 @@ impl Rounds {
     pub(super) fn clear(&mut self) {
         self.words.clear();
     }
+}
+
+/// The newest slot that may be shared at a moment of the common clock, when the wheels have reached another one.
+fn settled((now, reached): (Stamp, Stamp), period_ns: i64) -> i64 {
+    let begun = now.as_nanos().div_euclid(period_ns);
+    let begun_ns = begun.saturating_mul(period_ns);
+    let is_settled =
+        reached.as_nanos() >= begun_ns || now.as_nanos().saturating_sub(begun_ns) >= SETTLED_NS;
+    begun.saturating_sub(i64::from(!is_settled))
 }
 
 /// A word as the estimator takes it, whatever the message holds.
@@ -123,4 +136,23 @@ pub(super) fn word(message: &Correction, limits: &Limits<'_>) -> Result<Measurem
         deed,
         of: None,
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slot_is_shared_once_the_wheels_have_reached_it_and_at_the_latest_after_a_tick() {
+        let at = |now_ms: i64, reached_ms: i64| {
+            let stamps = [now_ms, reached_ms].map(|it| Stamp::from_nanos(1_000_000 * it));
+            settled(stamps.into(), 200_000_000)
+        };
+        assert_eq!(at(599, 599), 2);
+        assert_eq!(at(600, 600), 3);
+        assert_eq!([at(600, 599), at(619, 599)], [2, 2]);
+        assert_eq!(at(610, 601), 3);
+        assert_eq!(at(620, 0), 3);
+        assert_eq!(at(-1, -1), -1);
+    }
 }

@@ -8,6 +8,7 @@ use crate::belief::Belief;
 use crate::found::{Found, Looking, Ruling, Word};
 use crate::kind::{HeadingFix, Measured, Measurement, PoseSaid};
 use crate::outbox::Outbox;
+use crate::rounds::Lates;
 use crate::settings::Settings;
 use crate::stamp::Stamp;
 use crate::terms::Terms;
@@ -18,13 +19,15 @@ pub(crate) struct Court<'a> {
     pub(crate) settings: &'a Settings,
     pub(crate) outbox: &'a mut Outbox,
     pub(crate) ties: Tied<'a>,
+    pub(crate) lates: &'a Lates,
 }
 
 impl<S: Slots, G: Samples> History<S, G> {
     /// The oldest entry leaves, and is judged. Where that changes the base, or who is trusted, all that is left is out of date.
     pub(super) fn settle_oldest(&mut self, court: &mut Court<'_>) {
         if self.evaluated == 0 {
-            let terms = Terms::new(court.settings, court.found.suspended(), court.found.is_ok());
+            let (suspended, tells) = (court.found.suspended(), court.found.is_ok());
+            let terms = Terms::new(court.settings, suspended, tells, court.lates);
             self.apply_oldest(&terms, court.outbox, &mut court.ties);
         }
         let Some(entry) = self.entries.get(0) else {

@@ -110,6 +110,7 @@ impl Measured for NeighbourPose {
 mod tests {
     use super::*;
     use crate::belief::Belief;
+    use crate::rounds::Lates;
 
     /// What is wholly dependent may have this robot's own wheels in it: it meets a belief without an independent part.
     #[test]
@@ -125,7 +126,11 @@ mod tests {
             let belief = Belief::gaussian(Pose::default(), own);
             let mut filter = Filter::beginning(Stamp::default(), belief);
             let (settings, said) = (Settings::default(), word(said));
-            said.apply(&mut filter, &Terms::new(&settings, &[], true), None);
+            said.apply(
+                &mut filter,
+                &Terms::new(&settings, &[], true, &Lates::default()),
+                None,
+            );
             *filter.belief()
         };
         let (free, bound) = (Parts::independent(covariance), Parts::dependent(covariance));

@@ -9,7 +9,7 @@ use crate::outbox::Outbox;
 use crate::output::{Source, Verdict};
 use crate::parts::Parts;
 use crate::pose::Pose;
-use crate::rounds::{Correction, Knot};
+use crate::rounds::{Correction, Of};
 use crate::settings::Floors;
 use crate::stamp::Stamp;
 use crate::terms::Terms;
@@ -17,14 +17,14 @@ use crate::terms::Terms;
 /// A word of the robot's own process that makes rounds.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct RoundWord {
-    /// From when on it holds. Of a correction the history's word, its slot, whatever stands here.
+    /// From when on it holds. Of a correction the history's word, its slot or, after that has left the history, the tick; whatever stands here.
     pub stamp: Stamp,
     /// Which word it is.
     pub origin: Origin,
     /// What is to be done.
     pub deed: Deed,
     /// What a correction is of; the history's word, whatever stands here. `None`: it acts on nothing, or not any more.
-    pub of: Option<Knot>,
+    pub of: Option<Of>,
 }
 
 /// What is to be done.
@@ -107,7 +107,7 @@ impl Measured for RoundWord {
         *self
     }
 
-    fn apply(&self, filter: &mut Filter, _: &Terms<'_>, _: Option<&mut Outbox>) -> Gauge {
+    fn apply(&self, filter: &mut Filter, terms: &Terms<'_>, _: Option<&mut Outbox>) -> Gauge {
         match &self.deed {
             Deed::Correct {
                 slot,
@@ -116,7 +116,9 @@ impl Measured for RoundWord {
                 ..
             } => {
                 let belief = Belief::gaussian(*pose, Parts::dependent(*covariance));
-                filter.follow(*slot, &belief, self.of);
+                if let Some(of) = &self.of {
+                    filter.follow(*slot, &belief, of, terms.lates);
+                }
             }
             Deed::Join => filter.join(),
             Deed::Leave => filter.leave(),

@@ -1,7 +1,7 @@
 //! A team that makes rounds as it flies: the product's `step` with its history, and the [`Seat`] of `coloc-rounds`, robot by robot.
 //!
-//! What the daemons and their programs do over shared memory, in one process: a slot is shared a tick after it began, what `coloc-rounds`
-//! has its robot do comes with the tick after that. Robots begin apart and join.
+//! What the daemons and their programs do over shared memory, in one process: a slot is shared in the tick in which the wheels have reached it, or
+//! a tick later, and what `coloc-rounds` has its robot do comes with the tick after that. Robots begin apart and join.
 
 use coloc_estimator::rounds::{AtSlot, RoundSettings, Sharing};
 use coloc_estimator::{
@@ -52,6 +52,8 @@ struct Pilot {
     /// `None`: its process was killed in this slot.
     seat: Option<Seat>,
     estimate: Estimate,
+    /// The last slot that it shared.
+    slot: u64,
     /// For its next tick.
     words: Vec<Measurement>,
     /// Of what is said to it.
@@ -105,6 +107,7 @@ impl Flight {
                 belief: *belief,
                 ..Estimate::default()
             },
+            slot: 0,
             words: Vec::new(),
             sequence: 0,
         };
@@ -150,17 +153,32 @@ impl Flight {
                 slow: SlowError::default(),
             })
         }));
-        // A tick after the slot began, the wheels have said how the robot moved up to it.
-        let settled = inputs.step.saturating_sub(1);
-        if settled > 0 && settled.is_multiple_of(self.every) {
+        if let Some(slot) = self.begun(robot, inputs) {
             measured.push(Measurement::Round(RoundWord {
-                stamp: self.settings.stamp(settled),
+                stamp: self.slot_stamp(slot),
                 origin: Origin::default(),
-                deed: Deed::Share((settled / self.every) as u64),
+                deed: Deed::Share(slot),
                 of: None,
             }));
         }
         measured
+    }
+
+    /// The slot to be shared now: one that the wheels have reached, or a tick later whatever they say.
+    fn begun(&mut self, robot: usize, inputs: &StepInputs) -> Option<u64> {
+        let begun = inputs.step / self.every;
+        let is_settled =
+            inputs.odometry[robot].is_some() || !inputs.step.is_multiple_of(self.every);
+        let slot = begun.saturating_sub(usize::from(!is_settled)) as u64;
+        let last = &mut self.pilots[robot].slot;
+        let is_new = slot > *last;
+        *last = slot.max(*last);
+        is_new.then_some(slot)
+    }
+
+    #[allow(clippy::cast_possible_truncation)] // Steps.
+    fn slot_stamp(&self, slot: u64) -> Stamp {
+        self.settings.stamp(slot as usize * self.every)
     }
 
     fn tick(
@@ -206,11 +224,9 @@ impl Flight {
         let shared = outputs.shared;
         for deed in words {
             match deed {
-                #[allow(clippy::cast_possible_truncation)] // Steps.
                 Deed::Correct { slot, .. } => {
                     self.tally.corrections += 1;
-                    let of = self.settings.stamp(slot as usize * self.every);
-                    self.tally.late += u64::from(of < begins);
+                    self.tally.late += u64::from(self.slot_stamp(slot) < begins);
                 }
                 Deed::Undo(_) => self.tally.undone += 1,
                 Deed::Join => self.tally.joined += 1,

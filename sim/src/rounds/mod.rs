@@ -50,7 +50,7 @@ impl Form {
         Self {
             seed,
             runs: 20,
-            flown: 5,
+            flown: 20,
             seconds: 1500.0,
             data,
         }

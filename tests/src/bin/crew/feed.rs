@@ -14,7 +14,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::stage::{POSES, PREFIX, Problem, ROBOTS, Stage, name};
+use crate::stage::{PREFIX, Problem, ROBOTS, Stage, name, truth};
 
 const PERIOD: Duration = Duration::from_millis(20);
 const EVERY: u32 = 5;
@@ -75,7 +75,7 @@ fn speak(root: &Path, seed: u64, asked: &AtomicBool) -> Result<(), Problem> {
         }
         let now_ns = Moment::now().boottime_ns;
         for (robot, mouths) in robots.iter_mut().enumerate() {
-            mouths.drive([before_ns, now_ns]);
+            mouths.drive(robot, [before_ns, now_ns]);
             if tick.is_multiple_of(EVERY) {
                 mouths.sense(robot, now_ns, &mut random);
             }
@@ -100,12 +100,19 @@ fn mouth<M: Message>(space: &Space, robot: usize) -> Result<Mouth<M>, Problem> {
 }
 
 impl Robot {
-    fn drive(&mut self, [before_ns, now_ns]: [i64; 2]) {
+    #[allow(clippy::cast_precision_loss)] // Milliseconds in nanoseconds.
+    fn drive(&mut self, robot: usize, [before_ns, now_ns]: [i64; 2]) {
+        let [before, now] = [before_ns, now_ns].map(|it| truth(robot, it));
+        let [dx, dy, turn] = [0, 1, 2].map(|at| now[at] - before[at]);
+        let (sin, cos) = now[2].sin_cos();
+        let seconds = (now_ns - before_ns).max(1) as f64 * 1e-9;
+        let ahead = cos * dx + sin * dy;
         // A full channel of a daemon that is being started again is no matter here.
         let _ = self.wheels.port.send(Odometry {
             header: self.wheels.sender.header(now_ns),
             start_ns: before_ns,
             kind: OdometryKind::Twist as u8,
+            values: [ahead / seconds, 0.0, turn / seconds, 0.0],
             ..Odometry::default()
         });
     }
@@ -115,7 +122,7 @@ impl Robot {
             let it: f64 = StandardNormal.sample(random);
             sigma * it
         };
-        let [x, y, phi] = POSES[robot];
+        let [x, y, phi] = truth(robot, now_ns);
         if robot < WITH_RECEIVER {
             let variance = SIGMA_M * SIGMA_M;
             let _ = self.receiver.port.send(Position {
@@ -128,7 +135,7 @@ impl Robot {
         }
         for next in 1..3 {
             let other = (robot + next) % ROBOTS;
-            let [ox, oy, ophi] = POSES[other];
+            let [ox, oy, ophi] = truth(other, now_ns);
             let (dx, dy, (sin, cos)) = (ox - x, oy - y, phi.sin_cos());
             let [m, rad] = [SIGMA_M * SIGMA_M, SIGMA_RAD * SIGMA_RAD];
             let _ = self.laser.port.send(RelativePose {

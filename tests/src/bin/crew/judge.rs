@@ -9,7 +9,7 @@ use coloc_daemon::record::{Recording, Step};
 use coloc_estimator::{Belief, Deed, Estimator, Kind, Measurement, Verdict, step};
 use coloc_shm_types::{Estimate, Round, Shared, Subscriber};
 
-use crate::stage::{POSES, Problem, ROBOTS, Stage, name};
+use crate::stage::{Problem, ROBOTS, Stage, name, truth};
 
 /// χ² with three degrees of freedom, one in a hundred thousand.
 const FAR: f64 = 25.9;
@@ -235,7 +235,7 @@ pub(crate) fn errors(beliefs: &[Option<Estimate>]) -> Result<(), Problem> {
             return Err(format!("robot {} is silent", robot + 1).into());
         };
         let variance = |at: usize| belief.independent[at] + belief.dependent[at];
-        let [x, y, phi] = POSES[robot];
+        let [x, y, phi] = truth(robot, belief.boot_ns);
         let off = [
             belief.pose[0] - x,
             belief.pose[1] - y,

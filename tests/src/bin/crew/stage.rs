@@ -21,14 +21,33 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 pub(crate) type Problem = Box<dyn std::error::Error>;
 
-/// Where the robots stand, and look.
-pub(crate) const POSES: [[f64; 3]; ROBOTS] = [
+/// About where the robots are, and look: they drive to and fro, or turn.
+const POSES: [[f64; 3]; ROBOTS] = [
     [0.0, 0.0, 0.1],
     [4.0, 0.5, 1.0],
     [3.0, 4.0, -2.0],
     [-1.0, 3.5, 2.5],
     [1.5, 1.5, 0.0],
 ];
+
+/// How far they drive and turn \[m, rad\]: no farther than a daemon that begins anew is uncertain.
+const WAY: [f64; 2] = [0.3, 0.1];
+/// There and back again \[s\].
+const THERE_AND_BACK_S: f64 = 4.0;
+
+/// Where a robot is: every other one drives, the others turn.
+#[allow(clippy::cast_precision_loss)] // Days in nanoseconds.
+pub(crate) fn truth(robot: usize, boottime_ns: i64) -> [f64; 3] {
+    let [x, y, phi] = POSES[robot];
+    let phase = boottime_ns as f64 * 1e-9 / THERE_AND_BACK_S + 0.2 * robot as f64;
+    let along = (std::f64::consts::TAU * phase).sin();
+    if robot.is_multiple_of(2) {
+        let (sin, cos) = phi.sin_cos();
+        [x + WAY[0] * along * cos, y + WAY[0] * along * sin, phi]
+    } else {
+        [x, y, phi + WAY[1] * along]
+    }
+}
 
 /// The stage.
 pub(crate) struct Stage {
