@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use coloc_sim::campaign::{Page, Part, recordings, run};
-use coloc_sim::integrity::{Form, contain, drift, faults, lies, paper, usual};
+use coloc_sim::integrity::{Form, contain, drift, faults, lies, means, paper, usual};
 
 /// Is the truth inside of the region of the hard bounds, how large is that, and how soon is who lies found?
 #[derive(Parser)]
@@ -23,7 +23,7 @@ struct Args {
     /// The folder with recordings; else `COLOC_DATA`, else `shared/data` beside the repository or above
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
-    /// These parts alone: contain, promised, lies, faults, drift, usual, paper
+    /// These parts alone: contain, promised, means, lies, faults, drift, usual, paper
     #[arg(long, value_name = "PART")]
     only: Vec<String>,
     /// Write the tables between the marks of this document
@@ -32,9 +32,10 @@ struct Args {
 }
 
 /// What it consists of.
-const PARTS: [Part<Form>; 7] = [
+const PARTS: [Part<Form>; 8] = [
     ("contain", contain::find),
     ("promised", contain::promised),
+    ("means", means::find),
     ("lies", lies::find),
     ("faults", faults::find),
     ("drift", drift::find),

@@ -76,7 +76,7 @@ pub fn find(form: &Form) -> Finding {
                 let alarms = found.iter().filter(|it| it.alarm.is_some()).count();
                 let lost = found.iter().filter(|it| it.lost.is_some()).count();
                 let share = |it: usize| percent(it as f64 / found.len().max(1) as f64);
-                if place < OF_SPECIFICATION && setting.means.share < 1.0 {
+                if place < OF_SPECIFICATION && setting.means.fixes < 1.0 {
                     let middle = median_s(&found);
                     lines.hold(
                         alarms == found.len() && middle <= BAR_S,

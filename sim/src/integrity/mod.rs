@@ -4,6 +4,7 @@
 //! | --- | --- | --- |
 //! | [`contain`] | honest robots, errors within their bounds | the truth inside in every slot, areas of the specification, no alarm that is not proven |
 //! | [`promised`](contain::promised) | the same, and means are promised | none: how often that promise is not kept |
+//! | [`means`] | which promise of means honest robots keep, and how soon each finds a fix that goes away slowly | one is kept in every slot, and halves the specification's time |
 //! | [`lies`] | an estimate that is off by a constant | 1 m in two slots |
 //! | [`faults`] | one source lies at a time: a fix, a robot's sightings | a fix that is off by 3 m in two slots, named alone in nine of ten |
 //! | [`drift`] | a fix that goes away slowly | at 0.05 m/s the specification's time is halved where means are promised |
@@ -17,6 +18,7 @@ pub mod contain;
 pub mod drift;
 pub mod faults;
 pub mod lies;
+pub mod means;
 pub mod paper;
 mod setting;
 mod slots;
