@@ -4,7 +4,7 @@ use super::Form;
 use super::bar::{Bars, found, quantile};
 use super::faults::{Found, Kinds, runs, times};
 use super::setting::{SLOT_S, Setting};
-use super::slots::Source;
+use super::slots::{Lie, Source};
 use crate::campaign::Finding;
 use crate::honest::table::{Table, percent};
 
@@ -22,8 +22,7 @@ const fn kind(name: &'static str, robot: usize, drift: f64) -> Kinds {
     Kinds {
         name,
         source: Source::Fix(robot),
-        metres: 0.0,
-        drift,
+        lie: Lie::Off { metres: 0.0, drift },
     }
 }
 

@@ -15,7 +15,7 @@ use super::Form;
 use super::bar::{Bars, found, quantile, wilson};
 use super::faults::PATIENCE;
 use super::setting::{SLOT_S, Setting, monitor};
-use super::slots::{Drive, Fault, Source, direction};
+use super::slots::{Drive, Fault, Lie, Source, direction};
 use crate::campaign::Finding;
 use crate::honest::table::Table;
 use crate::method::Kind;
@@ -230,8 +230,10 @@ fn drifts(form: &Form, world: &GridWorld) -> [Vec<Vec<f64>>; RECEIVERS.len()] {
             let fault = Fault {
                 source: Source::Fix(robot),
                 direction_rad: direction(&noise, begin.0, 40 + robot),
-                metres: 0.0,
-                drift: DRIFT,
+                lie: Lie::Off {
+                    metres: 0.0,
+                    drift: DRIFT,
+                },
             };
             follow(&drive, begin, &fault)
         };
