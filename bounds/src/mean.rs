@@ -20,8 +20,10 @@ use crate::{AngleInterval, BadFrame};
 pub struct Promise {
     /// Over so many slots.
     pub slots: usize,
-    /// Of the bound of a single slot, 0 to 1; 1 or more promises nothing.
-    pub share: f64,
+    /// Of the bound of a single slot's fix, 0 to 1; 1 or more promises nothing at all.
+    pub fixes: f64,
+    /// Of the bounds of a single slot's sighting, 0 to 1.
+    pub sightings: f64,
 }
 
 /// What each of the last slots said, with the bounds of means.
@@ -44,10 +46,10 @@ impl Memory {
 
     /// Goes on by a slot.
     pub fn hear(&mut self, measurements: &[Measurement], robots: usize) {
-        if self.promise.share >= 1.0 {
+        if self.promise.fixes >= 1.0 {
             return;
         }
-        let said = |it: &Measurement| said(it, self.promise.share);
+        let said = |it: &Measurement| said(it, &self.promise);
         let valid = measurements.iter().filter(|it| it.check(robots).is_ok());
         self.slots.push_back(valid.filter_map(said).collect());
         if self.slots.len() > self.promise.slots {
@@ -119,9 +121,11 @@ pub fn projection(measurement: &Measurement) -> Option<Projection> {
 }
 
 /// What it says with a share of its bounds.
-fn said(measurement: &Measurement, share: f64) -> Option<(Projection, Supports)> {
-    let (centre, half, heading) = match *measurement {
-        Measurement::Fix { centre, half, .. } => (centre, half, AngleInterval::new(0.0, 0.0)),
+fn said(measurement: &Measurement, promise: &Promise) -> Option<(Projection, Supports)> {
+    let (share, centre, half, heading) = match *measurement {
+        Measurement::Fix { centre, half, .. } => {
+            (promise.fixes, centre, half, AngleInterval::new(0.0, 0.0))
+        }
         Measurement::Between {
             seen:
                 Seen::Box {
@@ -131,7 +135,7 @@ fn said(measurement: &Measurement, share: f64) -> Option<(Projection, Supports)>
                     ..
                 },
             ..
-        } => (centre, half, heading),
+        } => (promise.sightings.min(1.0), centre, half, heading),
         Measurement::Between { .. } => return None,
     };
     let half = half.map(|it| share * it);

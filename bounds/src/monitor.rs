@@ -526,7 +526,11 @@ mod tests {
                 centre: [0.0; 2],
                 half: 1e4,
             },
-            means: Promise { slots: 4, share },
+            means: Promise {
+                slots: 4,
+                fixes: share,
+                sightings: share,
+            },
             initial: [0.3, 0.09],
         };
         Monitor::new(TRUTH.len(), settings)

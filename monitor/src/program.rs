@@ -167,8 +167,10 @@ fn understood(config: &Config, bounds: &Bounds, integrity: Integrity) -> String 
     };
     let means = if bounds.mean_share < 1.0 {
         format!(
-            "of {} slots within {} of these bounds",
-            bounds.mean_slots, bounds.mean_share
+            "of {} slots within {} of these bounds, of sightings within {}",
+            bounds.mean_slots,
+            bounds.mean_share,
+            bounds.means_of_sightings()
         )
     } else {
         "nothing is promised".into()

@@ -59,6 +59,9 @@ pub struct Bounds {
     /// promised, and a fix that goes away slowly is found late.
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
     pub mean_share: f64,
+    /// The same of sightings, if it is another one; 0: `mean_share`. Honest robots that see one another break it first.
+    #[schemars(range(min = 0, max = 1))]
+    pub mean_share_sightings: f64,
     /// While it begins, or begins anew after something did not fit, a fix is taken to be off by so much at least \[m\].
     #[schemars(range(min = 0, max = 1000))]
     pub initial_m: f64,
@@ -88,6 +91,7 @@ impl Default for Bounds {
             pair_s: 5.0,
             mean_slots: 8,
             mean_share: 1.0,
+            mean_share_sightings: 0.0,
             initial_m: 0.5,
             initial_rad: 0.2,
             arena_m: 1e4,
@@ -148,9 +152,20 @@ impl Bounds {
             },
             means: Promise {
                 slots: self.mean_slots,
-                share: self.mean_share,
+                fixes: self.mean_share,
+                sightings: self.means_of_sightings(),
             },
             initial: [self.initial_m, self.initial_rad],
+        }
+    }
+
+    /// Of the bounds of a single slot.
+    #[must_use]
+    pub fn means_of_sightings(&self) -> f64 {
+        if self.mean_share_sightings > 0.0 {
+            self.mean_share_sightings
+        } else {
+            self.mean_share
         }
     }
 
@@ -208,6 +223,11 @@ mod tests {
     fn an_empty_section_is_enough() {
         assert_eq!(parse("").unwrap(), Bounds::default());
         assert_eq!(Bounds::default().settings(0).pair_slots, 10);
+        let means = parse("mean_share = 0.2").unwrap().settings(0).means;
+        assert_eq!([means.fixes, means.sightings], [0.2, 0.2]);
+        let means = parse("mean_share = 0.2\nmean_share_sightings = 0.4");
+        let means = means.unwrap().settings(0).means;
+        assert_eq!([means.fixes, means.sightings], [0.2, 0.4]);
     }
 
     #[test]
@@ -222,6 +242,7 @@ mod tests {
             "turn_radps = nan",
             "mean_share = 0.0",
             "mean_share = 1.1",
+            "mean_share_sightings = 1.1",
             "mean_slots = 1",
             "initial_m = -0.1",
             "slot_s = 0.1\ngrace_s = 0.1",

@@ -6,7 +6,9 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use coloc_sim::campaign::{Page, Part, recordings, run};
-use coloc_sim::integrity::{Form, contain, drift, faults, lies, paper, usual};
+use coloc_sim::integrity::{
+    Form, alone, contain, drift, faults, lies, means, paper, picture, usual,
+};
 
 /// Is the truth inside of the region of the hard bounds, how large is that, and how soon is who lies found?
 #[derive(Parser)]
@@ -23,21 +25,26 @@ struct Args {
     /// The folder with recordings; else `COLOC_DATA`, else `shared/data` beside the repository or above
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
-    /// These parts alone: contain, promised, lies, faults, drift, usual, paper
+    /// These parts alone: contain, promised, means, lies, faults, drift, alone, usual, paper
     #[arg(long, value_name = "PART")]
     only: Vec<String>,
+    /// Draw the pictures of the paper's experiments into this folder, and do nothing else
+    #[arg(long, value_name = "FOLDER")]
+    pictures: Option<PathBuf>,
     /// Write the tables between the marks of this document
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
 }
 
 /// What it consists of.
-const PARTS: [Part<Form>; 7] = [
+const PARTS: [Part<Form>; 9] = [
     ("contain", contain::find),
     ("promised", contain::promised),
+    ("means", means::find),
     ("lies", lies::find),
     ("faults", faults::find),
     ("drift", drift::find),
+    ("alone", alone::find),
     ("usual", usual::find),
     ("paper", paper::find),
 ];
@@ -51,6 +58,10 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         Form::long(args.seed, data)
     };
     form.runs = args.runs.unwrap_or(form.runs);
+    if let Some(folder) = args.pictures {
+        picture::draw(&form, &folder)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let page = args.markdown.as_deref().map(|path| Page {
         path,
         mark: "integrity",

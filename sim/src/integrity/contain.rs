@@ -158,13 +158,18 @@ impl Tally {
     }
 }
 
-/// All runs of a recording.
-pub(super) fn runs(form: &Form, world: &GridWorld, setting: Setting, runs: u16) -> Tally {
+/// All runs of a recording, with the estimates of `kind`.
+pub(super) fn runs(
+    form: &Form,
+    world: &GridWorld,
+    (setting, kind): (Setting, Kind),
+    runs: u16,
+) -> Tally {
     use crate::world::World as _;
     let robots = world.robots();
     let of = |run: u16| {
         let seed = [form.seed, u64::from(run)];
-        let drive = Drive::new(world, setting, Kind::Coloc, seed, form.slots);
+        let drive = Drive::new(world, setting, kind, seed, form.slots);
         Tally::of(&drive, robots)
     };
     let all = (0..runs).into_par_iter().map(of).collect::<Vec<_>>();
@@ -215,7 +220,12 @@ pub fn find(form: &Form) -> Finding {
             let mut table = Table::new(HEAD);
             let tallies: Vec<_> = worlds
                 .iter()
-                .map(|(number, world)| (*number, runs(form, world, Setting::FORGETFUL, form.runs)))
+                .map(|(number, world)| {
+                    (
+                        *number,
+                        runs(form, world, (Setting::FORGETFUL, Kind::Coloc), form.runs),
+                    )
+                })
                 .collect();
             let mut judged = Vec::new();
             let mut slots = 0;
@@ -253,7 +263,7 @@ pub fn promised(form: &Form) -> Finding {
             let mut misfits = String::new();
             let (mut violated, mut slots) = (0, 0);
             for (number, world) in worlds {
-                let mut tally = runs(form, world, Setting::HARD, form.runs);
+                let mut tally = runs(form, world, (Setting::HARD, Kind::Coloc), form.runs);
                 table.row(row(*number, &mut tally));
                 violated += tally.violated;
                 slots += tally.slots;

@@ -4,7 +4,7 @@ use super::Form;
 use super::bar::{Bars, found, quantile};
 use super::faults::{Found, Kinds, runs, times};
 use super::setting::{SLOT_S, Setting};
-use super::slots::Source;
+use super::slots::{Lie, Source};
 use crate::campaign::Finding;
 use crate::honest::table::{Table, percent};
 
@@ -22,8 +22,7 @@ const fn kind(name: &'static str, robot: usize, drift: f64) -> Kinds {
     Kinds {
         name,
         source: Source::Fix(robot),
-        metres: 0.0,
-        drift,
+        lie: Lie::Off { metres: 0.0, drift },
     }
 }
 
@@ -76,7 +75,7 @@ pub fn find(form: &Form) -> Finding {
                 let alarms = found.iter().filter(|it| it.alarm.is_some()).count();
                 let lost = found.iter().filter(|it| it.lost.is_some()).count();
                 let share = |it: usize| percent(it as f64 / found.len().max(1) as f64);
-                if place < OF_SPECIFICATION && setting.means.share < 1.0 {
+                if place < OF_SPECIFICATION && setting.means.fixes < 1.0 {
                     let middle = median_s(&found);
                     lines.hold(
                         alarms == found.len() && middle <= BAR_S,

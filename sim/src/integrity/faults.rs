@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::Form;
 use super::bar::{Bars, found, quantile, wilson};
 use super::setting::{SLOT_S, Setting};
-use super::slots::{Drive, Fault, Source, direction, margin};
+use super::slots::{Drive, Fault, Lie, Source, direction, margin};
 use crate::campaign::Finding;
 use crate::honest::table::{Table, percent};
 use crate::method::Kind;
@@ -24,27 +24,42 @@ const NAMED: f64 = 0.9;
 pub(super) struct Kinds {
     pub(super) name: &'static str,
     pub(super) source: Source,
-    pub(super) metres: f64,
-    pub(super) drift: f64,
+    pub(super) lie: Lie,
 }
 
 /// Those that begin at once.
-const KINDS: [Kinds; 6] = [
+const KINDS: [Kinds; 11] = [
     kind("fix of R1, 3 m", Source::Fix(0), 3.0),
     kind("fix of R2, 3 m", Source::Fix(1), 3.0),
     kind("fix of R1, 1 m", Source::Fix(0), 1.0),
     kind("sightings of R3, 1 m", Source::Sightings(2), 1.0),
     kind("sightings of R1, 1 m", Source::Sightings(0), 1.0),
     kind("sightings of R3, 0.5 m", Source::Sightings(2), 0.5),
+    kind("fix of R1, 0.5 m", Source::Fix(0), 0.5),
+    other("fix of R1 is stuck", Source::Fix(0), Lie::Stuck),
+    other(
+        "sightings of R3 are stuck",
+        Source::Sightings(2),
+        Lie::Stuck,
+    ),
+    other(
+        "R3 takes who it sees for another",
+        Source::Sightings(2),
+        Lie::Mistaken,
+    ),
+    other("wheels of R3 are stuck", Source::Wheels(2), Lie::Stuck),
 ];
 
+/// So many of them are held to the bar.
+const BARRED: usize = 2;
+
 const fn kind(name: &'static str, source: Source, metres: f64) -> Kinds {
-    Kinds {
-        name,
-        source,
-        metres,
-        drift: 0.0,
-    }
+    let lie = Lie::Off { metres, drift: 0.0 };
+    other(name, source, lie)
+}
+
+const fn other(name: &'static str, source: Source, lie: Lie) -> Kinds {
+    Kinds { name, source, lie }
 }
 
 /// What came of one fault.
@@ -93,6 +108,7 @@ fn is_named(found: &Found, source: Source) -> bool {
             let is_his = |it: &Suspect| matches!(it, Suspect::Sightings(of) | Suspect::Sighting(of, _) if *of == robot);
             found.suspects.len() == 1 && found.suspects.iter().all(is_his)
         }
+        Source::Wheels(robot) => found.suspects == [Suspect::Motion(robot)],
     }
 }
 
@@ -120,12 +136,13 @@ pub(super) fn runs(
             let fault = Fault {
                 source: kind.source,
                 direction_rad: direction(&noise, *number, 10 + place),
-                metres: kind.metres,
-                drift: kind.drift,
+                lie: kind.lie,
             };
             follow(&drive, monitor.clone(), *number, &fault)
         };
-        begun.par_iter().map(of_one).collect()
+        // What says nothing cannot lie.
+        let speaks = begun.par_iter().filter(|it| drive.says(it.0, kind.source));
+        speaks.map(of_one).collect()
     };
     kinds.par_iter().enumerate().map(of).collect()
 }
@@ -158,7 +175,7 @@ pub fn find(form: &Form) -> Finding {
         let mut lines = Bars::default();
         for (number, world) in worlds {
             let all = runs(form, world, Setting::HARD, &KINDS);
-            for (kind, found) in KINDS.iter().zip(&all) {
+            for (place, (kind, found)) in KINDS.iter().zip(&all).enumerate() {
                 let within = |slots: usize| {
                     let is_in = |it: &&Found| it.alarm.is_some_and(|it| it <= slots);
                     found.iter().filter(is_in).count()
@@ -178,7 +195,7 @@ pub fn find(form: &Form) -> Finding {
                     share(named),
                     lost.to_string(),
                 ]);
-                if kind.metres >= 3.0 {
+                if place < BARRED {
                     let low = wilson(named, begun)[0];
                     lines.hold(
                             within(2) == begun && low >= NAMED,

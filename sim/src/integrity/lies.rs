@@ -47,6 +47,11 @@ fn run(form: &Form, world: &GridWorld, run: u16) -> Shares {
             continue;
         }
         for (robot, of_robot) in judges.iter_mut().enumerate() {
+            // Where the recording has lost a robot nothing is measured of it.
+            let first = &drive.slots[number - phase];
+            if first.truth[robot].is_none() || drive.slots[number].truth[robot].is_none() {
+                continue;
+            }
             let psi = direction(&noise, number - phase, robot);
             for (size, judge) in of_robot.iter_mut().enumerate() {
                 let [x, y] = drive.slots[number].estimates[robot];

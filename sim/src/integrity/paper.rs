@@ -140,6 +140,73 @@ impl Sums {
     }
 }
 
+/// Means over robots by the number of searches, greedy and uniform: inner of outer area, and outer less inner area \[m²\].
+pub(super) struct Curves {
+    pub(super) ratio: [[f64; 12]; 2],
+    pub(super) gap: [[f64; 12]; 2],
+}
+
+/// Of bearings alone.
+pub(super) fn curves(form: &Form) -> Curves {
+    let sums = all(form, false).1;
+    let mean = |of: [[f64; 12]; 2]| of.map(|it| it.map(|it| it / sums.robots));
+    Curves {
+        ratio: mean(sums.ratio),
+        gap: mean(sums.gap),
+    }
+}
+
+/// One formation, as it is drawn.
+pub(super) struct Scene {
+    pub(super) robots: Vec<Drawn>,
+    /// Who sees whom.
+    pub(super) seen: Vec<[[f64; 2]; 2]>,
+}
+
+/// One robot of it.
+pub(super) struct Drawn {
+    pub(super) truth: [f64; 2],
+    pub(super) outer: Vec<[f64; 2]>,
+    pub(super) inner: Vec<[f64; 2]>,
+    /// Of the region.
+    pub(super) centre: Option<[f64; 2]>,
+}
+
+/// The first formation; `None` if its programs fail.
+pub(super) fn scene(form: &Form, with_ranges: bool) -> Option<Scene> {
+    let mut draws = Noise::new(form.seed, 0).draws(Purpose::Formation, 0, 0, 0);
+    let truth = formation(&mut draws);
+    let seen = seen(&truth, &mut draws, with_ranges);
+    let polytope = polytope(&truth, &seen, !with_ranges)?;
+    let mut region = polytope.region().ok()?;
+    let mut robots = vec![Drawn {
+        truth: truth[0],
+        outer: Vec::new(),
+        inner: Vec::new(),
+        centre: None,
+    }];
+    for (robot, truth) in truth.iter().enumerate().skip(1) {
+        // Where a scale is given, the second robot's x is, and its region a line.
+        let found = found(&mut region, Projection::Robot(robot), 32, true);
+        let is_polygon = |it: &Sandwich| it.shape() == Shape::Polygon;
+        let found = found.filter(is_polygon);
+        robots.push(Drawn {
+            truth: *truth,
+            outer: found.as_ref().map_or(Vec::new(), Sandwich::outer),
+            inner: found.as_ref().map_or(Vec::new(), Sandwich::inner),
+            centre: found.and_then(|it| it.centroid()),
+        });
+    }
+    let ends = seen.iter().filter_map(|it| match it.ends() {
+        (Place::Robot(i), Place::Robot(j)) if i < j => Some([truth[i], truth[j]]),
+        _ => None,
+    });
+    Some(Scene {
+        robots,
+        seen: ends.collect(),
+    })
+}
+
 /// By how many sightings each is from the first.
 fn hops(seen: &[Measurement]) -> [usize; ROBOTS] {
     let mut hops = [usize::MAX; ROBOTS];

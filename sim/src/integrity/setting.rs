@@ -43,7 +43,8 @@ pub(super) struct Setting {
 /// Nothing is promised.
 const NOTHING: Promise = Promise {
     slots: 8,
-    share: 1.0,
+    fixes: 1.0,
+    sightings: 1.0,
 };
 
 impl Setting {
@@ -54,7 +55,8 @@ impl Setting {
         compass_rad: Some(COMPASS_RAD),
         means: Promise {
             slots: 8,
-            share: 0.28,
+            fixes: 0.28,
+            sightings: 0.28,
         },
     };
 

@@ -39,15 +39,29 @@ pub(super) struct Drive {
     pub(super) slots: Vec<Slot>,
 }
 
-/// What lies, how far off in which direction, and how that grows.
+/// What lies, and how.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) struct Fault {
     pub(super) source: Source,
+    pub(super) lie: Lie,
+    /// Of what is off.
     pub(super) direction_rad: f64,
-    /// At its beginning \[m\].
-    pub(super) metres: f64,
-    /// \[m/s\]
-    pub(super) drift: f64,
+}
+
+/// How something lies.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(super) enum Lie {
+    /// It is off, and goes on.
+    Off {
+        /// At its beginning \[m\].
+        metres: f64,
+        /// \[m/s\]
+        drift: f64,
+    },
+    /// It says again and again what it said last.
+    Stuck,
+    /// It takes each robot that it sees for another one.
+    Mistaken,
 }
 
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -56,13 +70,18 @@ pub(super) enum Source {
     Fix(usize),
     /// All that this robot sees.
     Sightings(usize),
+    /// Of this robot.
+    Wheels(usize),
 }
 
 impl Fault {
     /// So many slots after its beginning \[m\].
     #[allow(clippy::cast_precision_loss)] // Minutes.
     fn off(&self, slots: usize) -> [f64; 2] {
-        let metres = self.metres + self.drift * SLOT_S * slots as f64;
+        let Lie::Off { metres, drift } = self.lie else {
+            return [0.0; 2];
+        };
+        let metres = metres + drift * SLOT_S * slots as f64;
         let (sin, cos) = self.direction_rad.sin_cos();
         [metres * cos, metres * sin]
     }
@@ -165,6 +184,58 @@ impl Drive {
         monitor.close(&evidence).unwrap_or_else(|_| unreachable!())
     }
 
+    /// Whether `source` says anything in slot `number` that could be a lie.
+    pub(super) fn says(&self, number: usize, source: Source) -> bool {
+        let slot = &self.slots[number];
+        match source {
+            Source::Fix(robot) => slot.fixes.iter().any(|it| it.1.robot == robot),
+            Source::Sightings(robot) => slot.sightings.iter().any(|it| it.1.observer == robot),
+            Source::Wheels(robot) => slot.odometry[robot].iter().any(Option::is_some),
+        }
+    }
+
+    /// Where the wheels of `robot` take it from `pose` in slot `number`.
+    pub(super) fn driven(&self, number: usize, robot: usize, mut pose: Pose) -> Pose {
+        let step_s = SLOT_S / 25.0;
+        for [speed, rate] in self.slots[number].odometry[robot].iter().flatten() {
+            let (sin, cos) = (pose.phi + 0.5 * rate * step_s).sin_cos();
+            pose.x += speed * step_s * cos;
+            pose.y += speed * step_s * sin;
+            pose.phi += rate * step_s;
+        }
+        pose
+    }
+
+    /// For whom `observer` takes `observed`.
+    fn mistaken(&self, [observer, observed]: [usize; 2]) -> usize {
+        let robots = self.start.len();
+        let next = (observed + 1) % robots;
+        if next == observer {
+            (next + 1) % robots
+        } else {
+            next
+        }
+    }
+
+    /// What the receiver of `robot` said last before slot `first`.
+    fn last_fix(&self, first: usize, robot: usize) -> Option<[f64; 2]> {
+        let mut fixes = self.slots[..first]
+            .iter()
+            .rev()
+            .flat_map(|it| it.fixes.iter().rev());
+        fixes.find(|it| it.1.robot == robot).map(|it| it.1.position)
+    }
+
+    /// What `observer` last saw of `observed` before slot `first`.
+    fn last_sighting(&self, first: usize, [observer, observed]: [usize; 2]) -> Option<Pose> {
+        let mut seen = self.slots[..first]
+            .iter()
+            .rev()
+            .flat_map(|it| it.sightings.iter().rev());
+        seen.find(|it| [it.1.observer, it.1.observed] == [observer, observed])
+            .map(|it| it.1.relative)
+    }
+
     fn evidence(
         &self,
         monitor: &Monitor,
@@ -178,6 +249,17 @@ impl Drive {
             _ => [0.0; 2],
         };
         let (fix_off, seen_off) = (off(Source::Fix(robot)), off(Source::Sightings(robot)));
+        let lies = |source, lie| {
+            fault
+                .filter(|(fault, _)| (fault.source, fault.lie) == (source, lie))
+                .map(|(_, since)| number - since)
+        };
+        let stuck_fix =
+            lies(Source::Fix(robot), Lie::Stuck).and_then(|first| self.last_fix(first, robot));
+        let stuck_eyes = lies(Source::Sightings(robot), Lie::Stuck);
+        let is_mistaken = lies(Source::Sightings(robot), Lie::Mistaken).is_some();
+        let stuck_wheels = lies(Source::Wheels(robot), Lie::Stuck)
+            .and_then(|first| *self.slots[first.checked_sub(1)?].odometry[robot].last()?);
         let Setting { sigmas, .. } = self.setting;
         let fix_half = sigmas * self.scenario.fixes.sigma_m;
         let half = self.scenario.sightings.sigma.map(|it| sigmas * it);
@@ -185,6 +267,7 @@ impl Drive {
         let step_s = SLOT_S / 25.0;
         for (index, odometry) in slot.odometry[robot].iter().enumerate() {
             let place = index + 1;
+            let odometry = stuck_wheels.or(*odometry);
             gather.drive(
                 &odometry.map_or_else(|| WHEELS.unknown(step_s), |it| WHEELS.motion(it, step_s)),
             );
@@ -193,8 +276,9 @@ impl Drive {
                 .iter()
                 .filter(|it| it.0 == place && it.1.robot == robot)
             {
+                let [x, y] = stuck_fix.unwrap_or(fix.position);
                 gather.fix(Area {
-                    centre: [fix.position[0] + fix_off[0], fix.position[1] + fix_off[1]],
+                    centre: [x + fix_off[0], y + fix_off[1]],
                     half: [fix_half; 2],
                 });
             }
@@ -203,9 +287,15 @@ impl Drive {
                 .iter()
                 .filter(|it| it.0 == place && it.1.observer == robot)
             {
-                let relative = seen.relative;
+                let stuck =
+                    stuck_eyes.and_then(|first| self.last_sighting(first, [robot, seen.observed]));
+                let relative = stuck.unwrap_or(seen.relative);
                 gather.see(Seen {
-                    observed: seen.observed,
+                    observed: if is_mistaken {
+                        self.mistaken([robot, seen.observed])
+                    } else {
+                        seen.observed
+                    },
                     area: Area {
                         centre: [relative.x + seen_off[0], relative.y + seen_off[1]],
                         half: [half[0], half[1]],

@@ -6,6 +6,7 @@ use super::contain::{HEAD, row, runs};
 use super::setting::Setting;
 use crate::campaign::Finding;
 use crate::honest::table::Table;
+use crate::method::Kind;
 
 /// What is found.
 #[must_use]
@@ -16,7 +17,7 @@ pub fn find(form: &Form) -> Finding {
         |worlds, bars| {
             let mut table = Table::new(HEAD);
             for (number, world) in worlds {
-                let mut tally = runs(form, world, Setting::USUAL, form.runs.min(1));
+                let mut tally = runs(form, world, (Setting::USUAL, Kind::Coloc), form.runs.min(1));
                 table.row(row(*number, &mut tally));
             }
             bars.table(&table.text());
