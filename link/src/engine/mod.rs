@@ -169,6 +169,15 @@ impl Vitals {
     pub fn lost_percent(&self) -> f64 {
         100.0 * self.lost as f64 / self.sent.max(1) as f64
     }
+
+    /// Counts another connection in; the round trip is the longer one.
+    pub fn add(&mut self, more: &Self) {
+        self.round_trip_s = self.round_trip_s.max(more.round_trip_s);
+        self.sent += more.sent;
+        self.lost += more.lost;
+        self.sent_bytes += more.sent_bytes;
+        self.heard_bytes += more.heard_bytes;
+    }
 }
 
 impl Line {

@@ -6,11 +6,15 @@ use coloc_shm_types::RobotName;
 use tokio::sync::Notify;
 use tokio::task::spawn_local;
 
+use super::company::{IDLE_NS, Kept};
 use super::office::{Office, now};
 use super::{send, take};
 use crate::budget::Budget;
-use crate::engine::{Door, Engine, Line};
+use crate::engine::{Closing, Door, Engine, Line};
 use crate::queue::Queue;
+
+/// So many earlier connections of a member are kept.
+const SPARE: usize = 4;
 
 /// A member that is connected.
 #[derive(Debug)]
@@ -87,4 +91,55 @@ fn begin(office: &Rc<RefCell<Office>>, line: &Line) -> Option<u16> {
         send::at_once(line.clone(), hello);
     }
     Some(owner.id)
+}
+
+impl Office {
+    /// A member is connected, by another connection perhaps.
+    pub(super) fn welcome(&mut self, id: u16, member: Member) {
+        self.opened += 1;
+        let Some(known) = self.members.get_mut(&id) else {
+            let text = format!("{} is connected ({})", member.name, member.line.address());
+            self.teller.remark(text);
+            self.members.insert(id, member);
+            return;
+        };
+        let before = std::mem::replace(&mut known.line, member.line);
+        known.spare.push(before);
+        if known.spare.len() > SPARE {
+            known.spare.remove(0).close(Closing::Replaced);
+        }
+        known.put.notify_waiters();
+    }
+
+    /// A connection is over.
+    pub(super) fn lose(&mut self, id: u16, line: &Line, why: &str) {
+        self.past.add(&line.vitals());
+        let Some(member) = self.members.get_mut(&id) else {
+            return;
+        };
+        member.spare.retain(|spare| !spare.is(line));
+        if !member.line.is(line) {
+            return;
+        }
+        if let Some(spare) = member.spare.pop() {
+            member.line = spare;
+            member.put.notify_waiters();
+            return;
+        }
+        let text = format!("{} is gone: {why}", member.name);
+        self.teller.remark(text);
+        self.members.remove(&id);
+    }
+
+    /// Ends connections of a large team over which nothing is said any more.
+    pub(super) fn give_up_idle(&mut self) {
+        let now_ns = now().boot_ns;
+        let kept = Kept::of(self.book.roster(), self.own);
+        let idle = self.members.iter().filter(|(id, member)| {
+            !kept.has(**id) && member.company_until_ns.saturating_add(IDLE_NS) < now_ns
+        });
+        idle.for_each(|(_, member)| member.line.close(Closing::Idle));
+        self.wanted
+            .tidy(now_ns, |id| self.members.contains_key(&id));
+    }
 }

@@ -14,6 +14,8 @@ mod counts;
 mod lines;
 mod motion;
 mod office;
+mod report;
+mod rosters;
 mod send;
 mod take;
 mod watch;
@@ -34,7 +36,8 @@ use crate::tls::Members;
 
 pub(crate) use board::{WRONG, ask};
 pub use counts::{Counts, FIGURES, REASONS};
-pub use office::{Office, Papers, Team};
+pub use office::{Office, Papers};
+pub use rosters::Team;
 
 /// From one look after everything to the next.
 const SECOND: Duration = Duration::from_secs(1);

@@ -38,14 +38,12 @@ pub(super) async fn listen(office: &Rc<RefCell<Office>>) -> Result<(), EndError>
 
 async fn hear(office: Rc<RefCell<Office>>, mut ear: Ear, kind: Kind, receiver: Option<u16>) {
     loop {
-        let Some((header, bytes)) = ear.next() else {
-            ear.wait().await;
-            continue;
-        };
-        office.borrow_mut().carry(&kind, receiver, &header, bytes);
+        {
+            let mut office = office.borrow_mut();
+            ear.hear(&mut |header, bytes| office.carry(&kind, receiver, header, bytes));
+        }
         send::send_all(&office);
-        // It is on its way before the bell is armed again, which is a system call.
-        tokio::task::yield_now().await;
+        ear.wait().await;
     }
 }
 

@@ -5,7 +5,7 @@ use std::os::fd::BorrowedFd;
 use std::os::unix::net::UnixDatagram as Socket;
 
 use coloc_shm_types::{
-    Channel, Header, Message, OnPayload, PortError, ReceiveError, RobotName, Space, Subscriber,
+    Channel, Header, Message, OnPayload, PortError, RobotName, Space, Subscriber,
 };
 use tokio::io::Interest;
 use tokio::net::UnixDatagram;
@@ -53,7 +53,7 @@ impl Ear {
         Ok(ear)
     }
 
-    /// Waits until there may be something to hear, after [`Self::next`] or [`Self::hear`] has found nothing more; for ever if nothing wakes it.
+    /// Waits until there may be something to hear, after [`Self::hear`] has found nothing more; for ever if nothing wakes it.
     pub async fn wait(&self) {
         let Some(bell) = &self.bell else {
             return std::future::pending().await;
@@ -68,19 +68,7 @@ impl Ear {
 
     /// Hands everything to `take` that was said since, the oldest first. Whether all of it could be read.
     pub fn hear(&mut self, take: &mut dyn FnMut(&Header, &[u8])) -> bool {
-        loop {
-            match self.port.next(&mut self.bytes) {
-                Ok(Some(header)) => take(&header, &self.bytes),
-                Ok(None) => return true,
-                Err(_) => return false,
-            }
-        }
-    }
-
-    /// The oldest that was said since and not heard yet; `None` once there is no more, or it could not be read.
-    pub fn next(&mut self) -> Option<(Header, &[u8])> {
-        let header = self.port.next(&mut self.bytes).ok()??;
-        Some((header, &self.bytes))
+        self.port.hear(&mut self.bytes, take)
     }
 }
 
@@ -100,7 +88,7 @@ fn bell(bell: BorrowedFd<'_>) -> io::Result<UnixDatagram> {
 trait Port {
     fn bell(&self) -> Result<BorrowedFd<'_>, PortError>;
 
-    fn next(&self, bytes: &mut [u8]) -> Result<Option<Header>, ReceiveError>;
+    fn hear(&self, bytes: &mut [u8], take: &mut dyn FnMut(&Header, &[u8])) -> bool;
 }
 
 impl<M: Message> Port for Subscriber<M> {
@@ -108,13 +96,18 @@ impl<M: Message> Port for Subscriber<M> {
         Self::bell(self)
     }
 
-    fn next(&self, bytes: &mut [u8]) -> Result<Option<Header>, ReceiveError> {
-        while let Some(message) = self.receive()? {
-            if message.put(bytes).is_some() {
-                return Ok(Some(*message.header()));
+    fn hear(&self, bytes: &mut [u8], take: &mut dyn FnMut(&Header, &[u8])) -> bool {
+        loop {
+            match self.receive() {
+                Ok(Some(message)) => {
+                    if message.put(bytes).is_some() {
+                        take(message.header(), bytes);
+                    }
+                }
+                Ok(None) => return true,
+                Err(_) => return false,
             }
         }
-        Ok(None)
     }
 }
 

@@ -89,9 +89,14 @@ async fn flood(address: SocketAddr, until: Instant) {
     let vitals = line.vitals();
     println!(
         "flood: the attacker offered {:.0} MB in datagrams and sent {:.0} MB of packets",
-        1.1e-3 * f64::from(u32::try_from(sent).unwrap_or(u32::MAX)),
-        1e-6 * f64::from(u32::try_from(vitals.sent_bytes).unwrap_or(u32::MAX))
+        megabytes(sent * nonsense.len() as u64),
+        megabytes(vitals.sent_bytes)
     );
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a count, for people")]
+fn megabytes(bytes: u64) -> f64 {
+    1e-6 * bytes as f64
 }
 
 async fn stream_on(line: Line) {
