@@ -18,6 +18,7 @@ use super::counts::Counts;
 use super::lines::Member;
 use super::motion::Motion;
 use crate::admission::{Admission, Now, Rules, own_hello};
+use crate::discovery::{Announced, Found};
 use crate::engine::{Closing, Door, Line, Vitals};
 use crate::keys::{Identity, PublicKey};
 use crate::kinds::Kind;
@@ -76,6 +77,7 @@ pub struct Office {
     pub(super) members: BTreeMap<u16, Member>,
     pub(super) counts: Counts,
     pub(super) wanted: Wanted,
+    pub(super) found: Found,
     pub(super) teller: Teller,
     /// Numbers of the robots in `[[team]]`, to which alone the robot's programs speak; none: to everybody.
     pub(super) listed: Vec<u16>,
@@ -181,6 +183,7 @@ impl Office {
             members: BTreeMap::new(),
             counts: Counts::default(),
             wanted: Wanted::default(),
+            found: Found::default(),
             teller: Teller::new(NAME),
             listed: config.team.iter().map(|it| it.id).collect(),
             local: Vec::new(),
@@ -389,6 +392,7 @@ impl Office {
         self.rules.periods = roster.periods_fingerprint();
         self.admission.set_rules(self.rules.clone());
         self.admission.forget_strangers(&roster);
+        self.found.tidy(&roster);
         self.dismiss();
         let gone = |id: &u16| roster.member(*id).is_none();
         self.mouths.retain(|(speaker, _), _| !gone(speaker));
@@ -484,6 +488,19 @@ impl Office {
             all.round_trip_s,
             worst_s,
         ]
+    }
+
+    /// Somebody announces itself, perhaps a member.
+    pub(super) fn found(&mut self, announced: &Announced) {
+        let (roster, team) = (self.team.newest(), self.book.team().team());
+        let is_new = self.found.take(announced, team, self.own, &roster);
+        self.counts.announced_by_strangers = self.found.strangers();
+        if let (true, Some(member)) = (is_new, roster.member(announced.id)) {
+            let places = announced.addresses.iter().map(ToString::to_string);
+            let places = places.collect::<Vec<_>>().join(", ");
+            let text = format!("{} announces itself at {places}", member.name);
+            self.teller.remark(text);
+        }
     }
 
     /// A member is connected, by another connection perhaps.
