@@ -13,6 +13,7 @@ pub mod admission;
 pub mod budget;
 pub mod check;
 pub mod clock_offset;
+pub mod discovery;
 pub mod engine;
 pub mod fleet;
 pub mod keys;

@@ -148,6 +148,8 @@ pub struct Between {
 
 #[derive(Debug)]
 struct End {
+    /// Others enter it by this.
+    _namespace: File,
     tunnel: AsyncFd<File>,
     addresses: Vec<IpAddr>,
 }
@@ -162,6 +164,7 @@ impl Between {
         let airs = seeds.map(|seed| Air::new(weather, seed)).collect();
         let end = |network: Network| {
             Ok(End {
+                _namespace: network.namespace,
                 tunnel: watched(network.tunnel)?,
                 addresses: network.addresses,
             })

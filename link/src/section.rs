@@ -16,6 +16,8 @@ pub struct Link {
     pub listen: String,
     /// Its own directory, with the robot's private key, the team's public one and the roster. Empty: `link-<robot>` where the belief is.
     pub directory: PathBuf,
+    /// Members are found by multicast DNS too, and find this one. It is a hint where to call: the roster's keys decide. Off: no multicast.
+    pub discover: bool,
     /// Everybody may make the keys of such a team: for trying things out on one computer, and refused for any address but loopback.
     pub insecure: bool,
     /// So many bytes a second may be sent to each member \[B/s\].
@@ -39,6 +41,7 @@ impl Default for Link {
         Self {
             listen: LISTEN.into(),
             directory: PathBuf::new(),
+            discover: false,
             insecure: false,
             max_bytes_per_s: 200_000,
             watch_hz: 2.0,

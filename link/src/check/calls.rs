@@ -35,7 +35,10 @@ pub(super) fn try_all(roster: &Roster, own: u16, findings: &mut Findings) -> Res
         let engine = engine.map_err(|error| EndError::Input(error.to_string()))?;
         for member in roster.member.iter().filter(|it| it.id != own) {
             if member.addresses.is_empty() {
-                findings.tell(member.name.as_str(), "has no address: it has to call");
+                findings.tell(
+                    member.name.as_str(),
+                    "has no address in the roster: it has to call, or be found by multicast DNS",
+                );
             }
             for address in &member.addresses {
                 try_one(&engine, roster, member, address, findings).await;
@@ -119,7 +122,7 @@ fn answered(
         let largest = line.largest_datagram();
         findings.tell(
             name,
-            &format!("answers at {address} with its key, after {millis:.0} ms, datagrams up to {largest} bytes"),
+            &format!("answers at {address}, of the roster, with its key, after {millis:.0} ms, datagrams up to {largest} bytes"),
         );
         return;
     }

@@ -21,6 +21,12 @@ pub(super) fn look(
     let directory = section.own_directory(config)?;
     findings.tell("directory", &directory.display().to_string());
     findings.tell("listens", &section.listen);
+    if section.discover {
+        findings.tell(
+            "discovery",
+            "on: members are also called where multicast DNS finds them",
+        );
+    }
     findings.tell(
         "wire",
         &format!(

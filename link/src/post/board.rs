@@ -72,7 +72,13 @@ impl Office {
         for member in roster.member.iter().filter(|it| it.id != self.own) {
             let is_here = self.members.contains_key(&member.id);
             let peer = self.admission.peer(member.id).filter(|_| is_here);
-            let (is_wrong, known) = self.known(peer);
+            let (is_wrong, mut known) = self.known(peer);
+            let found = self.found.of(member.id).iter().map(ToString::to_string);
+            let found = found.collect::<Vec<_>>().join(", ");
+            if !found.is_empty() {
+                known.push_str("; multicast DNS has found it at ");
+                known.push_str(&found);
+            }
             let sign = if is_wrong {
                 WRONG.to_string()
             } else {

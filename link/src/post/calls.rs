@@ -79,7 +79,7 @@ fn due(office: &Office, calls: &mut Calls) -> Vec<(u16, String)> {
     let kept = Kept::of(&roster, office.own);
     let has_just_started = now_ns.saturating_sub(office.started_ns) < STARTED_NS;
     let missing = roster.member.iter().filter(|member| {
-        if office.members.contains_key(&member.id) || !can_be_called(office.own, member) {
+        if office.members.contains_key(&member.id) || !can_be_called(office, member) {
             return false;
         }
         let is_ours = is_called(&roster, office.own, member) || has_just_started;
@@ -99,11 +99,14 @@ fn due(office: &Office, calls: &mut Calls) -> Vec<(u16, String)> {
         let Some(call) = it.look(*open < AT_ONCE) else {
             continue;
         };
-        // Its addresses in turn.
-        let place = call.checked_rem(member.addresses.len());
-        if let Some(address) = place.and_then(|place| member.addresses.get(place)) {
+        // Where it was found and its addresses, in turn.
+        let found = office.found.of(member.id).iter().map(SocketAddr::to_string);
+        let mut places = found.chain(member.addresses.iter().cloned());
+        let count = office.found.of(member.id).len() + member.addresses.len();
+        let place = call.checked_rem(count);
+        if let Some(address) = place.and_then(|place| places.nth(place)) {
             *open += 1;
-            due.push((member.id, address.clone()));
+            due.push((member.id, address));
         }
     }
     due
@@ -117,8 +120,9 @@ fn is_called(roster: &Roster, own: u16, member: &Member) -> bool {
     own < member.id || !can_be_called
 }
 
-fn can_be_called(own: u16, member: &Member) -> bool {
-    member.id != own && !member.addresses.is_empty()
+fn can_be_called(office: &Office, member: &Member) -> bool {
+    let is_placed = !member.addresses.is_empty() || !office.found.of(member.id).is_empty();
+    member.id != office.own && is_placed
 }
 
 async fn call(office: Rc<RefCell<Office>>, engine: Engine, id: u16, address: &str) {
@@ -149,7 +153,9 @@ async fn call(office: Rc<RefCell<Office>>, engine: Engine, id: u16, address: &st
         (true, false) => line.close(Closing::Replaced),
         (false, _) => {
             let text = format!("somebody else than was called answers at {address}");
-            office.borrow_mut().teller.remark(text);
+            let mut office = office.borrow_mut();
+            office.teller.remark(text);
+            office.found.forget(id, to);
             line.close(Closing::Mistaken);
         }
     }

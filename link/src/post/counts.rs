@@ -6,7 +6,7 @@ use coloc_sensors::Report;
 use crate::admission::Counts as Refusals;
 
 /// Why something was not sent or not said; what [admission](crate::admission) refuses has its own list.
-pub const REASONS: [&str; 9] = [
+pub const REASONS: [&str; 10] = [
     "not_connected",
     "not_spoken_there",
     "foreign_clock",
@@ -16,6 +16,7 @@ pub const REASONS: [&str; 9] = [
     "refused",
     "no_reader",
     "told_too_much",
+    "announced_by_strangers",
 ];
 
 /// What the figures of the status are, in their order.
@@ -59,6 +60,8 @@ pub struct Counts {
     pub no_reader: u64,
     /// A member said more than it may, and had to wait.
     pub told_too_much: u64,
+    /// Others than members announced themselves by multicast DNS.
+    pub announced_by_strangers: u64,
 }
 
 impl Counts {
@@ -108,6 +111,7 @@ impl Counts {
             self.refused,
             self.no_reader,
             self.told_too_much,
+            self.announced_by_strangers,
         ];
         for (place, count) in report.refused.iter_mut().zip(refused) {
             *place = count;

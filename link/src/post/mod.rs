@@ -11,6 +11,7 @@ mod board;
 mod calls;
 mod company;
 mod counts;
+mod discover;
 mod lines;
 mod motion;
 mod office;
@@ -67,6 +68,9 @@ async fn serve(office: Office, stop: &Stop) -> Result<(), EndError> {
     spawn_local(calls::call_all(Rc::clone(&office), engine.clone()));
     spawn_local(send::tell_clocks(Rc::clone(&office)));
     spawn_local(board::answer(Rc::clone(&office)));
+    if let (true, Ok(address)) = (office.borrow().section.discover, engine.address()) {
+        spawn_local(discover::discover(Rc::clone(&office), address));
+    }
     let ended = look_after(&office, stop).await;
     engine.close().await;
     office.borrow_mut().finish();

@@ -17,6 +17,7 @@ use super::lines::Member;
 use super::motion::Motion;
 use super::rosters::Team;
 use crate::admission::{Admission, Now, Rules, own_hello};
+use crate::discovery::{Announced, Found};
 use crate::engine::{Door, Vitals};
 use crate::keys::Identity;
 use crate::kinds::Kind;
@@ -44,6 +45,7 @@ pub struct Office {
     pub(super) members: BTreeMap<u16, Member>,
     pub(super) counts: Counts,
     pub(super) wanted: Wanted,
+    pub(super) found: Found,
     pub(super) teller: Teller,
     /// Numbers of the robots in `[[team]]`, to which alone the robot's programs speak; none: to everybody.
     pub(super) listed: Vec<u16>,
@@ -146,6 +148,7 @@ impl Office {
             members: BTreeMap::new(),
             counts: Counts::default(),
             wanted: Wanted::default(),
+            found: Found::default(),
             teller: Teller::new(NAME),
             listed: config.team.iter().map(|it| it.id).collect(),
             local: Vec::new(),
@@ -274,6 +277,19 @@ impl Office {
             self.counts.said += 1;
         } else {
             self.counts.no_reader += 1;
+        }
+    }
+
+    /// Somebody announces itself, perhaps a member.
+    pub(super) fn found(&mut self, announced: &Announced) {
+        let (roster, team) = (self.team.newest(), self.book.team().team());
+        let is_new = self.found.take(announced, team, self.own, &roster);
+        self.counts.announced_by_strangers = self.found.strangers();
+        if let (true, Some(member)) = (is_new, roster.member(announced.id)) {
+            let places = announced.addresses.iter().map(ToString::to_string);
+            let places = places.collect::<Vec<_>>().join(", ");
+            let text = format!("{} announces itself at {places}", member.name);
+            self.teller.remark(text);
         }
     }
 }

@@ -91,6 +91,7 @@ impl Office {
         self.rules.periods = roster.periods_fingerprint();
         self.admission.set_rules(self.rules.clone());
         self.admission.forget_strangers(&roster);
+        self.found.tidy(&roster);
         self.dismiss();
         let gone = |id: &u16| roster.member(*id).is_none();
         self.mouths.retain(|(speaker, _), _| !gone(speaker));

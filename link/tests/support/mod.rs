@@ -1,8 +1,9 @@
 //! A team whose robots are ports in spaces of their own, each with a link that runs in a thread.
 use std::io::Write;
 use std::net::{SocketAddr, UdpSocket};
+use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -13,7 +14,8 @@ use coloc_link::roster::{self, Book, FORMAT, Moment, Role, Roster};
 use coloc_link::section::Link;
 use coloc_link::wire::Versions;
 use coloc_sensors::Stop;
-use coloc_shm_types::{Message, RobotName, Space, Subscriber};
+use coloc_shm_types::{Message, Neighbour, RobotName, Sender, Space, Subscriber};
+use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 
 /// Longer than anything here takes, on a machine that is busy too.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
@@ -70,7 +72,11 @@ pub(crate) struct Site {
     pub(crate) space: Space,
     pub(crate) directory: std::path::PathBuf,
     config: Config,
-    listens: SocketAddr,
+    pub(crate) listens: SocketAddr,
+    /// The network namespace that its link is in; none: that of the test.
+    pub(crate) network: Option<PathBuf>,
+    /// Whether its link announces itself.
+    pub(crate) discover: bool,
     /// Which versions of the wire its link speaks.
     pub(crate) versions: Versions,
     link: Option<(UnixStream, JoinHandle<()>)>,
@@ -97,6 +103,8 @@ impl Site {
             directory,
             config,
             listens,
+            network: None,
+            discover: false,
             versions: Versions::OWN,
             link: None,
         }
@@ -111,12 +119,19 @@ impl Site {
             roster.to_owned(),
         );
         let (id, listens, versions) = (self.id, self.listens, self.versions);
+        let (network, discover) = (self.network.clone(), self.discover);
         let thread = std::thread::spawn(move || {
+            if let Some(network) = network {
+                let namespace = std::fs::File::open(network).unwrap();
+                let kind = Some(LinkNameSpaceType::Network);
+                move_into_link_name_space(namespace.as_fd(), kind).unwrap();
+            }
             let papers = Papers {
                 config,
                 section: Link {
                     listen: listens.to_string(),
                     insecure: true,
+                    discover,
                     watch_hz: 50.0,
                     max_offset_s: 1.0,
                     ..Link::default()
@@ -166,6 +181,29 @@ pub(crate) fn until<T>(
     }
 }
 
+#[allow(dead_code)] // Not every test needs it.
+/// Waits until a robot hears what another says to it.
+pub(crate) fn helped(from: &Site, to: &Site) {
+    let port = from.space.publisher::<Neighbour>(&name(to.id)).unwrap();
+    let mut sender = Sender::start(from.id, coloc_shm_types::Clock::Realtime).unwrap();
+    let ear = to.space.subscriber::<Neighbour>(&name(to.id)).unwrap();
+    until(
+        "the other robot hears it",
+        || {
+            let header = sender.header(wall_ns());
+            let message = Neighbour {
+                header,
+                pose: [1.0, 2.0, 0.5],
+                independent: [0.1, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1],
+                ..Neighbour::default()
+            };
+            port.send(message).unwrap();
+        },
+        || all(&ear).pop(),
+    );
+}
+
+#[allow(dead_code)] // The same.
 /// Everything that is there.
 pub(crate) fn all<M: Message>(port: &Subscriber<M>) -> Vec<M> {
     std::iter::from_fn(|| port.receive().unwrap()).collect()
