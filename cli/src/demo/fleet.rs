@@ -72,10 +72,20 @@ impl Fleet {
         files: &[PathBuf],
         logs: &Path,
     ) -> Result<Self, DemoError> {
+        Self::start_each(program, files, logs, &|_| Vec::new())
+    }
+
+    /// The same, each robot's with arguments of its own.
+    pub(crate) fn start_each(
+        program: Program,
+        files: &[PathBuf],
+        logs: &Path,
+        own: &dyn Fn(usize) -> Vec<String>,
+    ) -> Result<Self, DemoError> {
         let mut fleet = Self {
             daemons: Vec::new(),
         };
-        for file in files {
+        for (robot, file) in files.iter().enumerate() {
             let log = logs.join(
                 file.with_extension(program.log())
                     .file_name()
@@ -83,7 +93,7 @@ impl Fleet {
             );
             let (executed, arguments) = program.command()?;
             let mut command = Command::new(executed);
-            command.args(arguments).arg(file);
+            command.args(arguments).args(own(robot)).arg(file);
             fleet.daemons.push(Daemon::start(command, &log)?);
         }
         Ok(fleet)

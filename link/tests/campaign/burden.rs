@@ -70,10 +70,10 @@ pub(crate) fn numbers(extent: Extent) {
         talk.until_all_are_heard();
         // Until words about clocks go to neighbours alone.
         talk.go_on(extent.of(1.0, 16.0));
-        let before = figures(&robots[0]);
+        let before = robots[0].figures();
         let begin = Instant::now();
         let (used, _) = over(&robots, &mut talk, extent.of(2.0, 20.0));
-        let after = figures(&robots[0]);
+        let after = robots[0].figures();
         let seconds = begin.elapsed().as_secs_f64();
         let [sent, heard] = [2, 3].map(|place| (after[place] - before[place]) / seconds);
         let words = robots[0].last_words();
@@ -101,13 +101,4 @@ fn over(robots: &[Robot], talk: &mut Talk, seconds: f64) -> (Usage, f64) {
     #[expect(clippy::cast_precision_loss, reason = "a count, for people")]
     let rate = talk.count() as f64 / took_s;
     (Usage { busy_s, ..after }, rate)
-}
-
-/// The figures of a robot's link.
-fn figures(robot: &Robot) -> [f64; 8] {
-    let statuses = robot
-        .space
-        .subscriber::<coloc_shm_types::DriverStatus>(&robot.name());
-    let heard = statuses.unwrap().wait(crate::support::PATIENCE);
-    heard.unwrap().unwrap().figures
 }

@@ -29,6 +29,8 @@ pub(crate) struct Heard {
     pub(crate) gap_s: f64,
     /// The oldest when it was heard (s).
     pub(crate) oldest_s: f64,
+    /// The most that a stamp was off when it was heard (s).
+    pub(crate) stamp_off_s: f64,
     last_ns: i64,
     /// When the newest of them was said.
     said_ns: i64,
@@ -43,6 +45,7 @@ pub(crate) struct Talk {
     pub(crate) said: u64,
     /// What was said before is not counted.
     since_ns: i64,
+    began_ns: i64,
     pub(crate) heard: std::collections::BTreeMap<(u16, u16), Heard>,
 }
 
@@ -68,6 +71,7 @@ impl Talk {
             next: Instant::now(),
             said: 0,
             since_ns: 0,
+            began_ns: wall_ns(),
             heard: std::collections::BTreeMap::new(),
         }
     }
@@ -80,8 +84,11 @@ impl Talk {
             }
             self.next += self.period;
             for pair in &mut self.pairs {
+                let said_ns = wall_ns();
                 let told = Neighbour {
-                    header: pair.sender.header(wall_ns()),
+                    header: pair.sender.header(said_ns),
+                    // What the link does not change: when it was said.
+                    pose: [seconds(said_ns - self.began_ns), 0.0, 0.0],
                     independent: [0.1, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1],
                     ..Neighbour::default()
                 };
@@ -95,6 +102,8 @@ impl Talk {
                 let now_ns = wall_ns();
                 let heard = self.heard.entry((told.header.source, *to)).or_default();
                 heard.note(told.header.stamp_ns, now_ns, self.since_ns);
+                let stamp_s = seconds(told.header.stamp_ns - self.began_ns);
+                heard.stamp_off_s = heard.stamp_off_s.max((stamp_s - told.pose[0]).abs());
             }
         }
         std::thread::sleep(LOOK);
