@@ -201,6 +201,12 @@ pub(crate) struct DemoArgs {
     /// With --fleet: from one second to the other nobody reaches anybody
     #[arg(long, value_name = "FROM,UNTIL", requires = "fleet", value_parser = partition)]
     pub(crate) partition: Option<[f64; 2]>,
+    /// With --fleet: the clock of one robot is off by so many seconds, and gains so many ppm, from so many seconds after its link has started
+    #[arg(long, value_name = "ROBOT,OFFSET,DRIFT,AFTER", requires = "fleet", value_parser = wrong_clock)]
+    pub(crate) wrong_clock: Option<WrongClock>,
+    /// With --fleet: links correct stamps of clocks that are off, as with link.correct_offset, rather than refuse them
+    #[arg(long, requires = "fleet")]
+    pub(crate) correct_offset: bool,
     /// Where to write pictures, summary and logs [default: demo-out, or the first demo-out-N that is free]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -228,6 +234,26 @@ impl DemoArgs {
             _ => self.scene,
         }
     }
+}
+
+/// Whose clock is wrong, and how its link is told.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct WrongClock {
+    /// From 1.
+    pub(crate) robot: u16,
+    /// `OFFSET,DRIFT,AFTER` in s, ppm and s.
+    pub(crate) how: String,
+}
+
+fn wrong_clock(text: &str) -> Result<WrongClock, String> {
+    let (robot, how) = text.split_once(',').unwrap_or_default();
+    let numbers = how.split(',').map(str::parse::<f64>);
+    let count = numbers.flatten().filter(|it| it.is_finite()).count();
+    let robot = robot.parse().ok().filter(|_| count == 3);
+    let how = how.into();
+    robot
+        .map(|robot| WrongClock { robot, how })
+        .ok_or_else(|| "must be a robot, seconds, ppm and seconds, as in 2,1,200,10".into())
 }
 
 fn part(text: &str) -> Result<f64, String> {

@@ -30,3 +30,4 @@ pub mod space;
 pub mod tls;
 pub mod weather;
 pub mod wire;
+pub mod wrong_clock;

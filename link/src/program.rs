@@ -17,6 +17,7 @@ use crate::rehearsal::{self, NetworksArgs, RosterArgs, WeatherArgs};
 use crate::roster::{Book, FLEET, Roster, fingerprint};
 use crate::section::Link;
 use crate::wire::Versions;
+use crate::wrong_clock::WrongClock;
 
 const NAME: &str = "coloc-link";
 const DRIVER: &str = "link";
@@ -35,6 +36,14 @@ enum Command {
     Run {
         /// The robot's configuration, with a section [link].
         config: PathBuf,
+        /// A rehearsal: others see a clock that is so much off (s), gains so much (ppm), from so many seconds after the start.
+        #[arg(
+            long,
+            hide = true,
+            value_name = "OFFSET,DRIFT,AFTER",
+            allow_hyphen_values = true
+        )]
+        wrong_clock: Option<WrongClock>,
     },
     #[command(hide = true)]
     RehearsalRoster(RosterArgs),
@@ -69,7 +78,10 @@ where
     coloc_daemon::file_size::let_writers_see_the_limit();
     let result = match Args::try_parse_from(args) {
         Ok(Args { command }) => match command {
-            Command::Run { config } => run(&config),
+            Command::Run {
+                config,
+                wrong_clock,
+            } => run(&config, wrong_clock.unwrap_or_default()),
             Command::RehearsalRoster(args) => rehearsal::write_roster(&args),
             Command::Weather(args) => {
                 rehearsal::end_with_the_demo().and_then(|()| rehearsal::make_weather(&args))
@@ -90,10 +102,10 @@ where
     end::finish(NAME, result)
 }
 
-fn run(path: &Path) -> Result<(), EndError> {
+fn run(path: &Path, clock: WrongClock) -> Result<(), EndError> {
     rehearsal::end_with_the_demo()?;
     let stop = Stop::on_signals().map_err(EndError::of("signals cannot be handled"))?;
-    post::run(Office::open(papers(path)?)?, &stop)
+    post::run(Office::open(papers(path)?)?.with_clock(clock), &stop)
 }
 
 /// What a link is opened with, from the robot's configuration and its own directory.

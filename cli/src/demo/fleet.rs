@@ -74,6 +74,17 @@ impl Fleet {
         networks: &[PathBuf],
         logs: &Path,
     ) -> Result<Self, DemoError> {
+        Self::start_each(program, files, networks, logs, &|_| Vec::new())
+    }
+
+    /// The same, each robot's with arguments of its own.
+    pub(crate) fn start_each(
+        program: Program,
+        files: &[PathBuf],
+        networks: &[PathBuf],
+        logs: &Path,
+        own: &dyn Fn(usize) -> Vec<String>,
+    ) -> Result<Self, DemoError> {
         let mut fleet = Self {
             daemons: Vec::new(),
         };
@@ -85,7 +96,7 @@ impl Fleet {
             );
             let (executed, arguments) = program.command()?;
             let mut command = within(networks.get(robot), executed);
-            command.args(arguments).arg(file);
+            command.args(arguments).args(own(robot)).arg(file);
             fleet.daemons.push(Daemon::start(command, &log)?);
         }
         Ok(fleet)

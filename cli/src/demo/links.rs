@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::DemoError;
 use super::fleet::{Fleet, Program, signal};
 use super::robot_file::{TEAM, link_directory, name};
-use crate::args::DemoArgs;
+use crate::args::{DemoArgs, WrongClock};
 
 /// The program.
 pub(crate) const LINK: &str = "coloc-link";
@@ -33,6 +33,9 @@ pub(crate) struct Plan {
     delay_ms: f64,
     /// From when to when nobody reaches anybody \[s\].
     partition: Option<[f64; 2]>,
+    /// Whose clock is wrong, and how.
+    wrong_clock: Option<WrongClock>,
+    correct_offset: bool,
     seed: u64,
 }
 
@@ -42,6 +45,7 @@ pub(crate) struct LinkSection {
     listen: String,
     directory: PathBuf,
     insecure: bool,
+    correct_offset: bool,
 }
 
 impl LinkSection {
@@ -79,6 +83,8 @@ impl Plan {
             loss,
             delay_ms,
             partition: args.partition,
+            wrong_clock: args.wrong_clock.clone(),
+            correct_offset: args.correct_offset,
             seed: args.seed,
         }))
     }
@@ -93,7 +99,17 @@ impl Plan {
             listen: listen.unwrap_or_default(),
             directory: directory.into(),
             insecure: !self.apart,
+            correct_offset: self.correct_offset,
         }
+    }
+
+    /// What its link is told of its clock.
+    fn clock_of(&self, robot: usize) -> Vec<String> {
+        let wrong = self.wrong_clock.as_ref();
+        let own = wrong.filter(|it| usize::from(it.robot) == robot + 1);
+        own.map(|it| format!("--wrong-clock={}", it.how))
+            .into_iter()
+            .collect()
     }
 
     fn is_bad(&self) -> bool {
@@ -116,6 +132,9 @@ impl Plan {
         }
         if let Some([from, until]) = self.partition {
             words.push(format!("cut from {from} s to {until} s"));
+        }
+        if let Some(WrongClock { robot, how }) = &self.wrong_clock {
+            words.push(format!("the clock of robot{robot} wrong by {how}"));
         }
         words.join(", ")
     }
@@ -150,7 +169,9 @@ impl Links {
         let mut weather = is_needed.then(|| weather(plan, logs)).transpose()?;
         let networks = weather.as_mut().filter(|_| plan.apart).map(networks);
         let networks = networks.transpose()?.unwrap_or_default();
-        let carriers = Fleet::start(Program::Link, files, &networks, logs)?;
+        let carriers = Fleet::start_each(Program::Link, files, &networks, logs, &|robot| {
+            plan.clock_of(robot)
+        })?;
         Ok(Self {
             plan: plan.clone(),
             carriers,

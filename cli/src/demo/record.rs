@@ -222,6 +222,14 @@ impl Record {
         Accuracy::of(self.moments.iter().map(|moment| moment.comparison))
     }
 
+    /// Time mean of εᵀ P⁻¹ ε of the pose; nothing if it was never heard, or P was no covariance.
+    pub(crate) fn nees(&self) -> Option<f64> {
+        #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
+        let count = self.moments.len() as f64;
+        let sum: f64 = self.moments.iter().map(|moment| moment.nees).sum();
+        Some(sum / count).filter(|mean| mean.is_finite())
+    }
+
     /// Share of the time in which others told it something; none of a short run.
     pub(crate) fn told_share(&self) -> Option<f64> {
         let last = self.latest_comparison()?;

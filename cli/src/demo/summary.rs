@@ -109,6 +109,8 @@ pub(crate) struct RobotSummary {
     pub(crate) told: Option<f64>,
     /// Against the truth; nothing if it was never heard.
     pub(crate) accuracy: Option<Accuracy>,
+    /// Time mean of εᵀ P⁻¹ ε of the pose, nominal 3; nothing if it was never heard.
+    pub(crate) nees: Option<f64>,
     /// Root of the time mean of the squared error of its wheels alone \[m, m, rad\].
     pub(crate) wheels_alone_rms_error: Option<[f64; 3]>,
     /// Deadlines by which the tick before was not published yet.
@@ -151,6 +153,7 @@ impl RobotSummary {
             trials: part.tale.map_or_else(Vec::new, |tale| tale.trials(record)),
             told: record.told_share(),
             accuracy: record.accuracy(),
+            nees: record.nees(),
             wheels_alone_rms_error: record.rms_error_of_wheels(),
             deadlines_missed: record.missed(),
             deadlines_missed_by_more_than_a_period: record.missed_by_more_than_a_period(),

@@ -346,6 +346,8 @@ mod tests {
             loss: 0.0,
             delay_ms: 0.0,
             partition: None,
+            wrong_clock: None,
+            correct_offset: false,
             robots: Some(2),
             seconds: Some(5.0),
             seed: 3,

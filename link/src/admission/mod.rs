@@ -81,6 +81,8 @@ pub struct Payload<'a> {
     pub envelope: Envelope,
     /// The payload, as many bytes as the kind has, its stamp still the peer's.
     pub bytes: &'a [u8],
+    /// Its stamp, still the peer's (ns).
+    pub stamp_ns: i64,
     /// What is to be done to its stamps.
     pub correction: Correction,
 }
@@ -210,6 +212,7 @@ impl Admission {
             kind,
             envelope,
             bytes: parsed.body,
+            stamp_ns: header.stamp_ns,
             correction,
         })
     }

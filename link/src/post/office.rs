@@ -25,6 +25,7 @@ use crate::roster::{Book, FLEET, Role, Roster, fingerprint};
 use crate::section::Link;
 use crate::space::Mouth;
 use crate::wire::{Envelope, Versions, seal, word};
+use crate::wrong_clock::WrongClock;
 
 const NAME: &str = "coloc-link";
 const DRIVER: &str = "link";
@@ -55,6 +56,8 @@ pub struct Office {
     pub(super) heard: Vec<(RobotName, Channel)>,
     /// When it began (ns of `CLOCK_BOOTTIME`).
     pub(super) started_ns: i64,
+    /// What others see of the own clock.
+    pub(super) clock: WrongClock,
     pub(super) rules: Rules,
     pub(super) session: u64,
     pub(super) sequences: BTreeMap<u32, u64>,
@@ -163,7 +166,23 @@ impl Office {
             past: Vitals::default(),
             last: BTreeMap::new(),
             section,
+            clock: WrongClock::default(),
         })
+    }
+
+    /// Shows others this clock instead of the own.
+    #[must_use]
+    pub fn with_clock(self, clock: WrongClock) -> Self {
+        Self { clock, ..self }
+    }
+
+    /// The present by the clock that others see.
+    pub(super) fn shown_now(&self) -> Now {
+        let now = now();
+        Now {
+            wall_ns: self.clock.shows(now.wall_ns),
+            ..now
+        }
     }
 
     pub(super) fn team(&self) -> Arc<Team> {
@@ -226,13 +245,14 @@ impl Office {
     }
 
     fn seal_in(&mut self, version: u8, kind: u32, receiver: u16, body: &[u8]) -> Option<Vec<u8>> {
+        let stamp_ns = self.shown_now().wall_ns;
         let sequence = self.sequences.entry(kind).or_default();
         let envelope = Envelope {
             version,
             team: self.book.team().team(),
             session: self.session,
             sequence: *sequence,
-            stamp_ns: now().wall_ns,
+            stamp_ns,
             kind,
             roster: self.book.roster().version,
             speaker: self.own,
@@ -246,7 +266,7 @@ impl Office {
 
     /// What a new connection begins with: the same in every version, since it is not known yet which of them are understood there.
     pub(super) fn hello(&mut self, receiver: u16) -> Vec<Vec<u8>> {
-        let body = own_hello(&self.rules, self.book.roster(), now()).body();
+        let body = own_hello(&self.rules, self.book.roster(), self.shown_now()).body();
         let Versions { oldest, newest } = self.rules.versions;
         let versions = oldest..=newest;
         let sealed = versions.map(|it| self.seal_in(it, word::HELLO, receiver, &body));

@@ -77,7 +77,8 @@ impl Office {
         let id = owner.map_or(self.own, |owner| owner.id);
         let peer = self.admission.peer(id);
         let knew_its_clock = peer.is_some_and(|it| it.offset().is_some());
-        match self.admission.admit(message, line.key(), &roster, now()) {
+        let present = self.shown_now();
+        match self.admission.admit(message, line.key(), &roster, present) {
             Ok(Word::Payload(payload)) => self.deliver(&payload),
             Ok(Word::Roster(text)) => {
                 if self.offer(text, name) {
@@ -105,7 +106,9 @@ impl Office {
             member.company_until_ns = now().boot_ns.saturating_add(send::COMPANY_NS);
         }
         let Correction { by_ns, variance_s2 } = payload.correction;
-        if payload.correction == Correction::default() {
+        let shown_ns = payload.stamp_ns.saturating_add(by_ns);
+        let by_ns = by_ns + (self.clock.right(shown_ns) - shown_ns);
+        if by_ns == 0 && variance_s2 == 0.0 {
             self.say(speaker, &payload.kind, payload.bytes);
             return;
         }

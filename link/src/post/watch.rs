@@ -10,6 +10,7 @@ use tokio::task::spawn_local;
 
 use super::office::{Office, now};
 use super::send::{self, COMPANY_NS};
+use crate::admission::Peer;
 use crate::kinds::Kind;
 use crate::queue::Waiting;
 use crate::reach::Reach;
@@ -140,10 +141,7 @@ impl Office {
             self.wanted.want(id, present.boot_ns);
             return;
         }
-        let hello = self
-            .admission
-            .peer(id)
-            .and_then(crate::admission::Peer::hello);
+        let hello = self.admission.peer(id).and_then(Peer::hello);
         if !hello.is_some_and(|hello| hello.kinds.contains(&kind.code)) {
             self.counts.not_spoken_there += 1;
             return;
@@ -161,7 +159,7 @@ impl Office {
             self.counts.too_old_to_send += 1;
             return;
         }
-        let bytes = self.for_its_clock(kind, id, bytes);
+        let bytes = self.for_its_clock(kind, id, header.stamp_ns, bytes);
         let Some(message) = self.seal(kind.code, id, &bytes) else {
             self.counts.not_spoken_there += 1;
             return;
@@ -180,18 +178,25 @@ impl Office {
 
     /// What answers has the stamp of what it answers, which the link has corrected when that came: the receiver knows it by its own
     /// clock, to the nanosecond. What is not known of the correction is not known of where the own robot was then.
-    fn for_its_clock<'a>(&mut self, kind: &Kind, id: u16, bytes: &'a [u8]) -> Cow<'a, [u8]> {
+    fn for_its_clock<'a>(
+        &mut self,
+        kind: &Kind,
+        id: u16,
+        stamp_ns: i64,
+        bytes: &'a [u8],
+    ) -> Cow<'a, [u8]> {
         let peer = self
             .admission
             .peer(id)
-            .filter(|_| self.section.correct_offset);
-        let Some(peer) = peer.filter(|_| kind.echoes) else {
+            .filter(|_| self.section.correct_offset && kind.echoes);
+        let correction = peer.map(Peer::correction).unwrap_or_default();
+        let shown_by_ns = self.clock.shows(stamp_ns) - stamp_ns;
+        let by_ns = shown_by_ns.saturating_sub(correction.by_ns);
+        if by_ns == 0 && correction.variance_s2 == 0.0 {
             return Cow::Borrowed(bytes);
-        };
-        let correction = peer.correction();
+        }
         let added = self.motion.blur(correction.variance_s2);
         let mut theirs = bytes.to_vec();
-        let by_ns = correction.by_ns.saturating_neg();
         match kind.correct(&mut theirs, by_ns, &added) {
             Some(()) => Cow::Owned(theirs),
             None => Cow::Borrowed(bytes),

@@ -110,10 +110,10 @@ pub(crate) fn numbers(extent: Extent) {
         talk.until_all_are_heard();
         // Until words about clocks go to neighbours alone.
         talk.go_on(extent.of(1.0, 16.0));
-        let before = figures(&robots[0]);
+        let before = robots[0].figures();
         let begin = Instant::now();
         let (used, messages) = over(&robots, &mut talk, extent.of(2.0, 20.0));
-        let after = figures(&robots[0]);
+        let after = robots[0].figures();
         let seconds = begin.elapsed().as_secs_f64();
         let [sent, heard] = [2, 3].map(|place| (after[place] - before[place]) / seconds);
         let words = robots[0].last_words();
@@ -150,15 +150,6 @@ fn over(robots: &[Robot], talk: &mut Talk, seconds: f64) -> (Usage, Words) {
             took_s,
         },
     )
-}
-
-/// The figures of a robot's link.
-fn figures(robot: &Robot) -> [f64; 8] {
-    let statuses = robot
-        .space
-        .subscriber::<coloc_shm_types::DriverStatus>(&robot.name());
-    let heard = statuses.unwrap().wait(crate::support::PATIENCE);
-    heard.unwrap().unwrap().figures
 }
 
 /// What was heard of what was said in so long (s).

@@ -12,7 +12,10 @@
 mod attack;
 mod burden;
 mod change;
+mod clocks;
 mod process;
+mod ring;
+mod rounds;
 #[path = "../support/mod.rs"]
 #[allow(dead_code)] // Other tests use the rest.
 mod support;
@@ -40,7 +43,7 @@ impl Extent {
 
 type Part = (&'static str, fn(Extent));
 
-const PARTS: [Part; 9] = [
+const PARTS: [Part; 13] = [
     ("cost", burden::cost),
     ("numbers", burden::numbers),
     ("million", burden::million),
@@ -50,12 +53,18 @@ const PARTS: [Part; 9] = [
     ("knocks", attack::knocks),
     ("flood", attack::a_flood),
     ("change", change::one_by_one),
+    ("clocks", clocks::wrong),
+    ("rounds", rounds::rounds),
+    ("evidence", rounds::evidence),
+    ("ring", ring::ring),
 ];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.first().map(String::as_str) {
         Some("colocd") => return coloc_daemon::main_from_args(&arguments),
+        Some("coloc-rounds") => return coloc_party::program::main_from_args(&arguments),
+        Some("coloc-bounds") => return coloc_monitor::program::main_from_args(&arguments),
         Some("attack") => return attack::attack(&arguments),
         // A runner asks for tests one by one; this is none of its kind.
         _ if arguments.iter().any(|it| it == "--list") => return ExitCode::SUCCESS,

@@ -34,6 +34,8 @@ pub(crate) struct Heard {
     pub(crate) gap_s: f64,
     /// The oldest when it was heard (s).
     pub(crate) oldest_s: f64,
+    /// The most that a stamp was off when it was heard (s).
+    pub(crate) stamp_off_s: f64,
     last_ns: i64,
     /// When the newest of them was said.
     said_ns: i64,
@@ -46,6 +48,7 @@ pub(crate) struct Talk {
     period: Duration,
     next: Instant,
     pub(crate) said: usize,
+    began_ns: i64,
     pub(crate) heard: std::collections::BTreeMap<(u16, u16), Heard>,
 }
 
@@ -71,6 +74,7 @@ impl Talk {
             period: Duration::from_secs_f64(1.0 / hz),
             next: Instant::now(),
             said: 0,
+            began_ns: wall_ns(),
             heard: std::collections::BTreeMap::new(),
         };
         talk.forget();
@@ -85,8 +89,11 @@ impl Talk {
             }
             self.next += self.period;
             for pair in &mut self.pairs {
+                let said_ns = wall_ns();
                 let told = Neighbour {
-                    header: pair.sender.header(wall_ns()),
+                    header: pair.sender.header(said_ns),
+                    // What the link does not change: when it was said.
+                    pose: [seconds(said_ns - self.began_ns), 0.0, 0.0],
                     independent: [0.1, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1],
                     ..Neighbour::default()
                 };
@@ -105,6 +112,8 @@ impl Talk {
                 let now_ns = wall_ns();
                 let heard = self.heard.entry((told.header.source, *to)).or_default();
                 heard.note(&told.header, now_ns);
+                let stamp_s = seconds(told.header.stamp_ns - self.began_ns);
+                heard.stamp_off_s = heard.stamp_off_s.max((stamp_s - told.pose[0]).abs());
             }
         }
         std::thread::sleep(LOOK);
@@ -178,8 +187,7 @@ impl Talk {
     }
 
     fn counted(&self, times: u8) -> usize {
-        let words = self.heard.values().flat_map(|it| &it.words);
-        words.filter(|it| **it >= times).count()
+        self.heard.values().map(|it| it.counted(times)).sum()
     }
 
     /// The longest that anybody was not heard (s), but for pairs with `but`.
@@ -199,6 +207,11 @@ impl Talk {
 }
 
 impl Heard {
+    /// How many words were heard so many times.
+    pub(crate) fn counted(&self, times: u8) -> usize {
+        self.words.iter().filter(|it| **it >= times).count()
+    }
+
     fn note(&mut self, header: &Header, now_ns: i64) {
         let stamp_ns = header.stamp_ns;
         if self.last_ns != 0 {

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use coloc_link::roster::{self, Role};
-use coloc_shm_types::Space;
+use coloc_shm_types::{DriverStatus, Space};
 
 use crate::process::Process;
-use crate::support::{PREFIX, free_address, member, name, roster};
+use crate::support::{PATIENCE, PREFIX, free_address, member, name, roster};
 
 pub(crate) struct Robot {
     pub(crate) id: u16,
@@ -18,6 +18,8 @@ pub(crate) struct Robot {
     pub(crate) listens: SocketAddr,
     pub(crate) link: Option<Process>,
     pub(crate) daemon: Option<Process>,
+    /// What its link is told beside its configuration.
+    pub(crate) told: Vec<String>,
     file: PathBuf,
 }
 
@@ -65,6 +67,7 @@ impl Robot {
             listens,
             link: None,
             daemon: None,
+            told: Vec::new(),
             file,
         }
     }
@@ -84,17 +87,44 @@ impl Robot {
         let mut log = File::options();
         let log = log.append(true).create(true).open(self.log()).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_coloc-link"));
-        command.arg("run").arg(&self.file);
+        command.arg("run").arg(&self.file).args(&self.told);
         let quiet = command.stdin(Stdio::null()).stdout(Stdio::null());
         self.link = Some(Process::start(quiet.stderr(log)));
     }
 
     pub(crate) fn start_daemon(&mut self) {
+        self.daemon = Some(self.program("colocd"));
+    }
+
+    /// Starts one of the programs that this one can be.
+    pub(crate) fn program(&self, name: &str) -> Process {
         let mut command = Command::new(std::env::current_exe().unwrap());
-        command.args(["colocd", "run"]).arg(&self.file);
+        command.args([name, "run"]).arg(&self.file);
         let quiet = command.stdin(Stdio::null()).stdout(Stdio::null());
-        let log = File::create(self.directory.join("daemon.log")).unwrap();
-        self.daemon = Some(Process::start(quiet.stderr(log)));
+        let log = File::create(self.directory.join(format!("{name}.log"))).unwrap();
+        Process::start(quiet.stderr(log))
+    }
+
+    /// Changes its configuration, before anything of it runs.
+    pub(crate) fn configure(&self, change: impl FnOnce(String) -> String) {
+        let text = fs::read_to_string(&self.file).unwrap();
+        fs::write(&self.file, change(text)).unwrap();
+    }
+
+    /// What `coloc-link check` says on it.
+    pub(crate) fn check(&self) -> String {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_coloc-link"));
+        let said = command.arg("check").arg(&self.file).output().unwrap();
+        let [out, err] =
+            [said.stdout, said.stderr].map(|it| String::from_utf8_lossy(&it).into_owned());
+        out + &err
+    }
+
+    /// What its link knows at this moment, in the order of `coloc_link::post::FIGURES`.
+    pub(crate) fn figures(&self) -> [f64; 8] {
+        let statuses = self.space.subscriber::<DriverStatus>(&self.name());
+        let heard = statuses.unwrap().wait(PATIENCE);
+        heard.unwrap().unwrap().figures
     }
 
     fn log(&self) -> PathBuf {

@@ -115,6 +115,8 @@ fn stage(seed: u64) -> Stage {
         loss: 0.0,
         delay_ms: 0.0,
         partition: None,
+        wrong_clock: None,
+        correct_offset: false,
         robots: None,
         seconds: None,
         seed,

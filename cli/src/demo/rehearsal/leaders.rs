@@ -204,6 +204,8 @@ fn stage(seconds: f64, seed: u64, data: Option<&str>) -> Stage {
         loss: 0.0,
         delay_ms: 0.0,
         partition: None,
+        wrong_clock: None,
+        correct_offset: false,
         robots: None,
         seconds: Some(seconds),
         seed,
