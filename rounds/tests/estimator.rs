@@ -512,7 +512,10 @@ fn corrected_after(history: Span, late: i64) -> (Vec<Verdict>, Belief, Shared) {
     const SLOT: i64 = 50;
     let mut settings = settings();
     settings.history = history;
-    let mut robot = joined(&settings);
+    let covariance = Covariance3::diagonal([0.0025, 0.0025, 9e-4]).unwrap();
+    let initial = Belief::independent(Pose::new(1.0, 2.0, 0.3), covariance);
+    let mut robot = Estimator::new(settings, at(0), initial, vec![Slot::default(); 512]);
+    tick(&mut robot, 1, &[word(1, 1, Deed::Join)]);
     for now in 2..=SLOT {
         tick(&mut robot, now, &[]);
     }
@@ -538,7 +541,7 @@ fn after_the_history_a_correction_is_of_first_order() {
         );
         let (a, b) = (exact.1.pose, late.1.pose);
         let off = libm::hypot(a.x - b.x, a.y - b.y);
-        assert!(off > 1e-9 && off <= most_m, "{off} m");
+        assert!(off > 1e-5 && off <= most_m, "{off} m");
         let (p, q) = (exact.1.total().matrix(), late.1.total().matrix());
         assert!((p - q).abs().max() <= 0.02 * p.abs().max(), "{p} {q}");
         assert_eq!(

@@ -82,3 +82,55 @@ impl Late {
         pose.is_finite().then_some((pose, covariance, since))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rounds::Standing;
+
+    fn shared(psi: Matrix3<f64>) -> Shared {
+        Shared {
+            slot: 1,
+            pose: Pose::default(),
+            covariance: Matrix3::identity() * 0.04,
+            psi,
+            standing: Standing::Since(0),
+        }
+    }
+
+    fn told() -> Correction {
+        Correction {
+            slot: 1,
+            pose: Pose::new(0.1, 0.0, 0.1),
+            covariance: Matrix3::identity() * 0.01,
+            factor: 1.0,
+        }
+    }
+
+    #[test]
+    fn it_moves_what_became_of_the_belief_as_far_as_that_is_left() {
+        let psi = Matrix3::identity() * 0.5;
+        let late = Late::new(&shared(psi), &told()).unwrap();
+        let now = Covariance3::diagonal([0.04; 3]).unwrap();
+        let (pose, covariance, since) = late.apply(&Pose::default(), &now, &(psi * 0.5)).unwrap();
+        assert_eq!(pose, Pose::new(0.05, 0.0, 0.05));
+        assert!((covariance.matrix() - Matrix3::identity() * 0.0325).norm() < 1e-15);
+        assert_eq!(since, Matrix3::identity() * 0.5);
+    }
+
+    #[test]
+    fn nothing_comes_of_it_where_less_is_left_than_it_takes() {
+        let psi = Matrix3::identity();
+        let late = Late::new(&shared(psi), &told()).unwrap();
+        let now = Covariance3::diagonal([0.03, 0.05, 0.05]).unwrap();
+        assert_eq!(late.apply(&Pose::default(), &now, &psi), None);
+    }
+
+    #[test]
+    fn what_has_been_forgotten_in_one_direction_has_no_way_back() {
+        for least in [0.0, 1e-9] {
+            let psi = Matrix3::from_diagonal(&[1.0, 1.0, least].into());
+            assert_eq!(Late::new(&shared(psi), &told()), None);
+        }
+    }
+}

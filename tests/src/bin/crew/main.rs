@@ -11,7 +11,7 @@
 //!   round or not at all;
 //! * at the end all are with their team again, and no estimate is off by more than its gate allows.
 //!
-//! The robots stand: a daemon that was killed begins at its first pose again, and who is killed is what is looked at here.
+//! The robots drive to and fro, or turn, no farther than a daemon is uncertain that was killed and begins at its first pose again.
 
 mod feed;
 mod judge;
