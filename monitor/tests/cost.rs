@@ -257,7 +257,7 @@ fn measured(robots: usize, means: &str) {
         all - closed,
         missed - skipped,
     );
-    rig.stop();
+    assert!(rig.stop().iter().all(|it| it.status.success()));
 }
 
 #[test]
