@@ -259,7 +259,6 @@ impl Publish {
             unfit,
             opinion: with.opinion as u8,
             fit_limit,
-            ..shm::Estimate::default()
         }
     }
 }

@@ -183,10 +183,11 @@ fn region(scene: &Scene, title: &str) -> String {
         text,
         "<circle class=\"truth\" cx=\"14\" cy=\"{:.0}\" r=\"4\"/><text x=\"24\" y=\"{y:.0}\">truth</text>\
 <path class=\"centre\" d=\"M80 {:.0}l10 10m0 -10l-10 10\"/><text x=\"98\" y=\"{y:.0}\">centre of the region, the estimate</text>\
-<rect class=\"outer\" x=\"330\" y=\"{:.0}\" width=\"22\" height=\"12\"/><text x=\"358\" y=\"{y:.0}\">region: outer, inner polygon</text></svg>\n",
+<rect class=\"outer\" x=\"330\" y=\"{:.0}\" width=\"22\" height=\"12\"/><text x=\"358\" y=\"{y:.0}\">region: outer, inner polygon</text></svg>",
         y - 4.0,
         y - 9.0,
         y - 10.0
     );
+    text.push('\n');
     text
 }
