@@ -61,7 +61,7 @@ pub(crate) fn million(extent: Extent) {
     let mut talk = Talk::new(&robots, |_, _| true, 1000.0);
     talk.until_all_are_heard();
     talk.go_on(extent.of(0.2, 10.0));
-    let step = extent.of(1000, 100_000);
+    let step = extent.of(200, 100_000);
     let begin = Instant::now();
     let (mut heard, mut said, mut twice) = (0, 0, 0);
     let mut own_mib = Vec::new();
