@@ -111,6 +111,7 @@ pub(super) fn moment(
 fn stage(seed: u64) -> Stage {
     let args = DemoArgs {
         fleet: false,
+        namespaces: false,
         loss: 0.0,
         delay_ms: 0.0,
         partition: None,

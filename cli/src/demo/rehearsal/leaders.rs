@@ -200,6 +200,7 @@ fn play(stage: &Stage, seconds: f64) -> Vec<Record> {
 fn stage(seconds: f64, seed: u64, data: Option<&str>) -> Stage {
     let args = DemoArgs {
         fleet: false,
+        namespaces: false,
         loss: 0.0,
         delay_ms: 0.0,
         partition: None,
