@@ -110,14 +110,15 @@ fn tunnel() -> io::Result<File> {
 
 fn set_up(addresses: &[IpAddr]) -> io::Result<()> {
     let device = String::from_utf8_lossy(DEVICE);
-    let mut lines = "link set lo up\n".to_owned();
-    for address in addresses {
-        lines += &match address {
-            IpAddr::V4(_) => format!("address add {address}/24 dev {device}\n"),
-            IpAddr::V6(_) => format!("address add {address}/64 dev {device} nodad\n"),
-        };
-    }
-    lines += &format!("link set {device} mtu {MTU} up\n");
+    let addressed = addresses.iter().map(|address| match address {
+        IpAddr::V4(_) => format!("address add {address}/24 dev {device}\n"),
+        IpAddr::V6(_) => format!("address add {address}/64 dev {device} nodad\n"),
+    });
+    let up = [
+        "link set lo up\n".into(),
+        format!("link set {device} mtu {MTU} up\n"),
+    ];
+    let lines: String = addressed.chain(up).collect();
     let mut ip = Command::new("ip")
         .args(["-batch", "-"])
         .stdin(Stdio::piped())

@@ -1,5 +1,6 @@
 //! What `coloc demo --fleet` needs beside the links themselves: the roster of a team on one computer whose keys everybody can make, and the
 //! bad network between its members.
+use std::cell::Cell;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -66,6 +67,8 @@ const DEMO: &str = "COLOC_DEMO_PID";
 /// So long is such a team one (s).
 const DAY: i64 = 86_400;
 const LOOK: Duration = Duration::from_millis(20);
+const NO_NETWORKS: &str = "the networks cannot be made";
+const NO_SIGNALS: &str = "signals cannot be handled";
 /// Begins a line with where a namespace is.
 const NETWORK: &str = "network ";
 
@@ -131,9 +134,9 @@ pub fn make_weather(args: &WeatherArgs) -> Result<(), EndError> {
         clouds.push(cloud.map_err(EndError::of("the network cannot be made"))?);
     }
     say("ready")?;
-    while let Some(changed) = sky.after(LOOK)? {
-        if let Some(weather) = changed {
-            clouds.iter().for_each(|cloud| cloud.set(weather));
+    while let Some(weather) = sky.after(LOOK)? {
+        for cloud in &clouds {
+            cloud.set(weather);
         }
     }
     Ok(())
@@ -145,13 +148,12 @@ pub fn make_weather(args: &WeatherArgs) -> Result<(), EndError> {
 /// If an address cannot be understood, or this user may not make them.
 pub fn make_networks(args: &NetworksArgs) -> Result<(), EndError> {
     let sky = Sky::over(&args.bad)?;
-    const REFUSED: &str = "the networks cannot be made";
     let mut networks = Vec::new();
     for member in &args.members {
         let addresses: Result<Vec<_>, _> = member.split(',').map(str::parse).collect();
         let misunderstood = |_| EndError::Input(format!("{member:?} is not address,address"));
         let network = Network::make(&addresses.map_err(misunderstood)?);
-        networks.push(network.map_err(EndError::of(REFUSED))?);
+        networks.push(network.map_err(EndError::of(NO_NETWORKS))?);
     }
     for network in &networks {
         say(&format!("{NETWORK}{}", network.place()))?;
@@ -162,12 +164,10 @@ pub fn make_networks(args: &NetworksArgs) -> Result<(), EndError> {
         .map_err(EndError::of("there is no runtime"))?;
     LocalSet::new().block_on(&runtime, async {
         let between = Between::open(networks, sky.fair, args.bad.seed);
-        let between = between.map_err(EndError::of(REFUSED))?;
+        let between = between.map_err(EndError::of(NO_NETWORKS))?;
         say("ready")?;
-        while let Some(changed) = sky.after(Duration::ZERO)? {
-            if let Some(weather) = changed {
-                between.set(weather);
-            }
+        while let Some(weather) = sky.after(Duration::ZERO)? {
+            between.set(weather);
             tokio::time::sleep(LOOK).await;
         }
         Ok(())
@@ -180,27 +180,32 @@ struct Sky {
     fair: Weather,
     /// Asked to cut, and to mend.
     told: [Arc<AtomicBool>; 2],
+    cut: Cell<bool>,
 }
 
 impl Sky {
     fn over(bad: &Bad) -> Result<Self, EndError> {
-        const REFUSED: &str = "signals cannot be handled";
-        let stop = Stop::on_signals().map_err(EndError::of(REFUSED))?;
+        let stop = Stop::on_signals().map_err(EndError::of(NO_SIGNALS))?;
         let told: [Arc<AtomicBool>; 2] = Default::default();
         for (told, signal) in told.iter().zip([SIGUSR1, SIGUSR2]) {
             let registered = signal_hook::flag::register(signal, Arc::clone(told));
-            registered.map_err(EndError::of(REFUSED))?;
+            registered.map_err(EndError::of(NO_SIGNALS))?;
         }
         let fair = Weather {
             loss: bad.loss,
             delay_s: [0.0, bad.delay_ms / 1e3],
             ..Weather::default()
         };
-        Ok(Self { stop, fair, told })
+        Ok(Self {
+            stop,
+            fair,
+            told,
+            cut: Cell::new(false),
+        })
     }
 
-    /// Waits so long. Nothing once it is asked to end, else the new weather, if it is to change.
-    fn after(&self, patience: Duration) -> Result<Option<Option<Weather>>, EndError> {
+    /// Waits so long. The weather as it is then; nothing once it is asked to end.
+    fn after(&self, patience: Duration) -> Result<Option<Weather>, EndError> {
         let woken = self.stop.wait(None, patience);
         if woken.map_err(EndError::of("it cannot be waited"))? == Woken::Stop {
             return Ok(None);
@@ -209,11 +214,11 @@ impl Sky {
             .told
             .each_ref()
             .map(|it| it.swap(false, Ordering::Relaxed));
-        let weather = Weather {
-            cut: cut && !mend,
+        self.cut.set((self.cut.get() || cut) && !mend);
+        Ok(Some(Weather {
+            cut: self.cut.get(),
             ..self.fair
-        };
-        Ok(Some((cut || mend).then_some(weather)))
+        }))
     }
 }
 
