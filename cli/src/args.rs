@@ -253,7 +253,7 @@ fn wrong_clock(text: &str) -> Result<WrongClock, String> {
         .ok_or_else(|| "must be a robot, seconds, ppm and seconds, as in 2,1,200,10".into())
 }
 
-fn part(text: &str) -> Result<f64, String> {
+pub(crate) fn part(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
         .filter(|part| (0.0..1.0).contains(part))
