@@ -320,11 +320,8 @@ mod tests {
         };
         let foul = on(1, &config);
         assert_eq!(foul, on(2, &config));
-        let sent = (foul.messages + foul.lost) as f64;
-        assert!(
-            (0.45..0.55).contains(&(foul.lost as f64 / sent)),
-            "{foul:?}"
-        );
+        let lost_percent = 100 * foul.lost / (foul.messages + foul.lost);
+        assert!((45..55).contains(&lost_percent), "{foul:?}");
         assert!(foul.outside <= fair.outside + 0.01, "{foul:?}");
         assert_eq!(
             (fair.lost, foul.refused, foul.folded_early),

@@ -86,7 +86,7 @@ impl Robot {
             &mut noise.draws(Purpose::Start, 0, number, 0),
         );
         let settings = Settings {
-            history: Span::from_nanos(HISTORY.as_nanos() + latest as i64 * EXCHANGE_NS),
+            history: history(latest),
             ..Settings::default()
         };
         let storage = vec![Slot::default(); SLOTS + latest * SLOTS_LATE];
@@ -275,6 +275,12 @@ impl Tally {
         self.totals.add(&sample);
         self.unsure += u64::from(outputs.finding.state != FindingState::Ok);
     }
+}
+
+/// So far back that a word fits in that is late by so many exchanges.
+#[allow(clippy::cast_possible_wrap)] // A few.
+fn history(latest: usize) -> Span {
+    Span::from_nanos(HISTORY.as_nanos() + latest as i64 * EXCHANGE_NS)
 }
 
 #[allow(clippy::cast_possible_wrap)] // A hundred years.
