@@ -201,7 +201,7 @@ pub(crate) struct DemoArgs {
     /// With --fleet: the clock of one robot is off by so many seconds, and gains so many ppm, from so many seconds after its link has started
     #[arg(long, value_name = "ROBOT,OFFSET,DRIFT,AFTER", requires = "fleet", value_parser = wrong_clock)]
     pub(crate) wrong_clock: Option<WrongClock>,
-    /// With --fleet: links correct stamps of clocks that are off, as with link.correct_offset, rather than refuse them
+    /// With --fleet: links correct stamps of clocks that are off, rather than refuse them
     #[arg(long, requires = "fleet")]
     pub(crate) correct_offset: bool,
     /// Where to write pictures, summary and logs [default: demo-out, or the first demo-out-N that is free]
