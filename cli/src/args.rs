@@ -204,7 +204,7 @@ pub(crate) struct DemoArgs {
     /// With --fleet: the clock of one robot is off by so many seconds, and gains so many ppm, from so many seconds after its link has started
     #[arg(long, value_name = "ROBOT,OFFSET,DRIFT,AFTER", requires = "fleet", value_parser = wrong_clock)]
     pub(crate) wrong_clock: Option<WrongClock>,
-    /// With --fleet: links correct stamps of clocks that are off, as with link.correct_offset, rather than refuse them
+    /// With --fleet: links correct stamps of clocks that are off, rather than refuse them
     #[arg(long, requires = "fleet")]
     pub(crate) correct_offset: bool,
     /// Where to write pictures, summary and logs [default: demo-out, or the first demo-out-N that is free]
@@ -256,7 +256,7 @@ fn wrong_clock(text: &str) -> Result<WrongClock, String> {
         .ok_or_else(|| "must be a robot, seconds, ppm and seconds, as in 2,1,200,10".into())
 }
 
-fn part(text: &str) -> Result<f64, String> {
+pub(crate) fn part(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
         .filter(|part| (0.0..1.0).contains(part))

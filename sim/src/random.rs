@@ -54,6 +54,8 @@ pub enum Purpose {
     Compass = 22,
     /// What a robot sees by range and bearing where leaders are told tracks.
     TrackedSight = 28,
+    /// What becomes of a word between two of many robots.
+    ScaleNetwork = 36,
 }
 
 /// All randomness of a run: a pure function of (seed, run, purpose, robots, step).

@@ -41,6 +41,12 @@ pub(crate) struct EvalArgs {
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=65_536),
         conflicts_with_all = ["data", "methods", "runs", "scenario", "promises"])]
     pub(crate) robots: Vec<u32>,
+    /// With --robots: this part of all messages is lost
+    #[arg(long, value_name = "P", default_value_t = 0.0, requires = "robots", value_parser = crate::args::part)]
+    pub(crate) loss: f64,
+    /// With --robots: messages are late by up to this, each by another time
+    #[arg(long, value_name = "MS", default_value_t = 0.0, requires = "robots", value_parser = delay_ms)]
+    pub(crate) delay_ms: f64,
     /// What robots see of one another: made from the truth, or recorded by their own cameras (with --data)
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = Sightings::Made)]
     pub(crate) sightings: Sightings,
@@ -138,6 +144,14 @@ fn scenario(name: &str) -> Result<Choice, String> {
     };
     let found = Scenario::named(name).map(|scenario| Choice::One(Box::new(scenario)));
     found.ok_or_else(|| format!("the scenarios are {}, all", names()))
+}
+
+/// Longer than that is older than a message may be.
+fn delay_ms(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|delay| (0.0..=900.0).contains(delay))
+        .ok_or_else(|| "must be a number of milliseconds, 0 to 900".into())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

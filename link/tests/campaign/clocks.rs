@@ -134,7 +134,7 @@ fn a_step_is_refused(words: &str, offset: &str, weather: Weather) {
     team.talk.go_on(AFTER_S - begin.elapsed().as_secs_f64());
     team.talk.forget();
     let named_s = team.until_named();
-    let [before, off_s] = [team.heard(WRONG, 1) as f64, team.stamp_off_s()];
+    let (before, off_s) = (team.heard(WRONG, 1), team.stamp_off_s());
     team.talk.forget();
     team.talk.go_on(40.0);
     println!(

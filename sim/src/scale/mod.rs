@@ -26,8 +26,11 @@ mod cells;
 mod digest;
 mod drive;
 mod field;
+mod network;
 mod report;
 mod robot;
+
+use std::collections::VecDeque;
 
 use coloc_estimator::{Measurement, OutgoingPose, Pose, RobotId};
 use rayon::iter::{
@@ -35,12 +38,14 @@ use rayon::iter::{
 };
 use rayon::slice::ParallelSliceMut;
 
+pub use network::Network;
 pub use report::ScaleReport;
 
 use crate::evaluate::Progress;
 use crate::random::Noise;
 use cells::{Cells, Near};
 use field::Field;
+use network::Way;
 use robot::{Robot, Tally};
 
 /// How far a robot sees, and is heard \[m\].
@@ -72,6 +77,8 @@ pub struct ScaleConfig {
     pub seconds: f64,
     /// Where all chance comes from.
     pub seed: u64,
+    /// What is between the robots.
+    pub network: Network,
 }
 
 impl ScaleConfig {
@@ -168,10 +175,11 @@ struct Crowd {
     cells: Cells,
     /// Where each is at the next exchange.
     places: Vec<Pose>,
-    /// At the last exchange.
-    said: Said,
+    /// At the last exchanges, the newest first: as many as a word may be late.
+    said: VecDeque<Said>,
     /// At the next.
     says: Said,
+    way: Way,
 }
 
 /// What a thread writes on, robot after robot.
@@ -186,8 +194,9 @@ struct Desk {
 struct Around<'a> {
     /// Where they are at its end.
     cells: &'a Cells,
-    /// What they said at the end of the one before.
-    said: &'a Said,
+    /// What they said at the end of the one before, and of those before that.
+    said: &'a VecDeque<Said>,
+    way: &'a Way,
 }
 
 impl Crowd {
@@ -196,7 +205,7 @@ impl Crowd {
         let noise = Noise::new(config.seed, 0);
         let block = |first: usize| Block {
             robots: (first..config.robots.min(first + BLOCK))
-                .map(|number| Robot::new(number, field, &noise))
+                .map(|number| Robot::new(number, field, &noise, &config.network))
                 .collect(),
             tally: Tally::default(),
         };
@@ -208,7 +217,10 @@ impl Crowd {
         Self {
             cells: Cells::new(field),
             places: robots.map(Robot::place).collect(),
-            said: Said::nothing(config.robots),
+            said: (0..=config.network.latest())
+                .map(|_| Said::nothing(config.robots))
+                .collect(),
+            way: Way::new(&noise, config.network),
             says: Said::nothing(config.robots),
             blocks,
             field,
@@ -221,6 +233,7 @@ impl Crowd {
         let around = Around {
             cells: &self.cells,
             said: &self.said,
+            way: &self.way,
         };
         self.blocks
             .par_iter_mut()
@@ -236,7 +249,9 @@ impl Crowd {
                     *place = robot.place();
                 }
             });
-        std::mem::swap(&mut self.said, &mut self.says);
+        // The oldest is written over next.
+        self.said.rotate_right(1);
+        std::mem::swap(&mut self.said[0], &mut self.says);
     }
 }
 
@@ -249,6 +264,7 @@ mod tests {
             robots,
             seconds,
             seed: 1,
+            network: Network::default(),
         }
     }
 
@@ -276,7 +292,7 @@ mod tests {
             let distance_m = |a: usize, b: usize| {
                 libm::hypot(places[a].x - places[b].x, places[a].y - places[b].y)
             };
-            for (speaker, to) in crowd.said.to.iter().enumerate() {
+            for (speaker, to) in crowd.said[0].to.iter().enumerate() {
                 for listener in to.list() {
                     assert!(distance_m(speaker, listener.0.into()) <= RANGE_M);
                 }
@@ -286,9 +302,32 @@ mod tests {
             crowd.blocks.iter().map(|block| of(&block.tally)).sum()
         };
         let (seen, heard) = (sum(|it| it.seen), sum(|it| it.heard));
-        let last: u64 = crowd.said.to.iter().map(|to| u64::from(to.count)).sum();
+        let last: u64 = crowd.said[0].to.iter().map(|to| u64::from(to.count)).sum();
         assert!(seen > 10_000, "{seen}");
         assert_eq!(seen, heard + last, "the last words are under way");
+    }
+
+    #[test]
+    fn a_network_that_loses_half_and_delays_the_rest_costs_a_robot_no_honesty() {
+        let network = Network {
+            loss: 0.5,
+            delay_s: 0.4,
+        };
+        let fair = on(2, &config(60, 30.0));
+        let config = ScaleConfig {
+            network,
+            ..config(60, 30.0)
+        };
+        let foul = on(1, &config);
+        assert_eq!(foul, on(2, &config));
+        let lost_percent = 100 * foul.lost / (foul.messages + foul.lost);
+        assert!((45..55).contains(&lost_percent), "{foul:?}");
+        assert!(foul.outside <= fair.outside + 0.01, "{foul:?}");
+        assert_eq!(
+            (fair.lost, foul.refused, foul.folded_early),
+            (0, 0, 0),
+            "{foul:?}"
+        );
     }
 
     #[test]

@@ -27,6 +27,8 @@ pub struct ScaleReport {
     pub neighbours: f64,
     /// Messages heard.
     pub messages: u64,
+    /// Messages lost.
+    pub lost: u64,
     /// Share of them that did not pass the gate.
     pub gated_share: Option<f64>,
     /// RMS distance from the truth at the exchanges \[m\].
@@ -82,6 +84,7 @@ pub(super) fn report(
         field_m: field.side_m,
         neighbours: sum(|tally| tally.in_range) as f64 / samples,
         messages: sum(|tally| tally.heard),
+        lost: sum(|tally| tally.lost),
         gated_share: heard.gated_share(),
         rms_position_m: totals.rms_position(),
         rms_heading_rad,

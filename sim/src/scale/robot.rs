@@ -1,5 +1,7 @@
 //! One robot of many: where it is, what it measures, what it believes.
 
+use std::collections::VecDeque;
+
 use coloc_estimator::output::{Report, Verdict};
 use coloc_estimator::{
     Belief, Covariance2, Covariance3, Estimator, FindingState, Kind, Measurement, Motion,
@@ -10,6 +12,7 @@ use coloc_estimator::{
 use super::cells::Near;
 use super::drive::{Driver, wheels};
 use super::field::Field;
+use super::network::Network;
 use super::{Around, Desk, HEARD_AT_MOST, HERTZ, Mouth, RECEIVERS, SEEN_AT_MOST, TICKS};
 use crate::fleet::{id, neighbour};
 use crate::metrics::{NisTotals, Sample, Totals};
@@ -18,8 +21,12 @@ use crate::sensors::relative;
 
 /// A message is a tick under way, and no other measurement is late: a history of a tick takes all that comes.
 const HISTORY: Span = Span::from_millis(20);
+/// From exchange to exchange \[ns\].
+const EXCHANGE_NS: i64 = 100_000_000;
 /// A tick of everything: some sightings, as many words and more where many see one robot, a fix, odometry.
 const SLOTS: usize = 32;
+/// Beside it, for each exchange that a word may be late: five of odometry, and words to and fro.
+const SLOTS_LATE: usize = 40;
 
 /// Of a sighting \[m, m, rad\].
 const SIGHTING: [f64; 3] = [0.1, 0.1, 0.0175];
@@ -31,7 +38,8 @@ const START: [f64; 3] = [0.1, 0.1, 0.05];
 /// A robot. Apart from the estimator, which is large, so that what of it is used each time lies together.
 pub(super) struct Robot {
     number: usize,
-    in_range: InRange,
+    /// At the last exchanges, the newest first.
+    in_range: VecDeque<InRange>,
     driver: Driver,
     /// Until the next exchange, as the wheels say.
     motion: Motion,
@@ -58,6 +66,8 @@ pub(super) struct Tally {
     pub(super) seen: u64,
     /// Messages.
     pub(super) heard: u64,
+    /// Messages.
+    pub(super) lost: u64,
     pub(super) neighbours: NisTotals,
     pub(super) fixes: NisTotals,
     /// Neither fused nor gated, but as a robot does that is not sure of its place.
@@ -68,17 +78,18 @@ pub(super) struct Tally {
 }
 
 impl Robot {
-    pub(super) fn new(number: usize, field: Field, noise: &Noise) -> Self {
+    pub(super) fn new(number: usize, field: Field, noise: &Noise, network: &Network) -> Self {
+        let latest = network.latest();
         let mut driver = Driver::new(number, field, noise);
         let belief = start(
             driver.pose(),
             &mut noise.draws(Purpose::Start, 0, number, 0),
         );
         let settings = Settings {
-            history: HISTORY,
+            history: history(latest),
             ..Settings::default()
         };
-        let storage = vec![Slot::default(); SLOTS];
+        let storage = vec![Slot::default(); SLOTS + latest * SLOTS_LATE];
         let receives = number.is_multiple_of(RECEIVERS);
         Self {
             number,
@@ -86,7 +97,7 @@ impl Robot {
             driver,
             eyes: noise.draws(Purpose::RelativePose, 0, number, 0),
             receiver: receives.then(|| Box::new(noise.draws(Purpose::Fix, 0, number, 0))),
-            in_range: InRange::default(),
+            in_range: vec![InRange::default(); latest + 1].into(),
             estimator: Box::new(Estimator::new(settings, stamp(0), belief, storage)),
         }
     }
@@ -160,12 +171,24 @@ impl Robot {
         tally: &mut Tally,
     ) {
         let (to, before) = (id(self.number), inputs.len());
-        let speakers = self.in_range.list().iter().map(|it| usize::from(it.0));
-        inputs.extend(speakers.filter_map(|speaker| {
-            let word = around.said.to(to, speaker)?;
-            let heard = neighbour(speaker, exchange as u64, word);
-            Some(Measurement::Neighbour(heard))
-        }));
+        for (late, (said, in_range)) in around.said.iter().zip(&self.in_range).enumerate() {
+            let Some(exchange) = exchange.checked_sub(late) else {
+                break;
+            };
+            for speaker in in_range.list().iter().map(|it| usize::from(it.0)) {
+                let Some(word) = said.to(to, speaker) else {
+                    continue;
+                };
+                match around.way.late(exchange, speaker, self.number) {
+                    Some(it) if it == late => {
+                        let heard = neighbour(speaker, exchange as u64, word);
+                        inputs.push(Measurement::Neighbour(heard));
+                    }
+                    None if late == 0 => tally.lost += 1,
+                    _ => {}
+                }
+            }
+        }
         tally.heard += (inputs.len() - before) as u64;
     }
 
@@ -176,7 +199,8 @@ impl Robot {
         near.extend(around.cells.near(self.number, here));
         tally.in_range += near.len() as u64;
         keep_nearest(near, HEARD_AT_MOST);
-        self.in_range.fill(near);
+        self.in_range.rotate_right(1);
+        self.in_range[0].fill(near);
         keep_nearest(near, SEEN_AT_MOST);
         tally.seen += near.len() as u64;
         for near in near {
@@ -253,6 +277,12 @@ impl Tally {
     }
 }
 
+/// So far back that a word fits in that is late by so many exchanges.
+#[allow(clippy::cast_possible_wrap)] // A few.
+fn history(latest: usize) -> Span {
+    Span::from_nanos(HISTORY.as_nanos() + latest as i64 * EXCHANGE_NS)
+}
+
 #[allow(clippy::cast_possible_wrap)] // A hundred years.
 fn stamp(tick: usize) -> Stamp {
     const NANOS: i64 = 1_000_000_000 / HERTZ as i64;
@@ -324,7 +354,7 @@ mod tests {
     fn one_robot_in_ten_has_a_receiver_that_speaks_once_a_second() {
         let (field, noise) = (Field::of(20), Noise::new(1, 0));
         let fixes = |number| {
-            let mut robot = Robot::new(number, field, &noise);
+            let mut robot = Robot::new(number, field, &noise, &Network::default());
             (1..=50).filter_map(|exchange| robot.fix(exchange)).count()
         };
         assert_eq!([0, 1, 9, 10, 20].map(fixes), [5, 0, 0, 5, 5]);

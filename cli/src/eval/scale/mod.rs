@@ -3,7 +3,7 @@
 mod cost;
 mod outputs;
 
-use coloc_sim::scale::{ScaleConfig, ScaleReport, run as simulate};
+use coloc_sim::scale::{Network, ScaleConfig, ScaleReport, run as simulate};
 
 use self::cost::Cost;
 use self::outputs::Outputs;
@@ -41,6 +41,7 @@ pub(super) fn run(args: &EvalArgs) -> Result<(), EvalCommandError> {
     for table in tables(&found) {
         print_line(&table.text());
     }
+    print_line(&messages(&found).text());
     outputs.write(&found)
 }
 
@@ -53,6 +54,10 @@ fn configs(args: &EvalArgs) -> Vec<ScaleConfig> {
         robots: robots as usize,
         seconds: args.seconds.unwrap_or(SECONDS),
         seed: args.seed,
+        network: Network {
+            loss: args.loss,
+            delay_s: 1e-3 * args.delay_ms,
+        },
     };
     robots.into_iter().map(config).collect()
 }
@@ -132,6 +137,44 @@ fn accuracy(found: &[Found]) -> Table {
             percent(report.outside),
             percent(report.unsure),
             report.refused.to_string(),
+        ]);
+    }
+    table
+}
+
+/// Of a `neighbour` on the air, with the link's envelope and signature, QUIC, UDP and IP (`docs/fleet.md`) \[bytes\].
+const ON_THE_AIR: f64 = 384.0;
+
+#[allow(clippy::cast_precision_loss)] // Counts are far below 2^53.
+fn messages(found: &[Found]) -> Table {
+    let mut table = Table::new(
+        "Messages of a robot, as over links: each is signed once and checked once",
+        &[
+            "robots",
+            "in range",
+            "said [1/s]",
+            "lost [%]",
+            "heard and checked [1/s]",
+            "on the air [kB/s]",
+            "RMS position [cm]",
+            "NEES",
+            "outside [%]",
+        ],
+    );
+    for Found { report, .. } in found {
+        let seconds = report.robot_ticks() as f64 / 50.0;
+        let [heard, lost] = [report.messages, report.lost].map(|it| it as f64 / seconds);
+        let said = heard + lost;
+        table.rows.push(vec![
+            report.robots.to_string(),
+            digits(report.neighbours),
+            digits(said),
+            percent(lost / said),
+            digits(heard),
+            digits(1e-3 * said * ON_THE_AIR),
+            cm(report.rms_position_m),
+            digits(report.nees),
+            percent(report.outside),
         ]);
     }
     table
