@@ -224,10 +224,10 @@ mod tests {
         assert_eq!(parse("").unwrap(), Bounds::default());
         assert_eq!(Bounds::default().settings(0).pair_slots, 10);
         let means = parse("mean_share = 0.2").unwrap().settings(0).means;
-        assert_eq!([means.fixes, means.sightings], [0.2, 0.2]);
+        assert!((means.sightings - 0.2).abs() < 1e-12);
         let means = parse("mean_share = 0.2\nmean_share_sightings = 0.4");
         let means = means.unwrap().settings(0).means;
-        assert_eq!([means.fixes, means.sightings], [0.2, 0.4]);
+        assert!((means.fixes - 0.2).abs() < 1e-12 && (means.sightings - 0.4).abs() < 1e-12);
     }
 
     #[test]
