@@ -73,7 +73,10 @@ impl Team {
 
     /// How many were heard of that pair.
     fn heard(&self, from: u16, to: u16) -> usize {
-        self.talk.heard.get(&(from, to)).map_or(0, |it| it.counted(1))
+        self.talk
+            .heard
+            .get(&(from, to))
+            .map_or(0, |it| it.counted(1))
     }
 
     /// The most that a stamp that came from or to the wrong one was off (s).
