@@ -65,8 +65,8 @@ impl Scene {
         }
     }
 
-    fn say(&mut self, word: Integrity) -> Estimate {
-        self.words.send(word).unwrap();
+    fn say(&mut self, word: &Integrity) -> Estimate {
+        self.words.send(*word).unwrap();
         self.robot.tick()
     }
 
@@ -106,13 +106,13 @@ fn each_word_stands_in_the_estimate_until_nobody_speaks_any_more() {
     assert_eq!(first.opinion(), Opinion::None, "nobody has spoken");
     for (state, expected) in STATES {
         let word = scene.word(state);
-        let estimate = scene.say(word);
+        let estimate = scene.say(&word);
         assert_eq!(estimate.opinion(), expected);
         assert_eq!(estimate.health_of(Input::Integrity), Health::Ok);
         assert_eq!(scene.robot.tick().opinion(), expected, "until the next");
     }
     let word = scene.word(Integrity::OK);
-    scene.say(word);
+    scene.say(&word);
     let silent = (0..500)
         .take_while(|_| scene.robot.tick().opinion() == Opinion::Possible)
         .count();
@@ -128,7 +128,7 @@ type Lie = fn(&mut Integrity);
 fn a_word_that_is_none_is_refused_under_its_reason_and_says_nothing() {
     let mut scene = Scene::new("health");
     let word = scene.word(Integrity::ESTIMATE_OUTSIDE);
-    scene.say(word);
+    scene.say(&word);
     let lies: [(Reject, Lie); 9] = [
         (Reject::NotFinite, |it| it.distance_m = f64::NAN),
         (Reject::NotFinite, |it| it.vertices[3][1] = f64::INFINITY),
@@ -152,14 +152,14 @@ fn a_word_that_is_none_is_refused_under_its_reason_and_says_nothing() {
         let count = scene.rejected(reason);
         let mut word = scene.word(Integrity::OK);
         lie(&mut word);
-        let estimate = scene.say(word);
+        let estimate = scene.say(&word);
         assert_eq!(scene.rejected(reason), count + 1, "{number}: {reason}");
         assert_eq!(estimate.opinion(), Opinion::EstimateOutside, "{number}");
     }
     let word = scene.word(Integrity::OK);
-    assert_eq!(scene.say(word).opinion(), Opinion::Possible);
+    assert_eq!(scene.say(&word).opinion(), Opinion::Possible);
     let count = scene.rejected(Reject::Replayed);
-    let estimate = scene.say(Integrity {
+    let estimate = scene.say(&Integrity {
         state: Integrity::BOUNDS_VIOLATED,
         ..word
     });
@@ -179,7 +179,7 @@ fn drive(action: &str) -> (Vec<Estimate>, Vec<Record>) {
         let (state, _) = STATES[tick / 25 % STATES.len()];
         let word = scene.word(state);
         let estimate = if tick % 25 == 0 {
-            scene.say(word)
+            scene.say(&word)
         } else {
             scene.robot.tick()
         };

@@ -156,7 +156,7 @@ struct End {
 }
 
 impl Between {
-    /// Begins to carry packets, in tasks of this thread; the seed of each [`Air`] is one more than that of the one before.
+    /// Begins to carry packets, in tasks of this thread; the seed of each network is one more than that of the one before.
     ///
     /// # Errors
     /// What the system says.
