@@ -65,6 +65,7 @@ impl Scene {
         }
     }
 
+    #[allow(clippy::large_types_passed_by_value)] // As a publisher takes it.
     fn say(&mut self, word: Integrity) -> Estimate {
         self.words.send(word).unwrap();
         self.robot.tick()
