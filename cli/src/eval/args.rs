@@ -7,6 +7,7 @@ use clap::error::ErrorKind;
 use clap::{Args, Command, ValueEnum};
 use coloc_sim::Scenario;
 use coloc_sim::method::Kind;
+use coloc_sim::scale::NEIGHBOURS;
 
 /// Runs every method on the same noisy sensors, many times over, and says how far each is off, whether its uncertainty
 /// is honest, what it costs, and whether differences are more than luck.
@@ -36,11 +37,14 @@ pub(crate) struct EvalArgs {
     /// Stop after this so many seconds of the world's time; without it the whole recording, or 1500, or 600 with --robots
     #[arg(long, visible_alias = "duration", value_name = "S", value_parser = seconds)]
     pub(crate) seconds: Option<f64>,
-    /// What a robot costs: so many robots on a field, each with four neighbours in range on average; several numbers with commas
-    /// between
+    /// What a robot costs: so many robots on a field, all of them on a field of which each is in range of --neighbours others on average; several numbers with
+    /// commas between
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=65_536),
         conflicts_with_all = ["data", "methods", "runs", "scenario", "promises"])]
     pub(crate) robots: Vec<u32>,
+    /// With --robots: so many others are in range of a robot, on average; it speaks to the nearest eight
+    #[arg(long, value_name = "N", default_value_t = NEIGHBOURS, requires = "robots", value_parser = neighbours)]
+    pub(crate) neighbours: f64,
     /// With --robots: this part of all messages is lost
     #[arg(long, value_name = "P", default_value_t = 0.0, requires = "robots", value_parser = crate::args::part)]
     pub(crate) loss: f64,
@@ -152,6 +156,13 @@ fn delay_ms(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|delay| (0.0..=900.0).contains(delay))
         .ok_or_else(|| "must be a number of milliseconds, 0 to 900".into())
+}
+
+fn neighbours(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|neighbours| (0.1..=8.0).contains(neighbours))
+        .ok_or_else(|| "must be a number of robots, 0.1 to 8".into())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

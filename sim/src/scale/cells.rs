@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn cells_find_whom_asking_everybody_finds() {
         for (robots, seed) in [(1, 1), (2, 2), (10, 3), (57, 4), (600, 5)] {
-            let field = Field::of(robots);
+            let field = Field::of(robots, crate::scale::NEIGHBOURS);
             let mut draws = Noise::new(seed, 0).draws(Purpose::Start, 0, 0, 0);
             // Some are beyond the edge.
             let reach = 0.53 * field.side_m;
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn a_robot_has_the_place_that_it_was_given() {
         let places = [[0.0, 0.0], [3.0, 4.0]].map(|[x, y]| Pose::new(x, y, 1.0));
-        let mut cells = Cells::new(Field::of(100));
+        let mut cells = Cells::new(Field::of(100, crate::scale::NEIGHBOURS));
         cells.fill(&places);
         let near: Vec<Near> = cells.near(0, places[0]).collect();
         let member = Member {

@@ -1,6 +1,6 @@
 //! How large the field is.
 
-use super::{NEIGHBOURS, RANGE_M};
+use super::RANGE_M;
 
 /// A square, its centre at the origin.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -10,15 +10,15 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// On which so many robots have [`NEIGHBOURS`] others in range on average, those at its edge included. Of six and more; fewer
-    /// are all in range of one another, or nearly.
+    /// On which so many robots have that many others in range on average, those at its edge included; where there are hardly more, all
+    /// are in range of one another, or nearly.
     #[allow(clippy::cast_precision_loss)] // Some thousand robots.
-    pub(super) fn of(robots: usize) -> Self {
+    pub(super) fn of(robots: usize, neighbours: f64) -> Self {
         let others = robots.saturating_sub(1) as f64;
         let (mut near, mut far) = (1.0, 1e6);
         while far - near > 1e-9 * far {
             let middle = f64::midpoint(near, far);
-            if others * within(1.0 / middle) > NEIGHBOURS {
+            if others * within(1.0 / middle) > neighbours {
                 near = middle;
             } else {
                 far = middle;
@@ -42,8 +42,9 @@ mod tests {
 
     #[test]
     fn places_at_random_have_as_many_neighbours_as_was_meant() {
-        for robots in [10, 100, 1000] {
-            let field = Field::of(robots);
+        let fields = [(10, 4.0), (100, 4.0), (1000, 4.0), (1000, 2.0)];
+        for (robots, neighbours) in fields {
+            let field = Field::of(robots, neighbours);
             let mut draws = Noise::new(1, 0).draws(Purpose::Start, 0, 0, 0);
             let mut place = || [0; 2].map(|_| draws.uniform(0.0, field.side_m));
             let pairs = 40_000;
@@ -52,7 +53,7 @@ mod tests {
                 libm::hypot(ax - bx, ay - by) <= RANGE_M
             });
             let share = f64::from(i32::try_from(near.count()).unwrap()) / f64::from(pairs);
-            let expected = NEIGHBOURS / (f64::from(u16::try_from(robots).unwrap()) - 1.0);
+            let expected = neighbours / (f64::from(u16::try_from(robots).unwrap()) - 1.0);
             let sigma = (expected / f64::from(pairs)).sqrt();
             assert!((share - expected).abs() < 4.0 * sigma, "{share} {expected}");
         }

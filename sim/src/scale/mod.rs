@@ -50,7 +50,7 @@ use robot::{Robot, Tally};
 
 /// How far a robot sees, and is heard \[m\].
 pub const RANGE_M: f64 = 10.0;
-/// Others in range of a robot, on average over time and robots.
+/// Others in range of a robot where nothing else is said.
 pub const NEIGHBOURS: f64 = 4.0;
 /// No robot sees more at a time; the nearest.
 pub const SEEN_AT_MOST: usize = 8;
@@ -77,6 +77,8 @@ pub struct ScaleConfig {
     pub seconds: f64,
     /// Where all chance comes from.
     pub seed: u64,
+    /// Others in range of a robot, on average over time and robots; who sees and speaks does so to [`SEEN_AT_MOST`].
+    pub neighbours: f64,
     /// What is between the robots.
     pub network: Network,
 }
@@ -201,7 +203,7 @@ struct Around<'a> {
 
 impl Crowd {
     fn new(config: &ScaleConfig) -> Self {
-        let field = Field::of(config.robots);
+        let field = Field::of(config.robots, config.neighbours);
         let noise = Noise::new(config.seed, 0);
         let block = |first: usize| Block {
             robots: (first..config.robots.min(first + BLOCK))
@@ -264,6 +266,7 @@ mod tests {
             robots,
             seconds,
             seed: 1,
+            neighbours: NEIGHBOURS,
             network: Network::default(),
         }
     }
@@ -305,6 +308,25 @@ mod tests {
         let last: u64 = crowd.said[0].to.iter().map(|to| u64::from(to.count)).sum();
         assert!(seen > 10_000, "{seen}");
         assert_eq!(seen, heard + last, "the last words are under way");
+    }
+
+    /// Constant in the team's size, linear in neighbours.
+    #[test]
+    fn a_robot_with_half_as_many_neighbours_says_half_as_much() {
+        let four = config(1000, 2.0);
+        let two = ScaleConfig {
+            neighbours: 2.0,
+            ..four
+        };
+        let of = |it: &ScaleConfig| {
+            let report = on(2, it);
+            #[allow(clippy::cast_precision_loss)] // Some thousand.
+            let said = report.messages as f64;
+            (said, report.neighbours)
+        };
+        let ((said, near), (half_said, half_near)) = (of(&four), of(&two));
+        assert!((half_said / said - 0.5).abs() < 0.05, "{half_said} {said}");
+        assert!((half_near / near - 0.5).abs() < 0.05, "{half_near} {near}");
     }
 
     #[test]

@@ -352,7 +352,7 @@ mod tests {
 
     #[test]
     fn one_robot_in_ten_has_a_receiver_that_speaks_once_a_second() {
-        let (field, noise) = (Field::of(20), Noise::new(1, 0));
+        let (field, noise) = (Field::of(20, crate::scale::NEIGHBOURS), Noise::new(1, 0));
         let fixes = |number| {
             let mut robot = Robot::new(number, field, &noise, &Network::default());
             (1..=50).filter_map(|exchange| robot.fix(exchange)).count()

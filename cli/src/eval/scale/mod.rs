@@ -54,6 +54,7 @@ fn configs(args: &EvalArgs) -> Vec<ScaleConfig> {
         robots: robots as usize,
         seconds: args.seconds.unwrap_or(SECONDS),
         seed: args.seed,
+        neighbours: args.neighbours,
         network: Network {
             loss: args.loss,
             delay_s: 1e-3 * args.delay_ms,
