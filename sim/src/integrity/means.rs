@@ -23,7 +23,7 @@ use crate::mrclam::GridWorld;
 use crate::random::Noise;
 
 /// Slots, share of fixes, share of sightings.
-const PROMISES: [(usize, f64, f64); 18] = [
+const PROMISES: [(usize, f64, f64); 20] = [
     (8, 0.28, 0.28),
     (8, 0.30, 0.30),
     (8, 0.32, 0.32),
@@ -37,10 +37,12 @@ const PROMISES: [(usize, f64, f64); 18] = [
     (12, 0.28, 0.28),
     (8, 0.15, 0.34),
     (8, 0.15, 0.36),
+    (8, 0.15, 0.38),
+    (8, 0.15, 0.40),
     (8, 0.20, 0.34),
     (8, 0.20, 0.36),
+    (8, 0.20, 0.38),
     (8, 0.20, 0.40),
-    (6, 0.18, 0.40),
     (6, 0.24, 0.40),
 ];
 
