@@ -37,8 +37,8 @@ pub(crate) struct EvalArgs {
     /// Stop after this so many seconds of the world's time; without it the whole recording, or 1500, or 600 with --robots
     #[arg(long, visible_alias = "duration", value_name = "S", value_parser = seconds)]
     pub(crate) seconds: Option<f64>,
-    /// What a robot costs: so many robots on a field, all of them on a field of which each is in range of --neighbours others on average; several numbers with
-    /// commas between
+    /// What a robot costs: so many robots on a field, each with --neighbours others in range on average; several numbers with commas
+    /// between
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=65_536),
         conflicts_with_all = ["data", "methods", "runs", "scenario", "promises"])]
     pub(crate) robots: Vec<u32>,
